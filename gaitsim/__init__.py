@@ -18,9 +18,12 @@ if TYPE_CHECKING:
     from gaitsim.exporting import export as export
     from gaitsim.individual import Individual as Individual
     from gaitsim.individual import Member as Member
+    from gaitsim.sharing.challenge import Challenge as Challenge
+    from gaitsim.sharing.checking import verify_code as verify_code
 
 # Looked up when first asked for: `gaitsim --help` needs none of it, nor NumPy.
 _PLACES = {
+    "Challenge": "gaitsim.sharing.challenge",
     "Comparison": "gaitsim.comparing",
     "Experiment": "gaitsim.experiment",
     "GaitsimError": "gaitsim.errors",
@@ -36,8 +39,10 @@ _PLACES = {
     "load_atlas": "gaitsim.experiment",
     "load_experiment": "gaitsim.experiment",
     "picture": "gaitsim.api",
+    "verify_code": "gaitsim.sharing.checking",
 }
 __all__ = [
+    "Challenge",
     "Comparison",
     "Experiment",
     "GaitsimError",
@@ -53,6 +58,7 @@ __all__ = [
     "load_atlas",
     "load_experiment",
     "picture",
+    "verify_code",
 ]
 
 

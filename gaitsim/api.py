@@ -31,6 +31,7 @@ from gaitsim.runs.notes import read_note, write_note
 from gaitsim.runs.renaming import rename_run
 from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
+from gaitsim.sharing.challenge import code_of
 
 __all__ = ["Individual", "Member", "Run", "Search", "evolve", "load", "picture"]
 
@@ -274,6 +275,21 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         check_workers(workers)
         individual = self.replay(generation, member=member)
         return judge(individual, number, seed=seed, ranges=ranges, workers=workers)
+
+    def share(self, generation: int | None = None, *, member: int | None = None) -> str:
+        """Return the challenge code of the champion, or of another individual.
+
+        `verify_code` plays it, on any machine; `Challenge.read` opens it.
+
+        Args:
+            generation: whose best; None for the best of all.
+            member: number of a member of the search's front or archive instead, from 1.
+
+        Raises:
+            GaitsimError: generation and member are given, or the code would be too large.
+            RunError: there is no such individual, or the run is damaged.
+        """
+        return code_of(self.replay(generation, member=member))
 
     @property
     def members(self) -> Members | None:

@@ -67,9 +67,9 @@ From = Annotated[
     str | None,
     typer.Option(
         "--from",
-        metavar="FILE|RUN[@N]",
-        help="Start from an individual: a champion's file, a run's champion, or the best of a "
-        "run's generation N. The others are its mutations.",
+        metavar="FILE|RUN[@N]|CODE",
+        help="Start from an individual: a champion's file, a run's champion, the best of a "
+        "run's generation N, or that of a challenge code. The others are its mutations.",
     ),
 ]
 RunFolder = Annotated[Path | None, typer.Option(help="Folder of the run. Default: runs/<name>.")]

@@ -1,9 +1,13 @@
 """`gaitsim run`."""
 
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli.codes import given_challenge
 from gaitsim.cli.options import (
     Dask,
     Detach,
-    ExperimentName,
     From,
     Generations,
     Json,
@@ -14,11 +18,19 @@ from gaitsim.cli.options import (
     Workers,
 )
 from gaitsim.cli.starting import begin_run, given_options
+from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 
 
 def run(
-    experiment: ExperimentName,
+    experiment: Annotated[
+        str | None,
+        typer.Argument(
+            help="A preset's name, or the path of a TOML file, or of a robot's file, such as URDF. "
+            "Default: the experiment of the code after --from.",
+            metavar="NAME|FILE",
+        ),
+    ] = None,
     generations: Generations = None,
     population: Population = None,
     seed: Seed = None,
@@ -52,9 +64,24 @@ def run(
 
     gaitsim run spider --from runs/spider/champions/generation-000012.pickle
 
+    gaitsim run --from gaitsim1-8gAAAGNl… --seed 4
+
     gaitsim run spider --detach
 
     gaitsim run walker --dask tcp://host:8786
     """
-    loaded = load_experiment(experiment, given_options(generations, population, seed, set_))
-    begin_run(loaded, from_, out, workers=workers, dask=dask, detach=detach, json=json)
+    given = given_options(generations, population, seed, set_)
+    challenge = given_challenge(from_) if from_ is not None else None
+    if experiment is not None:
+        loaded = load_experiment(experiment, given)
+    elif challenge is not None:
+        loaded = challenge.experiment_with(given)
+    else:
+        raise GaitsimError(
+            "no experiment is given",
+            where="NAME|FILE",
+            allowed="a preset's name or a file; with --from CODE it can be left out",
+            remedy="'gaitsim experiments list' lists the presets",
+        )
+    start = challenge or from_
+    begin_run(loaded, start, out, workers=workers, dask=dask, detach=detach, json=json)

@@ -5,11 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.cli.cluster import cluster
+from gaitsim.cli.codes import given_challenge, start_of
 from gaitsim.cli.detaching import check_detachable, evolve_detached
 from gaitsim.cli.evolving import evolve_run
 from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.start import check_start, kept_individual
+from gaitsim.sharing.challenge import Challenge
 
 
 def given_options(
@@ -31,7 +33,7 @@ def given_options(
 
 def begin_run(
     experiment: Experiment,
-    from_: str | None,
+    from_: str | Challenge | None,
     out: Path | None,
     *,
     workers: int | None,
@@ -41,14 +43,17 @@ def begin_run(
 ) -> None:
     """Create a run and evolve it, here or in the background.
 
+    `from_` is the value of `--from`, or the challenge of a code that was read already.
+
     Raises:
         GaitsimError: the individual of `--from` does not fit, the folder cannot be created, or the
             run fails.
     """
     start = None
     if from_ is not None:
-        start = kept_individual(from_)
-        check_start(experiment, start, f"--from {from_}")
+        challenge = given_challenge(from_) if isinstance(from_, str) else from_
+        start = kept_individual(str(from_)) if challenge is None else start_of(challenge)
+        check_start(experiment, start, f"--from {'CODE' if challenge else from_}")
     if detach:
         check_detachable(dask)
         evolve_detached(create_run(experiment, out, start), workers=workers, json=json)

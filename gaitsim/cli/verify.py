@@ -1,14 +1,17 @@
 """`gaitsim verify`."""
 
+import os
 import sys
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
 from pydantic_core import to_jsonable_python
 
-from gaitsim.cli.console import echo, print_json
+from gaitsim.cli.codes import given_challenge
+from gaitsim.cli.console import echo, print_json, status
 from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import Json, RunName, Workers
+from gaitsim.cli.options import Json, Workers
 from gaitsim.cli.parsing import asked_generations
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
@@ -16,6 +19,9 @@ from gaitsim.runs.files.folder import EXPERIMENT, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.verify.verify import Verdict
 from gaitsim.runs.verify.verify import verify as verify_generations
+from gaitsim.sharing.challenge import Challenge
+from gaitsim.sharing.checking import Checked, verify_challenge
+from gaitsim.sharing.code import PREFIX
 from gaitsim.toml import literal
 
 DIFFERENT = 1
@@ -23,7 +29,14 @@ SHOWN = 5  # generations that differ, and parts of one
 
 
 def verify(
-    run: RunName,
+    run: Annotated[
+        str,
+        typer.Argument(
+            metavar="RUN|CODE",
+            help="Name of a run under runs/, or its folder; or a challenge code, a file that "
+            "holds one, or '-' for standard input.",
+        ),
+    ],
     generations: Annotated[
         str | None,
         typer.Option(
@@ -37,13 +50,16 @@ def verify(
     workers: Workers = None,
     json: Json = False,
 ) -> None:
-    """Reproduce generations of a run, and check that every bit is the same.
+    """Reproduce generations of a run, or the score of a challenge code, to the bit.
 
-    Compares the run's files with one another, and experiment.toml with the options of the last
-    generation. Reproduces the first and the last generation in full, and the best individual of
-    others. With --all, evolves every generation again from those options alone.
+    Plays the individual of a challenge code and compares its score with the one that is claimed.
 
-    The exit code is 0 where everything is identical and 1 where something differs.
+    Of a run, compares the files with one another, and experiment.toml with the options of the
+    last generation. Reproduces the first and the last generation in full, and the best individual
+    of others. With --all, evolves every generation again from those options alone.
+
+    The exit code is 0 where everything is identical, 1 where something differs, and 2 where the
+    run or the code is damaged.
 
     [bold]Examples[/bold]
 
@@ -52,12 +68,31 @@ def verify(
     gaitsim verify spider --all --workers 2
 
     gaitsim verify spider --generations 1,50,100 --json
+
+    gaitsim verify gaitsim1-8gAAAGNl…
+
+    gaitsim share spider | gaitsim verify -
     """
     if all_ and generations is not None:
         raise GaitsimError(
             "all generations and some are requested",
             where="--all, --generations",
             allowed="one of the two",
+        )
+    challenge = given_challenge(run)
+    if challenge is not None:
+        if all_ or generations is not None:
+            raise GaitsimError(
+                "a challenge code has no generations",
+                where="--all, --generations",
+                remedy="leave them out",
+            )
+        _verify_code(challenge, json)
+        return
+    if os.path.isfile(run):  # noqa: PTH113
+        raise GaitsimError(
+            f"the file {run} does not hold a challenge code",
+            allowed=f"a text that begins with {PREFIX}; or a run, by its name or folder",
         )
     opened = RunSnapshot(find_run(run))
     chosen = asked_generations(generations)
@@ -74,6 +109,48 @@ def verify(
     show(str(opened.path), verdict)
     if not verdict.identical:
         sys.exit(DIFFERENT)
+
+
+def _verify_code(challenge: Challenge, json: bool) -> None:
+    """Play the individual of a code, and print whether its score is the one that is claimed."""
+    with interruptible(), status("Playing the individual of the challenge code …"):
+        checked = verify_challenge(challenge)
+    if json:
+        print_json(
+            {
+                "experiment": challenge.experiment.name,
+                "generation": challenge.generation,
+                "member": challenge.member,
+                "identical": checked.true,
+                "claimed": challenge.score,
+                "score": checked.score,
+                "terms": checked.terms,
+                "failure": checked.failure or None,
+                "made_with": dict(challenge.versions),
+                "elsewhere": list(checked.elsewhere),
+            }
+        )
+    else:
+        _print_checked(checked)
+    if not checked.true:
+        sys.exit(DIFFERENT)
+
+
+def _print_checked(checked: Checked) -> None:
+    challenge = checked.challenge
+    individual, unit = challenge.individual, challenge.experiment.fitness.unit
+    if checked.true:
+        echo(f"{individual.title}: true, the score is {challenge.score!r} {unit}".rstrip())
+    else:
+        echo(f"{individual.title}: not reproduced")
+        echo(f"  claimed: {challenge.score!r} {unit}".rstrip())
+        echo(f"  here:    {checked.score!r} {unit}".rstrip())
+        if checked.failure:
+            echo(f"  failed:  {checked.failure}")
+    for text in _made_with(bool(challenge.versions), checked.elsewhere, "code"):
+        echo(text)
+    if not (checked.true or checked.elsewhere or not challenge.versions):
+        echo("so the score is not that of this individual")
 
 
 def _print_json(path: str, verdict: Verdict) -> None:
@@ -160,14 +237,16 @@ def _scope(verdict: Verdict) -> list[str]:
             f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
             "only their history and bests were compared"
         )
-    if not verdict.origins:
-        found.append("the run does not record its versions")
-    elif verdict.elsewhere:
-        found.append("made with other versions or another processor:")
-        found += [f"  {text}" for text in verdict.elsewhere]
-    else:
-        found.append("made with the versions and processor of this machine")
-    return found
+    return found + _made_with(bool(verdict.origins), verdict.elsewhere, "run")
+
+
+def _made_with(recorded: bool, elsewhere: Sequence[str], noun: str) -> list[str]:
+    """Say whether a run or a code was made with the versions and the processor of this machine."""
+    if not recorded:
+        return [f"the {noun} does not record its versions"]
+    if elsewhere:
+        return ["made with other versions or another processor:", *(f"  {t}" for t in elsewhere)]
+    return ["made with the versions and processor of this machine"]
 
 
 def _ranges(numbers: tuple[int, ...]) -> str:

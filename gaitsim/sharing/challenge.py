@@ -1,0 +1,264 @@
+"""The content of a challenge code: an individual, its experiment, its score and its versions."""
+
+import json
+import math
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, StrictStr, TypeAdapter, ValidationError
+
+from gaitsim import toml
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.experiment import Experiment, Overrides, parse_experiment
+from gaitsim.experiment.loading import LARGEST
+from gaitsim.experiment.model import MOST_GENERATIONS
+from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.individual import Individual, Member
+from gaitsim.runs.compatibility import expected_genomes, genome_mismatch, missing_packages
+from gaitsim.runs.files.checkpoint import Champion
+from gaitsim.runs.files.folder import holds_run
+from gaitsim.runs.files.provenance import current_versions, read_provenance
+from gaitsim.runs.files.schema import Name
+from gaitsim.sharing.code import WHERE, decode, encode, invalid
+
+_HEAD = struct.Struct("<IIdcIII")
+"""Generation, member or 0, score, kind of genes, and how many genes, bytes of the experiment and
+bytes of the versions follow."""
+
+_BITS, _BYTES, _REALS = b"b", b"u", b"f"
+_ITEMS = {_BYTES: 1, _REALS: 8}  # bytes of a gene
+_LARGEST_VERSIONS = 100_000  # bytes
+
+
+def _printable(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError("a version should be printable")
+    return text
+
+
+_Version = Annotated[StrictStr, Field(max_length=5000), AfterValidator(_printable)]
+_VERSIONS = TypeAdapter(dict[Name, _Version])
+
+
+@dataclass(frozen=True, eq=False)
+class Challenge:
+    """An individual with the score that its author claims.
+
+    Attributes:
+        text: its resolved experiment as TOML, without comments.
+        genome: (genes,), float64 or uint8.
+        generation: in whose worlds it was scored, from 1.
+        member: its number in a front or archive; None for the best of the generation.
+        score: the score that is claimed, finite.
+        versions: names and versions of what made the score, and the processor; {} if unknown.
+    """
+
+    text: str
+    genome: NDArray[Any]
+    generation: int
+    member: int | None
+    score: float
+    versions: Mapping[str, str]
+
+    @classmethod
+    def of(cls, individual: Individual) -> "Challenge":
+        """Return the challenge of an individual of a run or a search.
+
+        Raises:
+            GaitsimError: it has no genome or no score, or its run is damaged.
+        """
+        if individual.genome is None:
+            raise GaitsimError(
+                "a gait from a file has no genome",
+                where=individual.title,
+                allowed="an individual of a run",
+            )
+        if not math.isfinite(individual.score):
+            raise GaitsimError("an individual that failed has no score", where=individual.title)
+        return cls(
+            _compact(individual.experiment.to_toml()),
+            individual.genome,
+            individual.generation,
+            individual.member.number if individual.member else None,
+            individual.score,
+            _versions_of(individual),
+        )
+
+    @classmethod
+    def read(cls, code: str) -> "Challenge":
+        """Return the challenge that a code holds; no plugin is loaded.
+
+        Raises:
+            GaitsimError: the text is not a code, is of another format, damaged or invalid.
+        """
+        return _unpacked(decode(code))
+
+    @property
+    def code(self) -> str:
+        """The code that holds it.
+
+        Raises:
+            GaitsimError: it is too large.
+        """
+        return encode(_packed(self))
+
+    @cached_property
+    def experiment(self) -> Experiment:
+        """The experiment, its plugins loaded.
+
+        Raises:
+            ExperimentError: it has problems, such as a plugin that is not installed.
+        """
+        return self.experiment_with()
+
+    def experiment_with(
+        self, overrides: Overrides | None = None, place: str = COMMAND_LINE
+    ) -> Experiment:
+        """Return the experiment with options changed by key, its plugins loaded.
+
+        Raises:
+            ExperimentError: with all the problems of both.
+        """
+        try:
+            return parse_experiment(self.text, WHERE, overrides, place)
+        except ExperimentError as error:
+            missing = missing_packages(self.versions)
+            raise ExperimentError([*error.problems, *missing]) from None
+
+    @cached_property
+    def individual(self) -> Individual:
+        """The individual, with the score that is claimed, to be replayed.
+
+        Raises:
+            ExperimentError: the experiment has problems.
+            GaitsimError: the genome does not fit the body.
+        """
+        wrong = genome_mismatch(self.experiment, self.genome[None], self.text, "the genome")
+        if wrong:
+            raise GaitsimError(
+                f"the challenge code does not fit its own experiment: {wrong}",
+                where=WHERE,
+                allowed=expected_genomes(self.experiment),
+                remedy="use the versions that made it: " + self.made_with,
+            )
+        member = Member(self.member) if self.member else None
+        return Individual(
+            self.experiment, self.score, {}, self.generation, self.genome, member=member
+        )
+
+    @property
+    def made_with(self) -> str:
+        """The packages that made it, such as 'gaitsim 0.1.0, numpy 2.4.6', or 'unknown'."""
+        known = {name: one for name, one in self.versions.items() if name in ("gaitsim", "numpy")}
+        packages = [f"{name} {one}" for name, one in known.items()]
+        others = {one for name, one in self.versions.items() if " " in name}
+        return ", ".join([*packages, *sorted(others - {*packages})]) or "unknown"
+
+    @property
+    def champion(self) -> Champion:
+        """The individual as a run keeps it, to start another one from."""
+        kept = {name: one for name, one in self.versions.items() if 0 < len(one) <= 200}
+        text = self.experiment.to_toml()
+        return Champion(text, kept, self.generation, self.genome, self.score, terms={})
+
+
+def code_of(individual: Individual) -> str:
+    """Return the challenge code of an individual of a run or a search.
+
+    Raises:
+        GaitsimError: it has no genome or no score, is too large, or its run is damaged.
+    """
+    return Challenge.of(individual).code
+
+
+def _versions_of(individual: Individual) -> dict[str, str]:
+    """Return the versions that scored an individual; {} where its run does not record them."""
+    if individual.source is None or not holds_run(individual.source) or individual.changes:
+        parts = current_versions(individual.experiment)
+    else:
+        origins = read_provenance(individual.source)
+        before = [one.parts for one in origins if one.first <= individual.generation]
+        parts = before[-1] if before else {}
+    # Checksums of long texts are left out: the code holds the texts.
+    return {name: one for name, one in parts.items() if one != "SHA-256"}
+
+
+def _compact(text: str) -> str:
+    """Return a TOML text without comments; unchanged if that would change a value."""
+    data = toml.parse(text, "the experiment")
+    lines = [f"{key}={toml.text(one)}" for key, one in data.items() if not isinstance(one, dict)]
+    for section, values in data.items():
+        if isinstance(values, dict):
+            lines.append(f"[{section}]")
+            lines += [f"{key}={toml.text(one)}" for key, one in values.items()]
+    short = "\n".join(lines) + "\n"
+    try:
+        return short if toml.parse(short, "the experiment") == data else text
+    except GaitsimError:  # such as of a character that TOML does not allow bare
+        return text
+
+
+def _packed(challenge: Challenge) -> bytes:
+    genome = np.ascontiguousarray(challenge.genome)
+    if genome.dtype.kind == "f":
+        # Byte planes: signs and exponents, which are alike, side by side.
+        kind, genes = _REALS, genome.astype("<f8").view(np.uint8).reshape(-1, 8).T.tobytes()
+    elif genome.max(initial=0) <= 1:
+        kind, genes = _BITS, np.packbits(genome).tobytes()
+    else:
+        kind, genes = _BYTES, genome.astype(np.uint8).tobytes()
+    text = challenge.text.encode()
+    versions = json.dumps(dict(challenge.versions), separators=(",", ":")).encode()
+    head = _HEAD.pack(
+        challenge.generation,
+        challenge.member or 0,
+        challenge.score,
+        kind,
+        len(genome),
+        len(text),
+        len(versions),
+    )
+    return head + text + versions + genes
+
+
+def _unpacked(content: bytes) -> Challenge:
+    """Return the challenge of a code's content.
+
+    Raises:
+        GaitsimError: it is not one that `_packed` writes.
+    """
+    if len(content) < _HEAD.size:
+        raise invalid("its content is too short")
+    generation, member, score, kind, genes, *lengths = _HEAD.unpack_from(content)
+    size = -(-genes // 8) if kind == _BITS else genes * _ITEMS.get(kind, 0)
+    if not size or len(content) != _HEAD.size + sum(lengths) + size:
+        raise invalid("the lengths of its parts do not fit")
+    if not 1 <= generation <= MOST_GENERATIONS or not math.isfinite(score):
+        raise invalid(f"it claims the score {score} in generation {generation}")
+    if lengths[0] > LARGEST or lengths[1] > _LARGEST_VERSIONS:
+        raise invalid("its experiment or its versions are too long")
+    middle, end = _HEAD.size + lengths[0], _HEAD.size + sum(lengths)
+    try:
+        text = content[_HEAD.size : middle].decode()
+        versions = _VERSIONS.validate_json(content[middle:end], strict=True)
+    except (UnicodeDecodeError, ValidationError):
+        raise invalid("its experiment or its versions are not texts") from None
+    genome = _genome(kind, genes, np.frombuffer(content, np.uint8, offset=end))
+    return Challenge(text, genome, generation, member or None, score, versions)
+
+
+def _genome(kind: bytes, genes: int, data: NDArray[np.uint8]) -> NDArray[Any]:
+    """Return the genome, (genes,), writable."""
+    if kind == _BITS:
+        return np.unpackbits(data, count=genes)
+    if kind == _BYTES:
+        return data.copy()
+    genome = np.ascontiguousarray(data.reshape(8, genes).T).view("<f8").reshape(-1)
+    if not np.isfinite(genome).all():
+        raise invalid("its genome has a gene that is not finite")
+    return genome.astype(np.float64)

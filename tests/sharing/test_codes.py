@@ -1,0 +1,217 @@
+"""A challenge code: what it holds, that damage is found, and that reading it is safe."""
+
+import hashlib
+import random
+import string
+import struct
+import zlib
+from dataclasses import replace
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gaitsim as gs
+from gaitsim.errors import GaitsimError
+from gaitsim.individual import Individual
+from gaitsim.sharing import code as codes
+from gaitsim.sharing.challenge import Challenge, _packed, code_of
+
+CHARACTERS = string.ascii_letters + string.digits + "-_"
+DICTIONARY = "3fc9d0bfa417c4dfbd22781a7dd3183707a3a4395d186a26c4bdd933f6fd318d"
+SPIDER = (
+    "gaitsim1-AAAA-hNhgIAHoj-lPi5_a58mAeIxMzBcY2RgGETFnin6YN9omTda5o2WeaNlHull3qe-DzYnqxyslzL"
+    "4mli0BUiGuTjd8MhYodCd7xKnE_4t9AZDg_bab7e9q9ITFnuc6ypd8M1xyY6AxjnODNkXfuSzcXJsY3qyqYH_f84"
+    "apjn64qXc7xgOpc-fET9rJvt83r9Gc3b5ah2vPLTxc2Ymg85MYaObn47V3zDcuyOKe82UtLKnp5ZZJzK8MZu_W6_"
+    "zo4y3gZ3mub4TAUcunF9z9uJWhlkn2Y-u_3D_xleWN-z3PtrDAIO9vcP-_fvt99s7ABn2AOqZJE--iA"
+)
+
+
+def challenge(name="millipede", score=0.1, generation=7, **changes):
+    experiment = gs.load_experiment(name)
+    genome = experiment.space().random(1, np.random.default_rng(4))[0]
+    found = Challenge.of(Individual(experiment, score, {}, generation, genome))
+    return replace(found, **changes)
+
+
+@pytest.fixture(scope="module")
+def millipede():
+    return challenge()
+
+
+@pytest.mark.parametrize("name", ["millipede", "spider", "walker-worlds"])
+def test_a_code_holds_its_experiment_genome_and_score_to_the_bit(name):
+    experiment = gs.load_experiment(name, {"seed": 3})
+    genome = experiment.space().random(1, np.random.default_rng(1))[0]
+    for score in (0.1 + 0.2, -0.0):
+        made = Individual(experiment, score, {}, 123, genome, member=gs.Member(9))
+        code = code_of(made)
+        found = Challenge.read(code)
+        assert set(code) <= set(CHARACTERS)
+        assert struct.pack("d", found.score) == struct.pack("d", score)
+        assert (found.generation, found.member) == (123, 9)
+        assert found.genome.dtype == genome.dtype
+        assert found.genome.tobytes() == genome.tobytes()
+        assert found.experiment.to_toml() == experiment.to_toml()
+        assert found.code == code
+
+
+def test_codes_are_short_enough_for_chats():
+    lengths = {name: len(challenge(name).code) for name in ("millipede", "spider", "walker")}
+    assert lengths["millipede"] < 140
+    assert lengths["walker"] < 280
+    assert lengths["spider"] < 500
+
+
+def test_genomes_of_other_bytes_than_bits_survive(millipede):
+    genome = np.array([0, 1, 2, 255, 7], np.uint8)
+    found = Challenge.read(replace(millipede, genome=genome).code)
+    assert found.genome.tolist() == genome.tolist()
+    assert found.genome.flags.writeable
+
+
+def test_any_text_of_an_experiment_survives():
+    odd = "a \"b\" 'c' \\ é \U0001f577 <script>"
+    experiment = gs.load_experiment("millipede", {"description": odd})
+    genome = experiment.space().random(1, np.random.default_rng(1))[0]
+    found = Challenge.read(code_of(Individual(experiment, 1.0, {}, 1, genome)))
+    assert found.experiment.description == odd
+
+
+def test_codes_of_this_format_are_read_for_ever():
+    dictionary = files("gaitsim.sharing").joinpath("dictionary-1.txt").read_bytes()
+    assert hashlib.sha256(dictionary).hexdigest() == DICTIONARY
+    found = Challenge.read(SPIDER)
+    assert found.experiment.name == "spider"
+    assert found.score == 0.926750710183736
+    assert len(found.genome) == 24
+
+
+def test_white_space_and_long_dashes_do_not_matter(millipede):
+    code = millipede.code
+    broken = " \n".join(code[at : at + 10] for at in range(0, len(code), 10)) + "\r\n"
+    assert Challenge.read(f"\n {broken}").score == millipede.score
+    content = next(c for n in range(10_000) if "--" in codes.encode(c := str(n).encode()))
+    assert codes.decode(codes.encode(content).replace("--", "—")) == content
+
+
+def test_every_changed_missing_or_extra_character_is_damage(millipede):
+    code, chance = millipede.code, random.Random(1)
+    for at in range(len(codes.PREFIX), len(code)):
+        other = chance.choice(CHARACTERS.replace(code[at], ""))
+        for damaged in (
+            code[:at] + other + code[at + 1 :],
+            code[:at] + code[at + 1 :],
+            code[:at] + other + code[at:],
+            code[:at],
+        ):
+            with pytest.raises(GaitsimError, match="the challenge code is damaged"):
+                Challenge.read(damaged)
+    for last in set(CHARACTERS) - {code[-1]}:
+        with pytest.raises(GaitsimError, match="is damaged"):
+            Challenge.read(code[:-1] + last)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "not a challenge code"),
+        ("spider", "not a challenge code"),
+        ("gaitsim1-", "is damaged"),
+        ("gaitsim1-A", "is damaged"),
+        ("gaitsim1-AAAAAAAA", "is damaged"),
+        ("gaitsim2-AAAAAAAA", "is of format 2"),
+        ("gaitsim1-AAA…AAAA", "character 13 is '…'"),
+    ],
+)
+def test_other_texts_are_refused_with_the_reason(text, words):
+    with pytest.raises(GaitsimError, match=words):
+        Challenge.read(text)
+
+
+def test_a_code_that_was_cut_short_says_how_long_it_was(millipede):
+    code = millipede.code
+    with pytest.raises(GaitsimError, match=f"should have {len(code)} characters, and has 50"):
+        Challenge.read(code[:50])
+
+
+def test_a_code_that_inflates_beyond_the_limit_is_refused(monkeypatch):
+    monkeypatch.setattr(codes, "LARGEST", 100_000_000)
+    code = codes.encode(bytes(20_000_000))
+    monkeypatch.undo()
+    assert len(code) < 100_000
+    with pytest.raises(GaitsimError, match="larger than"):
+        Challenge.read(code)
+
+
+def test_a_text_of_millions_of_characters_is_refused_at_once():
+    with pytest.raises(GaitsimError, match="longer than any"):
+        Challenge.read("gaitsim1-" + "A" * 2 * codes.LONGEST)
+
+
+def sealed(packed):
+    """Return the code of compressed bytes, whatever they are."""
+    length = len(packed) + codes._LENGTH + codes._CHECKSUM
+    data = length.to_bytes(codes._LENGTH, "big") + packed
+    return codes.PREFIX + codes._text(data + codes._checksum(data))
+
+
+@given(st.binary(max_size=200))
+@settings(max_examples=30, deadline=None)
+def test_any_sealed_bytes_are_refused(packed):
+    with pytest.raises(GaitsimError):
+        Challenge.read(sealed(packed))
+    with pytest.raises(GaitsimError):
+        Challenge.read(codes.encode(packed))
+
+
+def test_changed_contents_are_refused_or_read(millipede):
+    content, chance = bytearray(_packed(millipede)), random.Random(3)
+    for _ in range(400):
+        changed = bytearray(content)
+        for _ in range(chance.choice((1, 1, 3))):
+            changed[chance.randrange(len(changed))] = chance.choice((0, 1, 34, 127, 255))
+        try:
+            found = Challenge.read(codes.encode(bytes(changed)))
+            assert np.isfinite(found.score)
+            assert len(found.genome)
+        except GaitsimError:
+            continue
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"score": float("nan")}, "claims the score nan"),
+        ({"score": float("inf")}, "claims the score inf"),
+        ({"generation": 0}, "in generation 0"),
+        ({"generation": 4_000_000_000}, "in generation 4000000000"),
+        ({"genome": np.array([np.nan])}, "not finite"),
+        ({"versions": {"numpy": "\x1b[2J"}}, "not texts"),
+        ({"versions": {"": "1"}}, "not texts"),
+        ({"versions": {"x": "1" * 6000}}, "not texts"),
+        ({"text": "x" * 2_000_001}, "too long"),
+    ],
+)
+def test_claims_that_cannot_be_are_refused(millipede, changes, words):
+    with pytest.raises(GaitsimError, match=words):
+        Challenge.read(replace(millipede, **changes).code)
+
+
+def test_a_stream_that_goes_on_is_refused(millipede):
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15, zdict=codes._dictionary())
+    packed = packer.compress(_packed(millipede)) + packer.flush()
+    assert Challenge.read(sealed(packed)).score == millipede.score
+    for wrong in (packed + b"x", packed[:-1]):
+        with pytest.raises(GaitsimError, match="invalid"):
+            Challenge.read(sealed(wrong))
+
+
+def test_gaits_of_files_and_failures_have_no_code(millipede):
+    made = millipede.individual
+    with pytest.raises(GaitsimError, match="no genome"):
+        code_of(replace(made, genome=None))
+    with pytest.raises(GaitsimError, match="no score"):
+        code_of(replace(made, score=-np.inf))
