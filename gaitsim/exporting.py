@@ -68,9 +68,22 @@ def _write_gait(format: str, subject: Subject, path: Path, options: Options) -> 
     return export_individual(subject.individuals[0], format, path, options)
 
 
+def _write_glb(subject: Subject, path: Path, _: Options) -> Exported:
+    from gaitsim.render.glb import write_glb
+
+    individual = subject.individuals[0]
+    write_glb(individual, path)
+    skeleton = individual.skeleton
+    frames, rate = len(skeleton.segments), skeleton.frame_rate
+    return Exported(f"animated glTF 2.0 of {frames:,} frames at {rate:g} Hz")
+
+
 FORMATS: Mapping[str, Format] = {
-    name: Format("gait", ending, "individual", partial(_write_gait, name), TAKES[name])
-    for name, ending in ENDINGS.items()
+    **{
+        name: Format("gait", ending, "individual", partial(_write_gait, name), TAKES[name])
+        for name, ending in ENDINGS.items()
+    },
+    "glb": Format("body", ".glb", "individual", _write_glb),
 }
 """All formats by name, in the order of `gaitsim.choices.ExportFormat`."""
 

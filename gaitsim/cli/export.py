@@ -30,7 +30,8 @@ def export(
         typer.Option(
             help="MATLAB/Octave, CSV, NumPy; a CSV of degrees for servos; an Arduino sketch for "
             "PCA9685 boards; a CSV of goal positions for servo buses; a ROS 2 trajectory, as the "
-            "YAML of an action's goal or as a bag. Default: as --out ends, or mat."
+            "YAML of an action's goal or as a bag; an animated glTF for Blender and other viewers. "
+            "Default: as --out ends, or mat."
         ),
     ] = None,
     out: ExportFile = None,
@@ -74,7 +75,7 @@ def export(
         float | None, _servo("--max", help="Maximum degrees. Default: centre + 90.")
     ] = None,
 ) -> None:
-    """Write the champion's joint angles to a file, in radians or for a robot.
+    """Write the champion to a file: its joint angles, in radians or for a robot, or its body.
 
     [bold]Examples[/bold]
 
@@ -91,6 +92,8 @@ def export(
     gaitsim export spider --format arduino --calibration robot.toml
 
     gaitsim export spider --format ros2 --out goal.yaml
+
+    gaitsim export spider --format glb
     """
     opened = RunSnapshot(find_run(run))
     options = Options(calibration, keyframe_ms, speed, clip, centre, low, high)

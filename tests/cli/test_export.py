@@ -34,6 +34,14 @@ def test_the_options_of_a_servo_table(gaitsim, finished, tmp_path):
     assert rows[1][1:] == ["90.00"] * 3
 
 
+def test_an_animated_gltf(gaitsim, finished, tmp_path):
+    said = gaitsim("export", "puppet", "--out", "body.glb", "--generation", 1).stdout
+    assert "5 frames at 4 Hz" in said
+    assert (tmp_path / "body.glb").read_bytes()[:4] == b"glTF"
+    said = gaitsim("export", "puppet", "--format", "glb", "--speed", 2, code=2).stderr
+    assert "--speed" in said
+
+
 def test_angles_beyond_the_servos_are_refused_or_clipped(gaitsim, finished, tmp_path):
     arguments = ("export", "puppet", "--format", "servo", "--out", "x.csv")
     limits = ("--min", -1, "--max", 1)
