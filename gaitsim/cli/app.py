@@ -26,6 +26,7 @@ app = group(
         "video": "Make a video of the champion: MP4 or GIF.",
         "play": "Play a champion in the terminal, until Ctrl-C.",
         "analyse": "Report which gait emerged, and why it scored.",
+        "steer": "Fly a body yourself: keys choose which trained network is in command.",
         "adapt": "Find a gait for a damaged body in a few trials, by the map of an atlas.",
         "imitate": "Train a network that imitates the champion, and let it walk by itself.",
         "study": "Sweep options over all cores: one table, surfaces and a summary.",

@@ -28,15 +28,26 @@ def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
 
     gaitsim tui experiments/spring --theme gaitsim-okabe-ito
     """
+    check_terminal("without one, use 'gaitsim runs' and 'gaitsim run'; see 'gaitsim --help'")
+    chosen = check_theme(theme, where="--theme") if theme else None
+    run_app(GaitsimApp(root, config=read_config(config_path()), theme=chosen))
+
+
+def check_terminal(remedy: str) -> None:
+    """Check that there is a terminal.
+
+    Raises:
+        GaitsimError: there is none; the message says what to do without.
+    """
     # `gaitsim serve` sets a driver of Textual instead of a terminal.
     if not (os.environ.get("TEXTUAL_DRIVER") or (sys.stdin.isatty() and sys.stdout.isatty())):
         raise GaitsimError(
-            "the terminal UI needs a terminal for its input and output",
-            remedy="without one, use 'gaitsim runs' and 'gaitsim run'; see 'gaitsim --help'",
+            "the terminal UI needs a terminal for its input and output", remedy=remedy
         )
 
-    chosen = check_theme(theme, where="--theme") if theme else None
-    app = GaitsimApp(root, config=read_config(config_path()), theme=chosen)
+
+def run_app(app: GaitsimApp) -> None:
+    """Run the app; end with its exit code if it failed."""
     app.run()
     if app.return_code:
         sys.exit(app.return_code)

@@ -32,6 +32,7 @@ from gaitsim.tui.vi import ViKeys
 
 if TYPE_CHECKING:
     from gaitsim.individual import Member, Which
+    from gaitsim.steering import Drive
     from gaitsim.tui.builder import ExperimentBuilder
 
 _PLAIN = PlainText()
@@ -48,6 +49,7 @@ class GaitsimApp(ViKeys):
         config: the user's settings; None for none.
         theme: the name of a theme; overrides the settings.
         clock: the time, in seconds since 1970.
+        first: makes the screen to begin with.
 
     Attributes:
         tasks: commands in the background.
@@ -91,9 +93,11 @@ class GaitsimApp(ViKeys):
         config: Config | None = None,
         theme: str | None = None,
         clock: Callable[[], float] = time.time,
+        first: Callable[[], Screen[None]] = Home,
     ) -> None:
         super().__init__()
         self.folder = folder
+        self._first = first
         self.clock = clock
         self.tasks = Tasks(self._task_changed)
         self.drafts: dict[str, ExperimentBuilder] = {}
@@ -118,8 +122,8 @@ class GaitsimApp(ViKeys):
         return [*super().get_line_filters(), _PLAIN]
 
     def get_default_screen(self) -> Screen[None]:
-        """Begin at home."""
-        return Home()
+        """Begin at home, or where was asked for."""
+        return self._first()
 
     def on_mount(self) -> None:
         """Apply the user's keys; report problems of the settings."""
@@ -193,6 +197,12 @@ class GaitsimApp(ViKeys):
         from gaitsim.tui.screens.why import Why
 
         self.push_screen(Why(run, which))
+
+    def open_steering(self, load: "Callable[[], Drive]", line: str) -> None:
+        """Let the user steer a body, which a function returns; the command line does the same."""
+        from gaitsim.tui.screens.steering import Steering
+
+        self.push_screen(Steering(load, line))
 
     def open_compare(self, runs: list[Path]) -> None:
         """Compare the curves of several runs."""

@@ -254,6 +254,13 @@ followed as they go.
                 f"Assemble a run from the preset {name}",
                 lambda name=name: self.gaitsim.open_new(name),  # type: ignore[misc]
             )
+        yield PaletteCommand("Steer", "Fly a body yourself, by the arrow keys", self._steer)
+
+    def _steer(self) -> None:
+        from gaitsim.runs.files.folder import command
+        from gaitsim.steering import drive_of
+
+        self.gaitsim.open_steering(drive_of, command("steer"))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "back":

@@ -1,6 +1,8 @@
 """New run: a preset, any part of it changed, checked as it is typed."""
 
 import asyncio
+from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -16,6 +18,7 @@ from textual.widgets import Input, Select, Static
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import RUNS, create_run, free_name
+from gaitsim.steering import drive_with, offered_commands
 from gaitsim.tui.builder import (
     SECTIONS,
     ExperimentBuilder,
@@ -26,7 +29,7 @@ from gaitsim.tui.builder import (
 )
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.option_search import OptionSearch
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 from gaitsim.tui.screens.experiment_files import ask_load, ask_save
 from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.widgets.experiment_head import KEYS, ExperimentHead
@@ -251,6 +254,16 @@ new run begins; Ctrl-Z takes them back.
         elif key in KEYS:
             self.query_one(f"#{key}").focus()
         return None
+
+    def palette(self) -> Iterable[PaletteCommand]:
+        """Yield the command that steers the body as it is now."""
+        found = self.validation
+        if found is not None and found.experiment is not None:
+            experiment = found.experiment
+            if offered_commands(experiment):
+                load = partial(drive_with, experiment, {})
+                steer = partial(self.gaitsim.open_steering, load, "")
+                yield PaletteCommand("Steer", "Fly this body yourself, by the arrow keys", steer)
 
     async def may_leave(self) -> bool:
         """Keep what was changed and not saved as a draft."""

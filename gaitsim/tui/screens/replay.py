@@ -1,6 +1,6 @@
 """Replay: the best of any generation as it moves, alone or beside another."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
@@ -13,8 +13,9 @@ from textual.reactive import reactive
 
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
-from gaitsim.runs.files.folder import command
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.runs.files.folder import EXPERIMENT, command
+from gaitsim.steering import drive_with, offered_commands
+from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 from gaitsim.tui.screens.numbering import (
     in_words,
     kind_of,
@@ -324,6 +325,22 @@ The best individual of any generation, or a member of a front or archive, as it 
     def action_laboratory(self) -> None:
         pane = self.pane
         self.gaitsim.open_laboratory(pane.run, pane.which)
+
+    def palette(self) -> Iterable[PaletteCommand]:
+        """Yield a command for each controller that the individual shown may replace."""
+        pane = self.pane
+        if pane.shown is None:
+            return
+        which, experiment = pane.shown.which, pane.shown.individual.experiment
+        reference = f"{pane.run}{'#' if isinstance(which, Member) else '@'}{number_of(which)}"
+        for one in offered_commands(experiment):
+            do = partial(
+                self.gaitsim.open_steering,
+                partial(drive_with, experiment, {one.name: reference}),
+                command("steer", pane.run / EXPERIMENT, "--controller", f"{one.name}={reference}"),
+            )
+            about = f"Fly the body yourself; this individual's network takes over to {one.help}"
+            yield PaletteCommand(f"Steer: {one.name}", about, do)
 
     def command_line(self) -> str:
         pane = self.pane

@@ -1,0 +1,65 @@
+"""`gaitsim steer`."""
+
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli.options import Set
+from gaitsim.cli.tui import check_terminal, run_app
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment, parse_assignments
+from gaitsim.runs.files.folder import command
+from gaitsim.steering import PRESET, Drive, controllers_of
+
+ALLOWED = "COMMAND=RUN, COMMAND=RUN@GENERATION or COMMAND=FILE of a champion"
+
+
+def steer(
+    experiment: Annotated[
+        str,
+        typer.Argument(
+            help="A preset's name or an experiment file, whose body has commands.",
+            metavar="[NAME|FILE]",
+            show_default=True,
+        ),
+    ] = PRESET,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COMMAND=RUN[@N]",
+            help="Let an individual of a run control a command; may be repeated.",
+        ),
+    ] = None,
+    set_: Set = None,
+) -> None:
+    """Fly a body yourself: keys choose which trained network is in command.
+
+    [bold]Examples[/bold]
+
+    gaitsim steer
+
+    gaitsim steer fly-steer-hover --controller climb=runs/fly-steer-climb@120
+    """
+    check_terminal("a web browser: gaitsim serve")
+    loaded = load_experiment(experiment, parse_assignments(set_ or ()))
+    replaced = dict(map(_replaced, controller or ()))
+    controllers = controllers_of(loaded, replaced)
+    from gaitsim.tui.app import GaitsimApp
+    from gaitsim.tui.config import config_path, read_config
+    from gaitsim.tui.screens.steering import Steering
+
+    options = [part for text in controller or () for part in ("--controller", text)]
+    options += [part for text in set_ or () for part in ("--set", text)]
+    line = command("steer", *([] if experiment == PRESET else [experiment]), *options)
+    drive = Drive(loaded, controllers)
+    run_app(
+        GaitsimApp(config=read_config(config_path()), first=lambda: Steering(lambda: drive, line))
+    )
+
+
+def _replaced(text: str) -> tuple[str, str]:
+    """Return command and individual of `--controller`."""
+    name, equals, reference = text.partition("=")
+    if not (name and equals and reference):
+        raise GaitsimError(f"{text!r} is not a controller", where="--controller", allowed=ALLOWED)
+    return name, reference

@@ -1,0 +1,79 @@
+"""A steered body in a terminal: the camera behind it, and the way it came from above."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.scene.camera import DISTANCE, Camera, Points, axes
+from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, cells, draw_lines, empty
+from gaitsim.render.terminal.scales import ARROWS, length
+from gaitsim.render.ticks import round_step
+
+VIEWS = {"behind": (180.0, 18.0), "side": (-90.0, 7.0), "above": (180.0, 89.0)}
+"""Azimuth from the body's heading and elevation of the camera, degrees."""
+
+HELD = 0.6  # share of a picture's height at which the body is
+NEAREST, FARTHEST = 2.5, 6.0  # heights of a picture in lengths of the body
+ROOM = 1.25  # of a picture's part below the body, in its altitudes: the ground is seen
+WAY, BODY, SCALE = 1, 2, 3  # inks of a plan
+LEAST = 3.0  # lengths of the body that a plan shows at least on either side
+
+
+def chase(
+    view: str, turned: float, place: Points, size: float, zoom: float, columns: int, rows: int
+) -> Camera:
+    """Return a camera that keeps the ground below a body in the picture, up to some altitude.
+
+    Args:
+        view: one of `VIEWS`.
+        turned: the heading that the camera has, to the left of x, radians.
+        place: of the body above the ground, (3,) m.
+        size: of the body, m.
+        zoom: 1 for the usual distance.
+        columns: of the picture.
+        rows: of the picture.
+    """
+    azimuth, elevation = VIEWS[view]
+    right, up, ahead = axes(azimuth + float(np.degrees(turned)), elevation)
+    width, height = columns * WIDE, rows * HIGH
+    tall = float(np.clip(ROOM * place[2] / HELD, NEAREST * size, FARTHEST * size))
+    scale = zoom * min(height / tall, width / (NEAREST * size))
+    return Camera(
+        np.asarray(place, dtype=np.float64),
+        *(right, up, ahead),
+        distance=DISTANCE * max(size, tall / 2),
+        scale=scale,
+        centre=np.array([(width - 1) / 2, HELD * (height - 1)]),
+    )
+
+
+def plan(
+    path: Points, turned: float, size: float, columns: int, rows: int
+) -> tuple[NDArray[np.uint32], Inks]:
+    """Return a path from above, its start's heading upwards: characters and inks, (rows, columns).
+
+    Args:
+        path: (places, 3) m, the body's own place last.
+        turned: of the body's heading to the left since the start, radians.
+        size: of the body, m.
+        columns: of the picture.
+        rows: of the picture.
+    """
+    dots = empty(columns, rows)
+    if not dots.size:
+        return cells(dots)
+    flat = np.stack([-path[:, 1], -path[:, 0]], axis=1)  # right, down
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    room = np.array([columns * WIDE - 1.0, rows * HIGH - 1.0])
+    scale = float((room / (np.maximum(high - low, 0) + 2 * LEAST * size)).min())
+    at = (flat - (low + high) / 2) * scale + room / 2
+    draw_lines(dots, np.stack([at[:-1], at[1:]], axis=1), np.full(len(at) - 1, WAY))
+    codes, inks = cells(dots)
+    row, column = int(at[-1, 1]) // HIGH, int(at[-1, 0]) // WIDE
+    codes[row, column] = ord(ARROWS[round(turned / (np.pi / 4)) % len(ARROWS)])
+    inks[row, column] = BODY
+    step = round_step(columns / 4 * WIDE / scale)
+    words = f"{'─' * max(int(step * scale / WIDE), 1)} {length(step)}"
+    if len(words) <= columns:
+        codes[-1, : len(words)] = [ord(sign) for sign in words]
+        inks[-1, : len(words)] = SCALE
+    return codes, inks

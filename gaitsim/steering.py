@@ -1,0 +1,276 @@
+"""A body under a person's command: which bodies can be, by whose controllers, and in real time."""
+
+from collections import deque
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim import registry
+from gaitsim.contracts import Command, Genomes, Organism, Skeleton
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.gait.trunk import heading, size, trunk
+from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
+from gaitsim.runs.start import kept_individual
+
+PRESET = "fly-steer-hover"  # the experiment whose body is steered where none is asked for
+SHOWN = 3.0  # seconds of the latest motion that are kept whole
+PLACES = 10.0  # places of the path a second that are kept, Hz
+LONGEST_PATH = 6000  # places of the path
+BEHIND = 1.0  # seconds that are simulated at once, at most: what is beyond was a pause
+SPEED_OVER = 0.25  # seconds over which speeds are taken
+SHARES = "shares"  # the channel of a steered motion: (1, frames, commands)
+
+
+def commands_of(experiment: Experiment) -> tuple[Command, ...]:
+    """Return the commands of an experiment's body; () for one that nobody can steer.
+
+    Raises:
+        GaitsimError: the body fails.
+    """
+    entry = experiment.entries["organism"]
+    with plugin_errors(entry, "naming its commands"):
+        commands = experiment.organism.commands()
+    if len({command.key for command in commands}) < len(commands):
+        raise contract_error(entry, "has two commands with the same key", "a key for each command")
+    return commands
+
+
+def offered_commands(experiment: Experiment) -> tuple[Command, ...]:
+    """Return the commands of an experiment's body; () for a body that fails, too."""
+    try:
+        return commands_of(experiment)
+    except GaitsimError:
+        return ()
+
+
+def steered_bodies() -> list[str]:
+    """Return the names of the installed bodies that have commands."""
+    found, _ = registry.scan("organism")
+    return sorted(
+        name
+        for name, kind in found.items()
+        if issubclass(kind, Organism) and kind.commands is not Organism.commands
+    )
+
+
+def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[str, Genomes]:
+    """Return a controller, (genes,), for each command of a body, by the command's name.
+
+    Args:
+        experiment: of the body.
+        replaced: individuals as `--from` takes them, by command; others come with the package.
+
+    Raises:
+        GaitsimError: nobody can steer the body, it has no such command, an individual cannot be
+            read or does not fit, or a command has no controller.
+    """
+    entry = experiment.entries["organism"]
+    names = [command.name for command in commands_of(experiment)]
+    if not names:
+        raise GaitsimError(
+            f"nobody can steer the body {entry.name!r}: it has no commands",
+            where=f"experiment {experiment.name}",
+            allowed=f"a body with commands: {', '.join(steered_bodies()) or 'none is installed'}",
+        )
+    for name in replaced:
+        if name not in names:
+            raise GaitsimError(
+                f"the body {entry.name!r} has no command {name!r}",
+                where="--controller",
+                allowed=", ".join(names),
+            )
+    with plugin_errors(entry, "reading its controllers"):
+        found = dict(experiment.organism.controllers())
+    for name, reference in replaced.items():
+        found[name] = _kept(experiment, reference, f"--controller {name}={reference}")
+    missing = [name for name in names if name not in found]
+    if missing:
+        raise GaitsimError(
+            f"the body {entry.name!r} with these options has no controller for the command "
+            f"{missing[0]!r}",
+            where=f"experiment {experiment.name}",
+            allowed="a controller for each command: " + ", ".join(names),
+            remedy=f"--controller {missing[0]}=RUN, a run that trained one",
+        )
+    return {name: found[name] for name in names}
+
+
+def _kept(experiment: Experiment, reference: str, where: str) -> Genomes:
+    """Return the genome, (genes,), of a kept individual that fits an experiment's body."""
+    try:
+        kept = kept_individual(reference)
+    except GaitsimError as error:
+        error.where = where if error.where in ("", "--from") else error.where
+        raise
+    wrong = genome_mismatch(experiment, kept.genome[None], kept.experiment, "the genome")
+    if wrong:
+        raise GaitsimError(
+            f"{wrong}; so it cannot control this body",
+            where=where,
+            allowed=expected_genomes(experiment),
+            remedy="give an individual of the same body, its options that shape the genome being "
+            "the same, too",
+        )
+    return kept.genome
+
+
+def drive_of() -> "Drive":
+    """Return the body of the usual preset at its start, by the controllers of its package.
+
+    Raises:
+        GaitsimError: it is not installed, or fails.
+    """
+    return drive_with(load_experiment(PRESET), {})
+
+
+def drive_with(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":
+    """Return an experiment's body at its start, with controllers as `controllers_of` has them.
+
+    Raises:
+        GaitsimError: as `controllers_of`; or the body fails.
+    """
+    return Drive(experiment, controllers_of(experiment, replaced))
+
+
+class Drive:
+    """A body under command, from its start until it crashes; a clock says how far.
+
+    Args:
+        experiment: of the body.
+        controllers: a genome (genes,) by command.
+
+    Attributes:
+        commands: of the body; the first is in force at the start.
+        command: in force.
+        size: longest diagonal of the box around the body, m.
+        ending: why it ended; '' while it goes on.
+        shares: how much each controller has of the command, (commands,), summing to 1.
+    """
+
+    def __init__(self, experiment: Experiment, controllers: Mapping[str, Genomes]) -> None:
+        self._organism, self._entry = experiment.organism, experiment.entries["organism"]
+        self._controllers = controllers
+        self.commands = commands_of(experiment)
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again at the start.
+
+        Raises:
+            GaitsimError: a controller does not fit, or the body fails.
+        """
+        with plugin_errors(self._entry, "getting ready to be steered"):
+            self._steered = self._organism.steer(self._controllers)
+        self.command = self.commands[0]
+        self.frame_rate = float(self._steered.frame_rate)
+        self.ending = ""
+        self.shares = np.eye(len(self.commands))[0]
+        self._frames, self._lag = 0, 0.0
+        self._latest: deque[NDArray[np.float64]] = deque(maxlen=int(SHOWN * self.frame_rate) + 1)
+        self._centres: deque[NDArray[np.float64]] = deque(maxlen=self._latest.maxlen)
+        self._path: deque[NDArray[np.float64]] = deque(maxlen=LONGEST_PATH)
+        self._first: Skeleton | None = None
+        self._simulate(1)
+
+    @property
+    def seconds(self) -> float:
+        """Seconds that were simulated."""
+        return self._frames / self.frame_rate
+
+    def choose(self, name: str) -> None:
+        """Give a command, by its name, from the next frame on."""
+        self.command = next(command for command in self.commands if command.name == name)
+
+    def advance_to(self, seconds: float) -> None:
+        """Simulate as many frames as a clock that began with the flight says.
+
+        More than a second at once was a pause of the whole program, and is left out.
+
+        Raises:
+            GaitsimError: the body fails.
+        """
+        behind = int((seconds - self._lag) * self.frame_rate) - self._frames
+        most = int(BEHIND * self.frame_rate)
+        if behind > most:
+            self._lag += (behind - most) / self.frame_rate
+            behind = most
+        if behind > 0 and not self.ending:
+            self._simulate(behind)
+
+    def _simulate(self, frames: int) -> None:
+        with plugin_errors(self._entry, "being steered"):
+            motion = self._steered.advance(self.command.name, frames)
+            skeleton = self._organism.skeleton(motion, 0)
+        if len(skeleton.segments) != frames:
+            raise contract_error(
+                self._entry,
+                f"advanced {len(skeleton.segments)} frames instead of {frames}",
+                "as many frames as asked for",
+            )
+        if self._first is None:
+            self._first, self.size = skeleton, size(skeleton)
+        flown = _until_ground(skeleton)
+        every = max(round(self.frame_rate / PLACES), 1)
+        for frame in range(flown):
+            self._latest.append(np.asarray(skeleton.segments[frame], dtype=np.float64))
+            self._centres.append(np.asarray(skeleton.path[frame], dtype=np.float64))
+            if (self._frames + frame) % every == 0:
+                self._path.append(self._centres[-1])
+        self._frames += flown
+        if SHARES in motion and flown:
+            self.shares = np.asarray(motion[SHARES][0, flown - 1], dtype=np.float64)
+        elif SHARES not in motion:
+            self.shares = np.eye(len(self.commands))[self.commands.index(self.command)]
+        if motion.failures:
+            self.ending = f"It ended after {self.seconds:.1f} s: {motion.failures[0]}."
+        elif flown < frames:
+            self.ending = f"It hit the ground after {self.seconds:.1f} s."
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """The body in the latest three seconds, the last frame being now."""
+        assert self._first is not None, "a frame is simulated at the start"
+        return Skeleton(
+            np.stack(self._latest),
+            self._first.names,
+            self.frame_rate,
+            centre=np.stack(self._centres),
+        )
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """Where the body was, ten places a second, (places, 3) m; its own place last."""
+        return np.stack([*self._path, self._centres[-1]])
+
+    @property
+    def altitude(self) -> float:
+        """Height of the body's centre above the ground, m."""
+        return float(self._centres[-1][2])
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Mean velocity over the last quarter of a second, (3,) m/s."""
+        frames = min(int(SPEED_OVER * self.frame_rate), len(self._centres) - 1)
+        if not frames:
+            return np.zeros(3)
+        moved = self._centres[-1] - self._centres[-1 - frames]
+        return np.asarray(moved * self.frame_rate / frames, dtype=np.float64)
+
+    @property
+    def turned(self) -> float | None:
+        """How far its heading is to the left of that at the start, radians; None without one."""
+        assert self._first is not None, "a frame is simulated at the start"
+        both = np.stack([self._first.segments[0], self._latest[-1]])
+        found = heading(trunk(Skeleton(both, self._first.names, self.frame_rate)))
+        return None if found is None else float((found[-1] + np.pi) % (2 * np.pi) - np.pi)
+
+
+def _until_ground(skeleton: Skeleton) -> int:
+    """Return how many frames a body stays above the ground; all of them for one with feet."""
+    if skeleton.contacts is not None:
+        return len(skeleton.segments)
+    below = np.flatnonzero(skeleton.segments[..., 2].min(axis=(1, 2)) < 0)
+    return int(below[0]) if len(below) else len(skeleton.segments)

@@ -1,0 +1,263 @@
+"""Steering: a body under the user's command, in real time."""
+
+import time
+from collections.abc import Callable
+from typing import ClassVar
+
+import numpy as np
+from rich.text import Text
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.widgets import Static
+
+from gaitsim.errors import GaitsimError
+from gaitsim.render.terminal.scales import yaw
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.steering import Drive
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.widgets.curve_plot import CurvePlot
+from gaitsim.tui.widgets.curves import Series, View
+from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
+from gaitsim.tui.widgets.steered_body import PathPlan, SteeredBody
+
+FPS = 20
+EVERY = 4  # pictures between two of the curve and the plan
+BAR = 10  # cells of a whole share
+SIGNS = {"up": "↑", "down": "↓", "left": "←", "right": "→", "space": "␣"}
+
+
+class Steering(GaitScreen):
+    """A body that the arrow keys and space steer.
+
+    Args:
+        load: returns the body at its start; called in a thread.
+        line: the command line that does the same.
+        clock: seconds that pass, for tests.
+
+    Attributes:
+        drive: the body; None until it is loaded.
+        paused: whether it waits.
+    """
+
+    HELP_TEXT = """
+Fly a body yourself. Each command has a controller of its own, a network that evolution trained for
+it; an arrow key or space chooses which one is in command, and the others fade out.
+
+- A command **holds until the next key**, as terminals do not tell when a key is released. The key
+  of the first command returns to it.
+- The bars are how much each controller has of the command now.
+- The flight ends on the ground. **Restart** begins again, **Pause** waits.
+- **View** goes from behind to the side and above; the camera turns with the body. + and − zoom.
+- The plan shows the way from above, the heading at the start upwards; the curve is the altitude.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *(
+            Binding(key, f"command('{key}')", f"Command {sign}", show=False,
+                    id=f"steering.{key}", tooltip="Let the controller of this key take over")
+            for key, sign in SIGNS.items()
+        ),
+        Binding("r", "restart", "Restart", id="steering.restart", tooltip="Begin at the start"),
+        Binding("p", "pause", "Pause", id="steering.pause", tooltip="Wait, or go on"),
+        Binding("v", "view", "View", id="steering.view",
+                tooltip="From behind, the side, or above"),
+        Binding("plus,equals_sign", "zoom(1)", "Closer", show=False, id="steering.closer",
+                tooltip="Zoom in"),
+        Binding("minus", "zoom(-1)", "Farther", show=False, id="steering.farther",
+                tooltip="Zoom out"),
+        Binding("h", "app.help", "Help", show=False, id="steering.help",
+                tooltip="What this screen can do"),
+    ]  # fmt: skip
+    DEFAULT_CSS = """
+    Steering {
+        & #steering { height: 1fr; }
+        & #steering-side { width: 31; border-left: solid $border-blurred; }
+        & #steering-facts { height: auto; padding: 0 1; }
+        & #steering-curve { height: 10; display: none; }
+        & #steering-said { height: auto; max-height: 3; padding: 0 1; background: $surface; }
+        &.-tall #steering-curve { display: block; }
+        &.-wide #steering-side { width: 44; }
+    }
+    """
+    AUTO_FOCUS = ""
+
+    def __init__(
+        self,
+        load: Callable[[], Drive],
+        line: str = "",
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__()
+        self._load, self._line, self._clock = load, line, clock
+        self.drive: Drive | None = None
+        self.paused = False
+        self._then, self._elapsed, self._best = 0.0, 0.0, 0.0
+        self._pictures, self._turned = 0, 0.0
+        self._altitudes: list[tuple[float, float]] = []
+        self.sub_title = "steering"
+        self.body = SteeredBody("reading the controllers …")
+        self.plan = PathPlan()
+        self.curve = CurvePlot("seconds", "", View())
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        with Horizontal(id="steering"):
+            yield self.body
+            with Vertical(id="steering-side"):
+                yield Static(id="steering-facts")
+                yield self.plan
+                with Vertical(id="steering-curve"):
+                    yield self.curve
+        yield Static(id="steering-said")
+        yield Footer()
+
+    @work(group="read")
+    async def on_mount(self) -> None:
+        try:
+            self.drive = await self.in_thread(self._load)
+        except GaitsimError as error:
+            self.body.say(visible_lines(str(error)))
+            self.query_one("#steering-said").display = False
+            return
+        self._begin()
+        self.set_interval(1 / FPS, self._tick)
+
+    def _begin(self) -> None:
+        """Count the time from now."""
+        self._then, self._elapsed, self.paused = self._clock(), 0.0, False
+        self._pictures, self._altitudes = 0, []
+        self.body.look_ahead()
+        self._show()
+        self._say()
+
+    def _tick(self) -> None:
+        """Simulate what the clock says has passed, and show how it is then."""
+        now = self._clock()
+        passed, self._then = now - self._then, now
+        drive = self.drive
+        if drive is None or self.paused or drive.ending or not self.is_active:
+            return
+        self._elapsed += passed
+        self._simulate(drive)
+        self._show()
+        if drive.ending:
+            self._best = max(self._best, drive.seconds)
+            self._say()
+
+    def _simulate(self, drive: Drive) -> None:
+        try:
+            drive.advance_to(self._elapsed)
+        except GaitsimError as error:
+            drive.ending = str(error)
+
+    def _show(self) -> None:
+        drive = self.drive
+        assert drive is not None, "it is shown once it is loaded"
+        turned = drive.turned
+        self._turned = self._turned if turned is None else turned
+        self._altitudes.append((drive.seconds, drive.altitude))
+        self.body.show(drive, self._turned)
+        self.query_one("#steering-facts", Static).update(_facts(drive, self._turned))
+        if self._pictures % EVERY == 0 or drive.ending:
+            self.plan.show(drive, self._turned)
+            seconds, altitudes = np.array(self._altitudes).T
+            self.curve.series = (Series("altitude, m", seconds, altitudes),)
+            self.curve.redraw()
+        self._pictures += 1
+
+    def _say(self) -> None:
+        """Show how keys are taken, or why the flight has ended."""
+        drive = self.drive
+        assert drive is not None, "there is something to say once it is loaded"
+        said = self.query_one("#steering-said", Static)
+        key = SIGNS[drive.commands[0].key]
+        if drive.ending:
+            best = f" Best: {self._best:.1f} s." if self._best > drive.seconds else ""
+            words = Text(visible_lines(f"{drive.ending}{best} r begins again."), "bold")
+        elif self.paused:
+            words = Text("Paused. p goes on.", "bold")
+        else:
+            words = Text(
+                "A command holds until the next key; "
+                f"{key} returns to {visible(drive.commands[0].name)}."
+            )
+        said.update(words)
+        self.refresh_bindings()
+
+    def action_command(self, key: str) -> None:
+        drive = self.drive
+        assert drive is not None, "commands are offered once it is loaded"
+        drive.choose(next(command.name for command in drive.commands if command.key == key))
+        self._show()
+
+    def action_restart(self) -> None:
+        drive = self.drive
+        assert drive is not None, "this is offered once it is loaded"
+        self._best = max(self._best, drive.seconds)
+        try:
+            drive.restart()
+        except GaitsimError as error:
+            self.gaitsim.tell(error)
+            return
+        self._begin()
+
+    def action_pause(self) -> None:
+        self.paused = not self.paused
+        self._say()
+
+    def action_view(self) -> None:
+        self.body.next_camera()
+
+    def action_zoom(self, steps: int) -> None:
+        self.body.closer(steps)
+
+    def action_back(self) -> None:
+        """Go back, or end where it is the only screen."""
+        if len(self.app.screen_stack) > 1:
+            super().action_back()
+        else:
+            self.app.exit()
+
+    def command_line(self) -> str:
+        return self._line
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        drive = self.drive
+        match action:
+            case "back":
+                return True
+            case "command":
+                keys = [] if drive is None else [command.key for command in drive.commands]
+                return drive is not None and not drive.ending and parameters[0] in keys
+            case "pause":
+                return drive is not None and not drive.ending
+            case "restart" | "view" | "zoom":
+                return drive is not None
+        return super().check_action(action, parameters)
+
+
+def _facts(drive: Drive, turned: float) -> Text:
+    """Return altitude, speeds, heading, time, and each command with its share."""
+    ahead, up = float(np.hypot(*drive.velocity[:2])), float(drive.velocity[2])
+    text = Text(no_wrap=True)
+    for name, value in (
+        ("in the air", f"{drive.seconds:8.1f} s"),
+        ("altitude", f"{drive.altitude:8.2f} m"),
+        ("climb", f"{up:+8.2f} m/s".replace("-", "−")),
+        ("speed", f"{ahead:8.2f} m/s"),
+        ("heading", yaw(turned).removeprefix("yaw ").rjust(8)),
+    ):
+        text.append(f"{name:<11}", "dim")
+        text.append(value + "\n")
+    text.append("\n")
+    widest = max(len(command.name) for command in drive.commands)
+    for command, share in zip(drive.commands, drive.shares.tolist(), strict=True):
+        chosen = command is drive.command
+        style = "bold reverse" if chosen else "bold" if share >= 0.5 / BAR else ""
+        text.append(f" {SIGNS[command.key]} {visible(command.name):<{widest}} ", style)
+        full = round(share * BAR)
+        text.append(" " + "█" * full + "░" * (BAR - full))
+        text.append(f"{100 * share:4.0f} %\n", "dim")
+    return text

@@ -1,0 +1,103 @@
+"""A steered body, seen from behind, and its way from above."""
+
+from typing import ClassVar
+
+import numpy as np
+from rich.style import Style
+
+from gaitsim.render.scene.clip import Clip
+from gaitsim.render.terminal.body import drawn_by
+from gaitsim.render.terminal.chase import VIEWS, chase, plan
+from gaitsim.steering import Drive
+from gaitsim.tui.widgets.canvas import CLOSER, BodyCanvas
+from gaitsim.tui.widgets.cells import Cells, Picture
+
+CALM = 0.15  # share of the way to the body's heading that the camera turns in a picture
+
+
+class SteeredBody(BodyCanvas, can_focus=False):
+    """A body under command, now, by a camera that turns with it.
+
+    Attributes:
+        chosen: the camera, one of `gaitsim.render.terminal.chase.VIEWS`.
+        zoom: 1 for the usual distance.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message=message)
+        self.chosen = next(iter(VIEWS))
+        self.zoom = 1.0
+        self._length = 1.0
+        self._turned = self._looking = 0.0
+
+    def show(self, drive: Drive, turned: float) -> None:
+        """Show a body as it is now.
+
+        Args:
+            drive: the body.
+            turned: its heading to the left of that at the start, radians.
+        """
+        self._turned = turned
+        away = (turned - self._looking + np.pi) % (2 * np.pi) - np.pi
+        self._looking += CALM * away
+        self._body = Clip(drive.skeleton)
+        self._length = drive.size
+        self.redraw()
+
+    def look_ahead(self) -> None:
+        """Look along the heading at the start at once."""
+        self._looking = 0.0
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        clip = self._body
+        assert clip is not None, "else there are words"
+        pose = clip.at(clip.seconds)
+        eye = chase(self.chosen, self._looking, pose.aim, self._length, self.zoom, columns, rows)
+        return drawn_by(eye, clip, pose, self._turned, columns, rows)
+
+    def next_camera(self) -> None:
+        """Look from the next side."""
+        names = [*VIEWS]
+        self.chosen = names[(names.index(self.chosen) + 1) % len(names)]
+        self.redraw()
+
+    def closer(self, steps: int) -> None:
+        """Zoom in, or out by negative steps."""
+        self.zoom = min(max(self.zoom * CLOSER**steps, 0.25), 4.0)
+        self.redraw()
+
+    def action_zoom(self, steps: int) -> None:
+        self.closer(steps)
+
+
+class PathPlan(Cells):
+    """The way of a steered body from above."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"path--way", "path--body", "path--scale"}
+    DEFAULT_CSS = """
+    PathPlan {
+        height: 1fr;
+        & > .path--way { color: $success; }
+        & > .path--body { color: $foreground; text-style: bold; }
+        & > .path--scale { color: $foreground 60%; }
+    }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._path = np.zeros((1, 3))
+        self._turned, self._length = 0.0, 1.0
+
+    def show(self, drive: Drive, turned: float) -> None:
+        """Show where a body is and was; `turned` as in `SteeredBody.show`."""
+        self._path, self._turned = drive.path, turned
+        self._length = drive.size
+        self.redraw()
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        return plan(self._path, self._turned, self._length, columns, rows)
+
+    def ink_styles(self) -> list[Style]:
+        """Return the styles of nothing, way, body and scale."""
+        parts = ("path--way", "path--body", "path--scale")
+        return [self.ink_style(), *map(self.ink_style, parts)]

@@ -1,0 +1,82 @@
+"""A body under command: its controllers, and its flight by a clock."""
+
+import numpy as np
+import pytest
+from kite import COMMANDS, fly_kites
+
+from gaitsim.contracts import Motion
+from gaitsim.errors import ContractError, GaitsimError
+from gaitsim.steering import Drive, controllers_of
+
+
+@pytest.fixture
+def kite(puppet, puppets, monkeypatch):
+    """The experiment of a kite."""
+    fly_kites(monkeypatch, puppets.Puppet)
+    return puppet()
+
+
+def test_a_body_without_commands_is_refused_and_others_are_named(puppet):
+    with pytest.raises(GaitsimError, match="nobody can steer the body 'puppet'"):
+        controllers_of(puppet(), {})
+
+
+def test_controllers_come_with_the_body_or_from_runs(kite, puppet_run):
+    assert [*controllers_of(kite, {})] == ["stay", "rise", "sink"]
+    path = puppet_run().path
+    found = controllers_of(kite, {"rise": str(path)})
+    assert found["rise"].shape == (3,)
+    with pytest.raises(GaitsimError, match="no command 'dive'") as error:
+        controllers_of(kite, {"dive": str(path)})
+    assert error.value.allowed == "stay, rise, sink"
+
+
+def test_controllers_that_are_missing_or_do_not_fit_are_reported(kite, puppets, monkeypatch):
+    monkeypatch.setattr(puppets.Puppet, "controllers", lambda self: {"stay": np.zeros(3)})
+    with pytest.raises(GaitsimError, match="no controller for the command 'rise'"):
+        controllers_of(kite, {})
+
+
+def test_a_flight_follows_the_clock_frame_by_frame_and_the_commands(kite):
+    drive = Drive(kite, controllers_of(kite, {}))
+    assert drive.command is COMMANDS[0]
+    drive.choose("rise")
+    for seconds in (0.104, 0.2, 0.2, 0.55):
+        drive.advance_to(seconds)
+        assert 0 <= seconds - drive.seconds < 0.01 + 1e-9
+    assert drive.altitude == pytest.approx(1 + 0.54)
+    assert drive.velocity[2] == pytest.approx(1.0)
+    assert drive.shares.tolist() == [0, 1, 0]
+    assert len(drive.skeleton.segments) == 55
+    assert drive.turned == 0.0
+
+
+def test_after_a_pause_of_the_program_it_goes_on_where_it_was(kite):
+    drive = Drive(kite, controllers_of(kite, {}))
+    drive.advance_to(3600.0)
+    assert drive.seconds == pytest.approx(1.01)
+    drive.advance_to(3600.5)
+    assert drive.seconds == pytest.approx(1.51, abs=0.011)
+
+
+def test_the_ground_and_failures_end_a_flight_and_restart_begins_another(kite):
+    drive = Drive(kite, controllers_of(kite, {}))
+    drive.choose("sink")
+    for seconds in range(4):
+        drive.advance_to(seconds)
+    assert drive.seconds == pytest.approx(1.01, abs=0.02)
+    assert "hit the ground after 1.0 s" in drive.ending
+    drive.restart()
+    assert (drive.ending, drive.altitude, drive.command) == ("", 1.0, COMMANDS[0])
+    drive.choose("rise")
+    for seconds in range(7):
+        drive.advance_to(seconds)
+    assert "the kite tore" in drive.ending
+
+
+def test_a_body_that_breaks_its_contract_is_reported_with_its_package(kite, monkeypatch):
+    short = Motion(100.0, {"height": np.ones((1, 1)), "shares": np.ones((1, 1, 3)) / 3})
+    drive = Drive(kite, controllers_of(kite, {}))
+    monkeypatch.setattr(drive._steered, "advance", lambda command, frames: short)
+    with pytest.raises(ContractError, match="advanced 1 frames instead of 50"):
+        drive.advance_to(0.51)
