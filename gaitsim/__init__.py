@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from gaitsim.api import evolve as evolve
     from gaitsim.api import load as load
     from gaitsim.api import picture as picture
+    from gaitsim.api import view as view
     from gaitsim.comparing import Comparison as Comparison
     from gaitsim.comparing import compare as compare
     from gaitsim.errors import GaitsimError as GaitsimError
@@ -40,6 +41,7 @@ _PLACES = {
     "load_experiment": "gaitsim.experiment",
     "picture": "gaitsim.api",
     "verify_code": "gaitsim.sharing.checking",
+    "view": "gaitsim.api",
 }
 __all__ = [
     "Challenge",
@@ -59,6 +61,7 @@ __all__ = [
     "load_experiment",
     "picture",
     "verify_code",
+    "view",
 ]
 
 

@@ -24,7 +24,7 @@ from gaitsim.gait.judgement import Judgement
 from gaitsim.gait.unseen import judge
 from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
-from gaitsim.render.notebook import RunViews, picture
+from gaitsim.render.notebook import RunViews, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, find_run
 from gaitsim.runs.notes import read_note, write_note
@@ -33,7 +33,7 @@ from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import code_of
 
-__all__ = ["Individual", "Member", "Run", "Search", "evolve", "load", "picture"]
+__all__ = ["Individual", "Member", "Run", "Search", "evolve", "load", "picture", "view"]
 
 ARGUMENTS = "arguments"  # where options come from, for messages
 Generations = Generator[Generation, None, None]

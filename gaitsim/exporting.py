@@ -11,7 +11,6 @@ from gaitsim.hardware.exporting import Exported, export_individual, file_name
 from gaitsim.hardware.options import ENDINGS, TAKES, Options, refuse_options
 from gaitsim.individual import Individual
 from gaitsim.render.notebook import RunViews
-from gaitsim.runs.files.folder import holds_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 Of = Literal["individual", "individuals", "run"]
@@ -29,7 +28,7 @@ class Subject:
     """What is exported.
 
     Attributes:
-        run: the run on disk; None for an individual that none has.
+        run: the run on disk; None for an individual on its own.
         individuals: one or more; () for a format of a whole run.
     """
 
@@ -68,6 +67,12 @@ def _write_gait(format: str, subject: Subject, path: Path, options: Options) -> 
     return export_individual(subject.individuals[0], format, path, options)
 
 
+def _write_page(subject: Subject, path: Path, options: Options) -> Exported:
+    from gaitsim.render.page.player import write_page
+
+    return Exported(write_page(subject.individuals, path, subject.run))
+
+
 def _write_glb(subject: Subject, path: Path, _: Options) -> Exported:
     from gaitsim.render.glb import write_glb
 
@@ -83,6 +88,7 @@ FORMATS: Mapping[str, Format] = {
         name: Format("gait", ending, "individual", partial(_write_gait, name), TAKES[name])
         for name, ending in ENDINGS.items()
     },
+    "html": Format("page", ".html", "individuals", _write_page),
     "glb": Format("body", ".glb", "individual", _write_glb),
 }
 """All formats by name, in the order of `gaitsim.choices.ExportFormat`."""
@@ -163,10 +169,4 @@ def _subject(exported: Individual | RunViews, format: str) -> Subject:
             f"the format {format} is of a whole run, not of an individual",
             remedy="give the run that gs.load() opens",
         )
-    return Subject(run_of(exported), (exported,))
-
-
-def run_of(individual: Individual) -> RunSnapshot | None:
-    """Return the run on disk that an individual is of; None where there is none."""
-    source = individual.source
-    return RunSnapshot(source) if source is not None and holds_run(source) else None
+    return Subject(None, (exported,))

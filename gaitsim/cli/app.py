@@ -21,7 +21,8 @@ app = group(
         "members": "List the front or the archive that a search keeps.",
         "note": "Show the note of a run, or write it.",
         "rename": "Rename a run.",
-        "export": "Write the champion's joint angles to a file, in radians or for a robot.",
+        "export": "Write the champion to a file: its joint angles, also for a robot, or its body "
+        "in motion.",
         "plot": "Plot a run, or the motion of its champion, at the width of a journal column.",
         "video": "Make a video of the champion: MP4 or GIF.",
         "play": "Play a champion in the terminal, until Ctrl-C.",

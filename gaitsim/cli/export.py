@@ -30,8 +30,8 @@ def export(
         typer.Option(
             help="MATLAB/Octave, CSV, NumPy; a CSV of degrees for servos; an Arduino sketch for "
             "PCA9685 boards; a CSV of goal positions for servo buses; a ROS 2 trajectory, as the "
-            "YAML of an action's goal or as a bag; an animated glTF for Blender and other viewers. "
-            "Default: as --out ends, or mat."
+            "YAML of an action's goal or as a bag; a page that plays in any browser (html); an "
+            "animated glTF for Blender and other viewers. Default: as --out ends, or mat."
         ),
     ] = None,
     out: ExportFile = None,
@@ -75,7 +75,7 @@ def export(
         float | None, _servo("--max", help="Maximum degrees. Default: centre + 90.")
     ] = None,
 ) -> None:
-    """Write the champion to a file: its joint angles, in radians or for a robot, or its body.
+    """Write the champion to a file: its joint angles, also for a robot, or its body in motion.
 
     [bold]Examples[/bold]
 
@@ -84,6 +84,8 @@ def export(
     gaitsim export spider --out gait.csv
 
     gaitsim export spider --damage "R1 femur stuck 20"
+
+    gaitsim export spider --format html --generations 1,50,300
 
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
 

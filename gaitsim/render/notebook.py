@@ -2,10 +2,11 @@
 
 import warnings
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitsim.errors import unknown
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.individual import Individual, Which
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -48,6 +49,48 @@ def picture(
         raise unknown("view", view, VIEWS)
     theme = "dark" if dark else "light"
     return Image.fromarray(draw(individual.skeleton, seconds, size=size, view=view, theme=theme))
+
+
+class View:
+    """A page that plays individuals, as `view` returns it; a notebook shows it.
+
+    Attributes:
+        page: the page, HTML in UTF-8.
+        height: of its frame in a notebook, pixels.
+    """
+
+    def __init__(self, page: bytes, height: int) -> None:
+        self.page = page
+        self.height = height
+
+    def _repr_html_(self) -> str:
+        # A frame of its own origin: the page reaches neither the notebook nor the network.
+        return (
+            f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.page.decode())}" '
+            f'title="A gait in 3D" allow="fullscreen" '
+            f'style="width: 100%; height: {self.height}px; border: 0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"View({len(self.page):,} bytes of HTML, for notebooks)"
+
+
+def view(*individuals: Individual, height: int = 560) -> View:
+    """Return individuals as they move in 3D, side by side; a notebook shows and plays them.
+
+    Args:
+        *individuals: one or more, such as `run.replay(1), run.champion`.
+        height: of the frame, pixels.
+
+    Raises:
+        GaitsimError: there are none, or too many.
+        PluginError: a body cannot be moved, drawn or measured.
+    """
+    from gaitsim.render.page.player import page
+
+    if not individuals:
+        raise GaitsimError("view() has nothing to show", allowed="one or more individuals")
+    return View(page(individuals, embedded=True), height)
 
 
 def shown_in_notebooks(figure: "Figure", theme: "Theme") -> "Figure":
@@ -159,4 +202,24 @@ class RunViews:
         if video.caution:
             warnings.warn(video.caution, stacklevel=2)
         video.write(path)
+        return path
+
+    def page(self, path: str | Path, *, generations: Sequence[Which] = ()) -> Path:
+        """Write a page that plays champions in any browser, as `gaitsim export --format html` does.
+
+        Args:
+            path: the file.
+            generations: whose best to show, several side by side, or members, as `gs.Member(3)`;
+                () for the champion.
+
+        Returns:
+            The file.
+
+        Raises:
+            GaitsimError: there are too many, the body cannot be drawn, or it cannot be written.
+        """
+        from gaitsim.render.page.player import write_page
+
+        path, run = Path(path), self.snapshot
+        write_page([run.individual(one) for one in generations or (None,)], path, run)
         return path

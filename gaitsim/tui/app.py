@@ -239,9 +239,9 @@ class GaitsimApp(ViKeys):
 
         self.push_screen(Files(run))
 
-    def begin_task(self, arguments: Sequence[str]) -> Task:
-        """Run a gaitsim command in the background."""
-        task = self.tasks.begin(arguments)
+    def begin_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
+        """Run a gaitsim command in the background; open the file that it writes, if asked to."""
+        task = self.tasks.begin(arguments, opens=opens)
         if not self.screen.query("#tasks"):
             self.notify(task.command, title="In the background; t shows it", markup=False)
         return task
@@ -346,6 +346,9 @@ class GaitsimApp(ViKeys):
         self.screen.refresh_bindings()
         for screen in self.screen_stack:
             screen.post_message(TaskChanged(task))
+        if task.state == "done" and task.opens and task.files:
+            self.run_worker(self._hand_over(task.files[0]), group="open")
+            return
         if self.screen.query("#tasks"):
             return
         if task.state == "done":
@@ -355,6 +358,11 @@ class GaitsimApp(ViKeys):
             self.notify(
                 task.message, title=task.command, severity="error", markup=False, timeout=10
             )
+
+    async def _hand_over(self, file: Path) -> None:
+        from gaitsim.tui.opener import hand_over
+
+        await hand_over(self, file)
 
 
 async def _may_leave(screen: Screen[Any]) -> bool:

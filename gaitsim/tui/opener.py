@@ -13,7 +13,20 @@ from textual.app import App
 # Data and pictures, as gaitsim writes them. Nothing else, such as a program, is ever opened.
 OPENED = frozenset(
     f".{name}"
-    for name in ("csv", "gif", "json", "mat", "mp4", "npz", "pdf", "png", "svg", "toml", "txt")
+    for name in (
+        "csv",
+        "gif",
+        "html",
+        "json",
+        "mat",
+        "mp4",
+        "npz",
+        "pdf",
+        "png",
+        "svg",
+        "toml",
+        "txt",
+    )
 )
 PATIENCE = 3.0  # seconds after which an opener that still runs is taken to show the file
 
@@ -50,11 +63,15 @@ async def open_file(file: Path) -> bool:
 
 
 async def hand_over(app: App[Any], file: Path) -> None:
-    """Open a file; in a browser, download it; without a program for it, copy its path."""
+    """Open a file; without a program for it, copy its path.
+
+    In a browser, download it, or open it in another tab if it is a page.
+    """
     if not file.is_file():
         app.notify(f"{file} is gone", severity="error", markup=False)
     elif app.is_web:
-        download(app, [file])
+        show = getattr(app._driver, "show_page", None) if file.suffix == ".html" else None
+        download(app, [file]) if show is None else show(file)
     elif await open_file(file):
         app.notify(str(file), title="Opened", markup=False)
     else:

@@ -94,6 +94,20 @@ class Bag(ForRobot):
     pass
 
 
+class Body(Settings):
+    generation: Generation = None
+    member: Member = None
+    damage: Damage = None
+    world: World = None
+    engine: Engine = None
+
+
+class Page(Body):
+    generations: Annotated[
+        str | None, Field(description="The best of several, side by side, as 1,50,300.")
+    ] = None
+
+
 class Calibrated(ForRobot):
     calibration: Annotated[
         str | None,

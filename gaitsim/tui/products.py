@@ -17,11 +17,13 @@ from gaitsim.registry import options
 from gaitsim.tui.product_options import (
     Analysis,
     Bag,
+    Body,
     Calibrated,
     Differences,
     ForRobot,
     GaitFile,
     Imitator,
+    Page,
     Plot,
     Servo,
     Settings,
@@ -131,6 +133,8 @@ GROUPS: dict[str, tuple[Product, ...]] = {
         Product("All of these", ("plot", "--kind", "all"), Plot, "all"),
     ),
     "More": (
+        Product("Page for a browser", ("export", "--format", "html"), Page),
+        Product("glTF for Blender", ("export", "--format", "glb"), Body),
         Product("Video", ("video",), Video),
         Product("Analysis", ("analyse",), Analysis),
         Product("Imitating network", ("imitate",), Imitator),
@@ -149,6 +153,7 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
     from gaitsim.gait.files.writer import gait_of
     from gaitsim.hardware.exporting import check_bag
     from gaitsim.imitation.imitating import learnable_gait
+    from gaitsim.render.individual_clip import clip_of
     from gaitsim.render.plots.kinds import KINDS
     from gaitsim.runs.files.folder import exports_folder
     from gaitsim.runs.snapshot import RunSnapshot
@@ -162,6 +167,8 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
         Servo: gait_of,
         Template: gait_of,
         Bag: check_bag,
+        Body: clip_of,
+        Page: clip_of,
         Imitator: learnable_gait,
     }
     found = {}

@@ -45,6 +45,7 @@ class Task:
         files: those that it wrote.
         error: why it failed, where it was the user's mistake.
         ended: when it ended, by the monotonic clock.
+        opens: whether the file that it writes is opened when it is done.
     """
 
     arguments: tuple[str, ...]
@@ -57,6 +58,7 @@ class Task:
     files: list[Path] = field(default_factory=list)
     error: GaitsimError | None = None
     ended: float | None = None
+    opens: bool = False
 
     @property
     def command(self) -> str:
@@ -135,9 +137,9 @@ class Tasks:
         self._processes: dict[int, asyncio.subprocess.Process] = {}
         self._running: set[asyncio.Task[None]] = set()
 
-    def begin(self, arguments: Sequence[str]) -> Task:
-        """Run a gaitsim command."""
-        task = Task(tuple(arguments))
+    def begin(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
+        """Run a gaitsim command; `opens` says whether the file that it writes is opened."""
+        task = Task(tuple(arguments), opens=opens)
         self.all.append(task)
         job = asyncio.create_task(self._run(task))
         self._running.add(job)

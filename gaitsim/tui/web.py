@@ -22,6 +22,7 @@ from aiohttp.typedefs import Handler
 from textual_serve.server import Server, to_int
 
 from gaitsim.errors import GaitsimError
+from gaitsim.opening import read_regular
 from gaitsim.tui.web_app import ServedApp, bounded
 
 PAGE = Path(__file__).parent / "page.html"
@@ -43,6 +44,15 @@ POLICY = (
     "font-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+# A page that plays a gait runs its scripts, in an origin of its own: none of them reaches the app,
+# which shares the address, nor the network. The page's own policy allows only the viewer.
+SHOWN_POLICY = (
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; "
+    "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'"
+)
+MOST_SHOWN = 100  # pages; the oldest are forgotten
+LARGEST_SHOWN = 1 << 27  # bytes
 NO_TOKEN = Template("""<!DOCTYPE html>
 <html lang="en">
   <meta charset="utf-8" /><title>gaitsim</title>
@@ -70,6 +80,7 @@ class WebServer(Server):
         self._cookie = secrets.token_urlsafe()  # not the token: other ports get cookies, too
         self._windows = windows
         self._free = asyncio.Semaphore(windows)
+        self._shown: dict[str, Path] = {}
         self._open: WeakSet[web.WebSocketResponse] = WeakSet()
         self._ending: set[asyncio.Task[None]] = set()
 
@@ -88,6 +99,7 @@ class WebServer(Server):
                 web.get("/", self.page),
                 web.get("/ws", self.handle_websocket),
                 web.get("/download/{key}", self.handle_download),
+                web.get("/pages/{key}", self.handle_shown),
                 web.static("/static", self.statics_path),
             ]
         )
@@ -148,6 +160,26 @@ class WebServer(Server):
         policy = {"Content-Security-Policy": POLICY.format(nonce=values["nonce"])}
         return web.Response(text=filled, content_type="text/html", headers=policy)
 
+    def publish(self, path: Path) -> str:
+        """Serve a page that an app has written; return its address on this server."""
+        key = secrets.token_urlsafe()
+        self._shown[key] = path
+        for oldest in [*self._shown][:-MOST_SHOWN]:
+            del self._shown[oldest]
+        return f"/pages/{key}"
+
+    async def handle_shown(self, request: web.Request) -> web.Response:
+        """Return a page that an app has written, with a policy that keeps it apart."""
+        path = self._shown.get(request.match_info["key"])
+        if path is None:
+            raise web.HTTPNotFound(text="This page is not served any more: open it again.")
+        try:
+            page = await asyncio.to_thread(read_regular, path, LARGEST_SHOWN)
+        except OSError as error:
+            raise web.HTTPNotFound(text=f"The page cannot be read: {error.strerror}") from None
+        policy = {"Content-Security-Policy": SHOWN_POLICY, "Cache-Control": "no-store"}
+        return web.Response(body=page, content_type="text/html", charset="utf-8", headers=policy)
+
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
         """Run an app for a page, until either ends."""
         if "Origin" not in request.headers:
@@ -162,7 +194,7 @@ class WebServer(Server):
             await websocket.close(code=WSCloseCode.TRY_AGAIN_LATER, message=said.encode())
             return websocket
         self._open.add(websocket)
-        app = ServedApp(self.command, websocket, self.download_manager)
+        app = ServedApp(self.command, websocket, self.download_manager, self.publish)
         width, height = (to_int(request.query.get(name, ""), 80) for name in ("width", "height"))
         try:
             await app.start(*bounded(width, height))

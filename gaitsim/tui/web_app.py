@@ -5,7 +5,9 @@ import json
 import shlex
 import sys
 from asyncio.subprocess import PIPE, Process
+from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 
 from aiohttp import WSCloseCode, web
 from textual_serve.app_service import AppService
@@ -23,10 +25,21 @@ def bounded(width: int, height: int) -> tuple[int, int]:
 
 
 class ServedApp(AppService):
-    """A Textual app as a process, which ends with its window."""
+    """A Textual app as a process, which ends with its window.
+
+    Args:
+        command: starts the app.
+        websocket: to the window.
+        downloads: those of the server.
+        publish: serves a page that gaitsim has written; returns its address on the server.
+    """
 
     def __init__(
-        self, command: str, websocket: web.WebSocketResponse, downloads: DownloadManager
+        self,
+        command: str,
+        websocket: web.WebSocketResponse,
+        downloads: DownloadManager,
+        publish: Callable[[Path], str],
     ) -> None:
         async def write_bytes(data: bytes) -> None:
             # An app whose window has gone is read until it ends: it could not, if it had to wait.
@@ -48,6 +61,7 @@ class ServedApp(AppService):
             download_manager=downloads,
         )
         self._websocket = websocket
+        self._publish = publish
 
     def _build_environment(self, width: int = 80, height: int = 24) -> dict[str, str]:
         environment = super()._build_environment(width, height)
@@ -86,10 +100,12 @@ class ServedApp(AppService):
             await self._websocket.close()
 
     async def on_meta(self, data: bytes) -> None:
-        """Do what the app asks the server for, or pass the colour of its ground to the page."""
+        """Do what the app asks the server for, or pass a colour or an address to the window."""
         match json.loads(data):
             case {"type": "ground", "colour": str(colour)}:
                 await self.remote_write_str(json.dumps(["ground", colour]))
+            case {"type": "page", "path": str(path)}:
+                await self.remote_write_str(json.dumps(["page", self._publish(Path(path))]))
             case _:
                 await super().on_meta(data)
 

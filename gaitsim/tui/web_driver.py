@@ -1,6 +1,7 @@
 """Textual's driver for the browser, for an app that ends when its server does."""
 
 import os
+from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -38,6 +39,10 @@ class PipeDriver(WebDriver):
     def _tell_ground(self) -> None:
         ground = Color.parse(self._app.theme_variables["background"])
         self.write_meta({"type": "ground", "colour": ground.hex6})
+
+    def show_page(self, file: Path) -> None:
+        """Have the browser that shows the app open a page that gaitsim has written."""
+        self.write_meta({"type": "page", "path": str(file.absolute())})
 
     def run_input_thread(self) -> None:
         """Pass input on until it ends, and end the app then."""

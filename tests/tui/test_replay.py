@@ -179,6 +179,28 @@ def words(canvas):
     return " ".join("".join(strip.text for strip in strips(canvas)).split())
 
 
+def test_a_key_writes_a_page_of_the_bodies_that_are_shown(walk, monkeypatch):
+    begun = []
+    monkeypatch.setattr(
+        GaitsimApp, "begin_task", lambda app, words, opens=False: begun.append((words, opens))
+    )
+    run = walk()
+
+    async def test(screen, pilot):
+        await press(pilot, "B")
+        screen.pane.ask(4)
+        await settled(pilot)
+        await press(pilot, "B", "s", "B")
+
+    replay(run, test, generation=2)
+    words = ("export", str(run), "--format", "html")
+    assert begun == [
+        ((*words, "--generation", "2"), True),
+        ((*words, "--generation", "4"), True),
+        ((*words, "--generations", "4,1"), True),
+    ]
+
+
 class TestTime:
     def test_it_plays_and_pauses(self, walk):
         async def test(screen, pilot):

@@ -6,14 +6,17 @@ import os
 import shlex
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 import typer
 from textual.widgets import Static
 
+from gaitsim.choices import GaitFormat
 from gaitsim.cli.app import app as cli
 from gaitsim.contracts import Channel
 from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.exporting import FORMATS
 from gaitsim.registry import options
 from gaitsim.tui.opener import open_file
 from gaitsim.tui.products import PRODUCTS, lacking
@@ -315,6 +318,27 @@ class TestMaking:
             await driver.press("c")
             assert driver.screen.query_one("#tasks").row_count == 0
             assert not driver.offered() & {"tasks.clear", "tasks.again", "files.open"}
+
+        drive(test)
+
+    def test_every_format_of_exports_can_be_made(self):
+        made = {product.command[2] for product in PRODUCTS if product.command[1:2] == ("--format",)}
+        assert made | {*get_args(GaitFormat)} >= {*FORMATS}
+
+    def test_a_page_is_opened_once_it_is_written(self, here, drive, monkeypatch):
+        monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ())
+        page = here / "page.html"
+        page.write_text("<p>")
+
+        async def test(driver):
+            task = Task(("export",), state="done", files=[page], opens=True)
+            driver.app._task_changed(task)
+            await driver.until(lambda: "No program to open it" in driver.told())
+            shown = []
+            monkeypatch.setattr(type(driver.app), "is_web", True)
+            driver.app._driver.show_page = shown.append
+            driver.app._task_changed(task)
+            await driver.until(lambda: shown == [page])
 
         drive(test)
 

@@ -292,6 +292,49 @@ class TestApps:
         assert app.wait(30) == 0
 
 
+def meta(**content):
+    """An app that asks the server for something, then writes whatever it is sent."""
+    asked = json.dumps(content).encode()
+    packet = b"M" + len(asked).to_bytes(4, "big") + asked
+    return ECHO.replace("while data", f"os.write(1, {packet!r})\nwhile data")
+
+
+class TestPages:
+    def show(self, path):
+        """What a browser gets of a page that an app has written."""
+
+        async def go():
+            async with serving(meta(type="page", path=str(path))) as client:
+                connection, _ = await window(client)
+                what, address = await connection.receive_json()
+                assert what == "page"
+                assert address.startswith("/pages/")
+                found = await client.get(address)
+                return found, await found.read()
+
+        return asyncio.run(go())
+
+    def test_a_page_is_shown_apart_from_the_app(self, tmp_path):
+        (tmp_path / "a.html").write_text("<p>ö", encoding="utf-8")
+        found, page = self.show(tmp_path / "a.html")
+        assert (found.status, found.content_type, found.charset) == (200, "text/html", "utf-8")
+        assert page == "<p>ö".encode()
+        policy = found.headers["Content-Security-Policy"].split("; ")
+        assert "sandbox allow-scripts" in policy  # an origin of its own, without the cookie
+        assert "default-src 'none'" in policy
+        assert found.headers["X-Frame-Options"] == "DENY"
+        assert found.headers["X-Content-Type-Options"] == "nosniff"
+
+    def test_what_is_no_page_of_the_app_is_not_served(self, tmp_path):
+        (tmp_path / "link.html").symlink_to("/etc/passwd")
+        for path in (tmp_path / "missing.html", tmp_path, tmp_path / "link.html"):
+            found, page = self.show(path)
+            assert found.status == 404
+            assert b"root" not in page
+        assert ask("/pages/x")[0].status == 404
+        assert ask("/pages/x", token="")[0].status == 403
+
+
 def served(monkeypatch):
     """The servers that would be run, which are not."""
     seen = []

@@ -61,7 +61,8 @@ The best individual of any generation, or a member of a front or archive, as it 
 - The bar below the body is a length at the body; the arrow its heading from above, which is up
   at the start; a body that flies has its altitude at the left.
 - **Go to** shows a generation by its number, **Export** makes plots, videos and gait files of the
-  generation that is shown, **Why** says why it scored.
+  generation that is shown, **Why** says why it scored. **3D** writes a page that plays what
+  is shown in 3D, one file for any browser, and opens it.
 - **Split** shows a second body: the other run that was asked for, or generation 1 of this one.
   Both keep step, and share the camera. The generation keys change the one that has the focus.
 - **Members**, where the search keeps a front or an archive: the slider and the generation keys go
@@ -113,6 +114,8 @@ The best individual of any generation, or a member of a front or archive, as it 
         Binding("w", "why", "Why", id="replay.why", tooltip="Why it scored, and which gait it is"),
         Binding("L", "laboratory", "Laboratory", id="replay.laboratory",
                 tooltip="Remove legs of this body, and adapt its gait"),
+        Binding("B", "browser", "3D", id="replay.browser",
+                tooltip="Play it in 3D in a web browser, from one file"),
         Binding("e", "export", "Export", id="replay.export",
                 tooltip="Plots, videos, gait files, … of this generation"),
     ]  # fmt: skip
@@ -322,6 +325,19 @@ The best individual of any generation, or a member of a front or archive, as it 
         others = {one.run for one in self.panes if one.run != pane.run}
         self.gaitsim.open_export(pane.run, pane.which, tuple(others), pane.damage)
 
+    def action_browser(self) -> None:
+        """Write a page of the bodies of the run that are shown, and open it in a browser."""
+        pane = self.pane
+        same = [one for one in self.panes if (one.run, one.damage) == (pane.run, pane.damage)]
+        which = [one.shown.which for one in same if one.shown is not None]
+        numbers = [str(one) for one in which if isinstance(one, int)]
+        if len(numbers) == len(same) > 1:
+            options = ["--generations", ",".join(numbers)]
+        else:
+            options = [str(word) for word in options_of(pane.which)]
+        words = "export", str(pane.run), "--format", "html", *options, *damage_options(pane.damage)
+        self.gaitsim.begin_task(words, opens=True)
+
     def action_laboratory(self) -> None:
         pane = self.pane
         self.gaitsim.open_laboratory(pane.run, pane.which)
@@ -354,7 +370,7 @@ The best individual of any generation, or a member of a front or archive, as it 
                 return self.leader.skeleton is not None and self._playing == (action == "pause")
             case "frame" | "speed" | "camera":
                 return self.leader.skeleton is not None
-            case "measures" | "export" | "why" | "go_to" | "laboratory":
+            case "measures" | "export" | "browser" | "why" | "go_to" | "laboratory":
                 return self.pane.shown is not None
             case "members":
                 return self.pane.shown is not None and self.pane.shown.best_member is not None

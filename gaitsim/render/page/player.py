@@ -1,0 +1,133 @@
+"""A page that plays champions of a run."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.individual import Individual
+from gaitsim.render.page.clips import clip_data, number
+from gaitsim.render.page.document import document
+from gaitsim.render.scene.themes import THEMES
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.folder import holds_run
+from gaitsim.runs.snapshot import RunSnapshot
+
+MOST = 12  # individuals side by side
+POINTS = 500  # of the fitness curve
+
+
+def write_page(
+    individuals: Sequence[Individual], path: Path, run: RunSnapshot | None = None
+) -> str:
+    """Write a page that plays individuals, several side by side; return what it holds, a line.
+
+    Args:
+        individuals: one or more.
+        path: the file.
+        run: the run whose fitness curve is shown; None for that of the first individual, if any.
+
+    Raises:
+        GaitsimError: there are too many individuals.
+        PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
+        RunError: the run is damaged, or the file cannot be written.
+    """
+    check_folder(path)
+    data = page(individuals, run)
+    write_bytes(path, data)
+    one = individuals[0]
+    what = one.label if len(individuals) == 1 else f"{len(individuals)} champions side by side"
+    seconds = max((len(i.skeleton.segments) - 1) / i.skeleton.frame_rate for i in individuals)
+    return f"{what}, {seconds:.1f} s, {len(data) / 1e3:,.0f} kB, for any browser"
+
+
+def page(
+    individuals: Sequence[Individual],
+    run: RunSnapshot | None = None,
+    *,
+    embedded: bool = False,
+) -> bytes:
+    """Return a page that plays individuals, in UTF-8.
+
+    Args:
+        individuals: one or more.
+        run: the run whose fitness curve is shown; None for that of the first individual, if any.
+        embedded: whether it stands in another page, such as a notebook.
+
+    Raises:
+        GaitsimError: there are too many individuals.
+        PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
+        RunError: the run is damaged.
+    """
+    data = page_data(individuals, run)
+    if embedded:
+        data["page"] = {"embedded": True}
+    return document(
+        data["title"], "player", data, description=data["description"], made=data["made"]
+    )
+
+
+def page_data(
+    individuals: Sequence[Individual], run: RunSnapshot | None = None, code: str = ""
+) -> dict[str, Any]:
+    """Return the data of a page that plays individuals.
+
+    Args:
+        individuals: one or more.
+        run: the run whose fitness curve is shown; None for that of the first individual, if any.
+        code: the challenge code of the run; '' for none.
+
+    Raises:
+        GaitsimError: there are too many individuals.
+        PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
+        RunError: the run is damaged.
+    """
+    if len(individuals) > MOST:
+        raise GaitsimError(
+            f"{len(individuals)} bodies are too many for a page",
+            where="--generations",
+            allowed=f"at most {MOST}",
+        )
+    experiment = individuals[0].experiment
+    return {
+        "title": individuals[0].name,
+        "description": experiment.description,
+        "theme": themes(),
+        "clips": [clip_data(one) for one in individuals],
+        "curve": _curve(run or _run_of(individuals[0])),
+        "code": code,
+        "made": made(),
+    }
+
+
+def themes() -> dict[str, Any]:
+    """Return the colours of both themes, as pages have them."""
+    return {name: asdict(theme) for name, theme in THEMES.items()}
+
+
+def made() -> str:
+    """Return the name and the version of this program."""
+    return f"gaitsim {version('gaitsim')}"
+
+
+def _run_of(individual: Individual) -> RunSnapshot | None:
+    """Return the run on disk that an individual is of; None where there is none."""
+    source = individual.source
+    return RunSnapshot(source) if source is not None and holds_run(source) else None
+
+
+def _curve(run: RunSnapshot | None) -> dict[str, list[Any]]:
+    """Return the best score of each generation, of at most `POINTS` of them."""
+    history = run.history if run else {}
+    best = history.get("best", np.empty(0))
+    last = len(best) - 1
+    every = sorted({round(one) for one in np.linspace(0, last, POINTS)}) if len(best) else []
+    return {
+        "generation": [int(history["generation"][i]) for i in every],
+        "best": [number(float(best[i])) for i in every],
+    }

@@ -1,0 +1,193 @@
+"""Pages for a browser: nothing in them is executed but the viewer."""
+
+import json
+import re
+import shutil
+from html import unescape
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import gaitsim as gs
+from gaitsim.contracts import Measure, Skeleton
+from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.individual import Individual
+from gaitsim.render.page.document import document
+from gaitsim.render.page.player import POINTS, page, page_data
+from gaitsim.runs.snapshot import RunSnapshot
+
+EVIL = (
+    "é</script><script>document.title = 'evil'; alert(1)</script><!--\"'><img src=x onerror="
+    "alert(2)>&lt;\u2028\u2029\x00\x1b[31m\x85\u202e\u2066{policy}]]>\\u003c${alert(3)}`"
+)
+LINE = EVIL.partition("\u2028")[0]  # as a description may be
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+@pytest.fixture(scope="module")
+def spider(spider_run) -> Individual:
+    return spider_run.individual()
+
+
+def data_of(found: bytes) -> dict:
+    """The data of a page."""
+    (text,) = re.findall(r'id="data">(.*?)</script>', found.decode(), re.DOTALL)
+    return json.loads(text)
+
+
+def test_the_same_page_is_the_same_bytes_and_small(spider, spider_run):
+    several = [spider_run.individual(number) for number in (1, 3)]
+    one = page([spider], spider_run)
+    assert one == page([RunSnapshot(spider_run.path).individual()], spider_run)
+    assert len(json.dumps(data_of(one))) <= 150_000
+    assert len(one) <= 1_000_000
+    assert [clip["tag"] for clip in data_of(page(several))["clips"]] == [
+        "generation 1",
+        "generation 3",
+    ]
+
+
+def test_long_curves_are_thinned(spider, spider_run):
+    run = RunSnapshot(spider_run.path)
+    best = np.append(np.arange(4000.0), np.inf)
+    run.__dict__["history"] = {"generation": np.arange(1.0, 4002), "best": best}
+    curve = page_data([spider], run)["curve"]
+    assert len(curve["best"]) == POINTS
+    assert (curve["generation"][0], curve["generation"][-1]) == (1, 4001)
+    assert (curve["best"][0], curve["best"][-1]) == (0.0, None)
+
+
+@pytest.mark.parametrize(
+    ("skeleton", "says"),
+    [
+        (lambda *_: Skeleton(np.full((2, 1, 2, 3), np.nan), ("a",), 1.0), "not finite"),
+        (lambda *_: Skeleton(np.zeros((2, 0, 2, 3)), (), 1.0), "nothing to draw"),
+        (lambda *_: None, "gave a NoneType"),
+    ],
+)
+def test_a_body_that_cannot_be_drawn_is_one_message(
+    puppet_run, puppets, monkeypatch, gaitsim, tmp_path, skeleton, says
+):
+    run = puppet_run()
+    monkeypatch.setattr(puppets.Puppet, "skeleton", skeleton)
+    with pytest.raises(PluginError, match=f"package gaitsim-puppets.*{says}"):
+        page([run.individual()])
+    said = gaitsim("export", run.path, "--format", "html", code=2).stderr
+    assert says in said
+    assert not (tmp_path / "run/exports").exists() or not [*(tmp_path / "run/exports").iterdir()]
+
+
+def test_the_command_and_python_write_the_same_page(gaitsim, puppet_run, tmp_path):
+    run = puppet_run("evolution.generations=3").path
+    said = gaitsim("export", run, "--format", "html").stdout
+    (path,) = (tmp_path / "run/exports").glob("page-generation-*.html")
+    assert f"exports/{path.name}: generation " in said
+    gs.export(gs.load(run), tmp_path / "b.html")
+    assert (tmp_path / "b.html").read_bytes() == path.read_bytes()
+    gaitsim("export", run, "--generations", "1,3", "--out", "several.html")
+    clips = data_of((tmp_path / "several.html").read_bytes())["clips"]
+    assert [clip["tag"] for clip in clips] == ["generation 1", "generation 3"]
+    many = ",".join(map(str, range(1, 14)))
+    said = gaitsim("export", run, "--format", "html", "--generations", many, code=2).stderr
+    assert "has no generation" in said
+
+
+class Tags(HTMLParser):
+    """The elements of a page, with their attributes."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found, self.texts = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.found.append((tag, sorted(dict(attributes))))
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+@pytest.fixture
+def hostile(puppet_run, puppets, monkeypatch):
+    """A page of which every text is hostile, and a plain one of the same body."""
+
+    def skeleton(self, motion, individual):
+        segments = np.zeros((5, 3, 2, 3))
+        segments[:, :, 1, 2] = [0.1, 0.2, 0.3]
+        contacts, touching = segments[:, :1, 0], np.ones((5, 1), bool)
+        names = (EVIL, EVIL + "b", EVIL + "c")
+        return Skeleton(segments, names, 4.0, contacts, touching, (EVIL,), damaged=(EVIL,))
+
+    plain = page([puppet_run().individual()])
+    joints = (EVIL, EVIL, EVIL)
+    reach = Measure(np.ones(1), EVIL, EVIL)
+    monkeypatch.setattr(puppets.Puppet, "skeleton", skeleton)
+    monkeypatch.setattr(puppets.Puppet, "joint_names", lambda self: joints)
+    monkeypatch.setattr(puppets.Puppet, "measures", lambda self, motion: {EVIL: reach})
+    run = puppet_run(f"description={LINE}")
+    path = run.path.rename(EVIL.replace("/", "").replace("\x00", "")[:80])
+    return page([RunSnapshot(path).individual()], RunSnapshot(path)), plain
+
+
+def test_no_text_of_a_run_becomes_markup(hostile):
+    evil, plain = (Tags(one.decode()) for one in hostile)
+    assert evil.found == plain.found
+    assert data_of(hostile[0])["description"] == LINE
+    raw = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+    assert not raw.search(hostile[0].decode())
+
+
+def test_a_page_allows_its_scripts_alone():
+    text = document("a", "player", {}, ["1 < 2"]).decode()
+    (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', text)
+    assert policy.startswith("default-src 'none';")
+    assert "http" not in policy
+    assert len(re.findall(r"'sha256-[\w+/]{43}='", policy)) == 3  # viewer, the script, boot
+    with pytest.raises(ValueError, match="JSON"):
+        document("a", "player", {"score": np.inf})
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_a_browser_executes_nothing_of_a_hostile_page(hostile, tmp_path):
+    playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
+    (tmp_path / "page.html").write_bytes(hostile[0])
+    seen = []
+    with playwright.sync_playwright() as driver:
+        flags = "--no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader"
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=flags.split())
+        opened = browser.new_page()
+        for event in ("console", "pageerror", "dialog", "download", "popup"):
+            opened.on(event, lambda found, event=event: seen.append((event, str(found))))
+        asked = []
+        opened.on("request", lambda request: asked.append(request.url))
+        opened.goto((tmp_path / "page.html").as_uri())
+        opened.wait_for_function("globalThis.gaitsimPage !== undefined")
+        opened.wait_for_function("document.querySelector('canvas')")
+        assert opened.evaluate("document.images.length") == 0
+        assert "evil" not in opened.evaluate("document.title").split("'")[0]
+        browser.close()
+    assert seen == []
+    assert asked == [(tmp_path / "page.html").as_uri()]
+
+
+def test_a_notebook_shows_a_page_in_a_frame_of_its_own(spider):
+    frame = gs.view(spider)._repr_html_()
+    (found,) = Tags(frame).found
+    assert found == ("iframe", ["allow", "sandbox", "srcdoc", "style", "title"])
+    inside = re.findall(r'srcdoc="([^"]*)"', frame)[0]
+    shown = data_of(unescape(inside).encode())
+    assert shown["page"] == {"embedded": True}
+    assert len(shown["curve"]["best"]) == 3
+    with pytest.raises(GaitsimError, match="nothing to show"):
+        gs.view()
+
+
+def test_a_run_writes_its_page(puppet_run, tmp_path):
+    run = gs.load(puppet_run().path)
+    path = run.page(tmp_path / "a.html", generations=[1, 5])
+    assert [clip["tag"] for clip in data_of(path.read_bytes())["clips"]] == [
+        "generation 1",
+        "generation 5",
+    ]
