@@ -35,7 +35,7 @@ def runs(
 
     gaitsim runs --delete spider-2 --delete spider-3
     """
-    _check(root)
+    check_root(root)
     if delete:
         _delete(root, delete, yes=yes, json=json)
         return
@@ -58,7 +58,7 @@ def runs(
                 notice(f"{root / row['run']} failed in the background: {row['failure']}")
 
 
-def _check(root: Path) -> None:
+def check_root(root: Path) -> None:
     """Refuse a folder that does not hold runs; only `runs` may be missing, before the first run."""
     if holds_run(root):
         raise GaitsimError(

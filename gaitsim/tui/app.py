@@ -233,6 +233,16 @@ class GaitsimApp(ViKeys):
         elif answer:
             self.begin_task(answer)
 
+    @work
+    async def verify_code(self) -> None:
+        """Ask for a challenge code, and verify it."""
+        from gaitsim.tui.screens.codes import TakeCode
+        from gaitsim.tui.screens.verify import Verify
+
+        code = await self.push_screen_wait(TakeCode())
+        if code:
+            self.push_screen(Verify(code))
+
     def open_files(self, run: Path) -> None:
         """Show the files that were made of a run."""
         from gaitsim.tui.screens.files import Files
@@ -264,6 +274,9 @@ class GaitsimApp(ViKeys):
             if name != self.theme and not name.startswith("ansi"):
                 do = partial(self.choose_theme, name)
                 yield PaletteCommand(f"Theme: {name}", "Change all colours, and keep them", do)
+        yield PaletteCommand(
+            "Verify a code", "Paste a challenge code: is its score true?", self.verify_code
+        )
         yield PaletteCommand("Screenshot", "Save this screen as SVG", self.deliver_screenshot)
 
     def choose_theme(self, name: str) -> None:

@@ -55,6 +55,9 @@ SEARCH: dict[str, Search] = {
         title="Map",
         where="On a run with an archive, at home, live or in a replay: M.",
     ),
+    "home.gallery": Search(
+        "site browser web html page share show publish", title="Gallery", where="At home: B."
+    ),
     "home.filter": Search("search find words", title="Filter", where="At home: /."),
     "home.delete": Search("remove erase trash several", title="Delete", where="At home: d."),
     "home.stop": Search("end halt kill background", title="Stop", where="At home: x."),
@@ -123,6 +126,9 @@ SEARCH: dict[str, Search] = {
     "replay.split": Search("beside two compare second", title="Split", where="In a replay: s."),
     "replay.why": Search(_REASONS, _SHOWN),
     "replay.export": Search(_PRODUCTS, _SHOWN),
+    "replay.code": Search(
+        "challenge share copy clipboard verify score", _SHOWN, "Code", "In a replay: C."
+    ),
     "replay.laboratory": Search("damage lost leg remove broken adapt", _SHOWN),
     "lab.adapt": Search("search trial error recover map gaussian bayesian"),
     "lab.stop": Search("cancel end"),

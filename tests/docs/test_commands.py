@@ -20,8 +20,9 @@ PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 HELP = sorted((ROOT / "gaitsim" / "cli").rglob("*.py"))
 
 NOT_RUN = re.compile(
-    r"gaitsim (tui|serve|play|study|compare|plugins|imitate|attach|stop)|run (walker|millipede)"
-    r"|--interactive|--dask|--detach|night|--delete|--perturb|champions/|hopper|my-|mine|spring|--root"
+    r"gaitsim (tui|serve|play|study|compare|gallery|plugins|imitate|attach|stop)"
+    r"|run (walker|millipede)|--interactive|--dask|--detach|night|--delete|--perturb|champions/"
+    r"|hopper|my-|mine|spring|--root"
 )
 """Commands that do not end by themselves, take long, or need a file of the reader's."""
 

@@ -49,6 +49,7 @@ followed as they go.
   **replay** two side by side. **Stop** and **delete** work on all that are marked.
 - **Export** gait files, plots, videos and analyses of a run in the background.
 - Give a run a **note** or another **name**.
+- **Gallery** (`B`) makes a site of all runs here, for browsers.
 - **Verify** a run with `v`; `u` shows **studies** and comparisons over repeats.
 - A click on a column's title, or `s`, sorts by it.
 - `/` shows only runs that have all the words typed, in name, plugins, state or note:

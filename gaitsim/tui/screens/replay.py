@@ -63,6 +63,7 @@ The best individual of any generation, or a member of a front or archive, as it 
 - **Go to** shows a generation by its number, **Export** makes plots, videos and gait files of the
   generation that is shown, **Why** says why it scored. **3D** writes a page that plays what
   is shown in 3D, one file for any browser, and opens it.
+- **Code** copies a challenge code of the individual: anyone can play it with `gaitsim verify`.
 - **Split** shows a second body: the other run that was asked for, or generation 1 of this one.
   Both keep step, and share the camera. The generation keys change the one that has the focus.
 - **Members**, where the search keeps a front or an archive: the slider and the generation keys go
@@ -116,6 +117,8 @@ The best individual of any generation, or a member of a front or archive, as it 
                 tooltip="Remove legs of this body, and adapt its gait"),
         Binding("B", "browser", "3D", id="replay.browser",
                 tooltip="Play it in 3D in a web browser, from one file"),
+        Binding("C", "code", "Code", show=False, id="replay.code",
+                tooltip="Copy a challenge code of this individual, which others can verify"),
         Binding("e", "export", "Export", id="replay.export",
                 tooltip="Plots, videos, gait files, … of this generation"),
     ]  # fmt: skip
@@ -338,6 +341,14 @@ The best individual of any generation, or a member of a front or archive, as it 
         words = "export", str(pane.run), "--format", "html", *options, *damage_options(pane.damage)
         self.gaitsim.begin_task(words, opens=True)
 
+    @work(group="code", exclusive=True)
+    async def action_code(self) -> None:
+        """Show the challenge code of the individual, and copy it."""
+        from gaitsim.tui.screens.codes import show_code
+
+        if self.pane.shown is not None:
+            await show_code(self, self.pane.shown.individual)
+
     def action_laboratory(self) -> None:
         pane = self.pane
         self.gaitsim.open_laboratory(pane.run, pane.which)
@@ -370,7 +381,7 @@ The best individual of any generation, or a member of a front or archive, as it 
                 return self.leader.skeleton is not None and self._playing == (action == "pause")
             case "frame" | "speed" | "camera":
                 return self.leader.skeleton is not None
-            case "measures" | "export" | "browser" | "why" | "go_to" | "laboratory":
+            case "measures" | "export" | "browser" | "code" | "why" | "go_to" | "laboratory":
                 return self.pane.shown is not None
             case "members":
                 return self.pane.shown is not None and self.pane.shown.best_member is not None

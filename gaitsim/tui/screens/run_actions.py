@@ -48,6 +48,14 @@ class RunActions(GaitScreen):
             tooltip="Remove legs of its body, and adapt its gait",
         ),
         Binding("M", "map", "Map", show=False, id="home.map", tooltip="The archive as a map"),
+        Binding(
+            "B",
+            "gallery",
+            "Gallery",
+            show=False,
+            id="home.gallery",
+            tooltip="A site of all runs here, for browsers",
+        ),
         Binding("p", "plugins", "Plugins", id="home.plugins", tooltip="What is installed"),
     ]
 
@@ -198,6 +206,20 @@ class RunActions(GaitScreen):
         if text is not None:
             await self._try(write_note, run.path, text)
             self.changed(run.path, run.path)
+
+    @work(group="ask")
+    async def action_gallery(self) -> None:
+        """Make a site of all runs in the folder."""
+        from gaitsim.tui.screens.questions import Ask
+
+        about = (
+            "A card for each run, and a page that plays it. A gallery that is there is replaced."
+        )
+        question = Ask("The folder of the gallery", "site", about=about)
+        out = await self.app.push_screen_wait(question)
+        if out is not None:
+            folder = str(self.gaitsim.folder)
+            self.gaitsim.begin_task(("gallery", folder, "--out", out), opens=not self.app.is_web)
 
     @work(group="stop")
     async def action_stop(self) -> None:

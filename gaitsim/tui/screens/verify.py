@@ -1,4 +1,4 @@
-"""Verify a run: generations reproduced in the background, with the result in place."""
+"""Verify a run or a challenge code in the background, with the result in place."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -25,7 +25,7 @@ class Verify(GaitScreen):
     """Reproduce generations of a run, and say whether every bit is the same.
 
     Args:
-        run: its folder.
+        subject: the folder of the run; or a challenge code, whose individual is played instead.
     """
 
     HELP_TEXT = """
@@ -48,9 +48,10 @@ It runs in the background: leave the screen if you like, and come back to the re
     }
     """
 
-    def __init__(self, run: Path) -> None:
+    def __init__(self, subject: Path | str) -> None:
         super().__init__()
-        self._run = run
+        self._subject = str(subject)
+        self._is_run = isinstance(subject, Path)
         self._job: Task | None = None
 
     def compose(self) -> ComposeResult:
@@ -63,9 +64,10 @@ It runs in the background: leave the screen if you like, and come back to the re
 
     def on_mount(self) -> None:
         """Show the latest result of this run, or begin."""
-        self.sub_title = f"verify {visible(str(self._run))}"
+        name = visible(self._subject) if self._is_run else "a challenge code"
+        self.sub_title = f"verify {name}"
         own = [task for task in self.gaitsim.tasks.all
-               if task.arguments[:2] == (VERB, str(self._run))]  # fmt: skip
+               if task.arguments[:2] == (VERB, self._subject)]  # fmt: skip
         if own:
             self._job = own[-1]
             self._show()
@@ -74,7 +76,7 @@ It runs in the background: leave the screen if you like, and come back to the re
         self.set_interval(0.5, self._tick)
 
     def _begin(self, *options: str) -> None:
-        self._job = self.gaitsim.begin_task((VERB, str(self._run), *options))
+        self._job = self.gaitsim.begin_task((VERB, self._subject, *options))
         self._show()
 
     def on_task_changed(self, event: TaskChanged) -> None:
@@ -99,7 +101,7 @@ It runs in the background: leave the screen if you like, and come back to the re
         if task.error is not None:
             lines.append(task.message)
         elif task.running:
-            lines.append("Reproducing generations …")
+            lines.append("Reproducing generations …" if self._is_run else "Playing it …")
         self.query_one("#verify-result", Static).update(Text("\n".join(lines)))
         self.query_one("#verify-command", Static).update(Text(f"$ {visible(task.command)}"))
         self.refresh_bindings()
@@ -115,12 +117,12 @@ It runs in the background: leave the screen if you like, and come back to the re
             self.gaitsim.tasks.stop(self._job)
 
     def command_line(self) -> str:
-        return self._job.command if self._job else command(VERB, self._run)
+        return self._job.command if self._job else command(VERB, self._subject)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         running = self._job is not None and self._job.running
         if action in ("some", "all"):
-            return not running
+            return not running and self._is_run
         if action == "stop":
             return running
         return super().check_action(action, parameters)

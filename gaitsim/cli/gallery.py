@@ -1,0 +1,44 @@
+"""`gaitsim gallery`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli import INTERRUPTED
+from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.cli.runs import check_root
+from gaitsim.render.gallery.site import write_gallery
+
+
+def gallery(
+    root: Annotated[Path, typer.Argument(help="Folder that holds the runs.")] = Path("runs"),
+    out: Annotated[
+        Path, typer.Option(help="Folder of the gallery; one that is there is replaced.")
+    ] = Path("site"),
+) -> None:
+    """Make a site of a folder of runs: a card for each, and a page that plays its champion.
+
+    The best run comes first within each body and fitness. The site needs no server: open its
+    index.html, or put the folder on any web server.
+
+    [bold]Examples[/bold]
+
+    gaitsim gallery
+
+    gaitsim gallery runs/ --out site/
+    """
+    check_root(root)
+    try:
+        with interruptible(), Progress("gallery", "runs") as progress:
+            made = write_gallery(root, out, begin=progress.expect, advance=progress.advance)
+    except KeyboardInterrupt:
+        notice(f"Stopped; {out} has the runs that were finished.")
+        sys.exit(INTERRUPTED)
+    wrote(made.index)
+    for name, why in made.problems:
+        notice(f"{name}: {why}")
+    echo(f"{made.index}: {made.shown} run{'s' * (made.shown != 1)}")

@@ -1,0 +1,188 @@
+"""Write a gallery: a folder with the index, and a page and perhaps a code's file for each run."""
+
+import json
+import os
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+
+from gaitsim.errors import ExperimentError, GaitsimError, PluginError
+from gaitsim.opening import read_regular
+from gaitsim.render.gallery.cards import Card, card_of, read_champion
+from gaitsim.render.gallery.index import index, ranked
+from gaitsim.render.page.player import write_page
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.folder import create_out_folder, list_runs
+
+INDEX, RECORD, PAGES = "index.html", "gallery.json", "pages"
+KIND = "gaitsim gallery"
+LONG = 4000  # characters of a code in the index; a longer one has a file
+LARGEST = 50_000_000  # bytes of a gallery's record
+_LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_")
+
+
+@dataclass(frozen=True)
+class Gallery:
+    """A gallery that was written.
+
+    Attributes:
+        index: its first page.
+        shown: how many runs have a card.
+        problems: what is missing: names of runs, each with the reason.
+    """
+
+    index: Path
+    shown: int
+    problems: tuple[tuple[str, str], ...]
+
+
+def write_gallery(
+    root: Path,
+    out: Path,
+    *,
+    begin: Callable[[int], None] = lambda total: None,
+    advance: Callable[[], None] = lambda: None,
+) -> Gallery:
+    """Write a gallery of the runs in a folder; what cannot be shown is listed with the reason.
+
+    A gallery that is stopped by Ctrl-C has the runs that were finished. The same runs give the
+    same files.
+
+    Args:
+        root: the folder of the runs.
+        out: the folder of the gallery; one that exists is replaced, if it is a gallery.
+        begin: called with the number of runs.
+        advance: called after each one.
+
+    Raises:
+        GaitsimError: `out` is not a gallery.
+        RunError: `root` is not a folder, or a file cannot be written.
+    """
+    before = _own_files(out)
+    paths = sorted(list_runs(root), key=lambda path: path.name)
+    create_out_folder(out / PAGES)
+    _write_record(out, [], before)  # from here on it is a gallery
+    begin(len(paths))
+    cards: list[Card] = []
+    problems: list[tuple[str, str]] = []
+    left = [*paths]
+    try:
+        for path, name in zip(paths, _file_names(paths), strict=True):
+            try:
+                cards.append(_made(path, out, f"{PAGES}/{name}"))
+                problems += [(path.name, one) for one in cards[-1].problems]
+            except GaitsimError as error:
+                problems.append((path.name, _reason(error)))
+            left.remove(path)
+            advance()
+    except KeyboardInterrupt:
+        problems += [(path.name, "the gallery was stopped before it") for path in left]
+        _finish(root, out, cards, problems)
+        raise
+    _finish(root, out, cards, problems)
+    written = {name for card in cards for name in (card.page, card.code_file) if name}
+    for name in before - written:
+        with suppress(OSError):
+            (out / name).unlink()
+    _write_record(out, ranked(cards), written)
+    return Gallery(out / INDEX, len(cards), tuple(problems))
+
+
+def _made(path: Path, out: Path, name: str) -> Card:
+    """Write the files of a run, and return its card.
+
+    Args:
+        path: the run.
+        out: folder of the gallery.
+        name: of its files, from `out`, without their endings.
+
+    Raises:
+        GaitsimError: the run cannot be shown, or a file cannot be written.
+    """
+    run, champion = read_champion(path)
+    card = card_of(run, champion)
+    if len(card.code) > LONG:
+        card = replace(card, code_file=f"{name}.code.txt")
+        write_bytes(out / card.code_file, f"{card.code}\n".encode())
+    if not card.pictures:
+        return card
+    try:
+        write_page([champion], out / f"{name}.html", run)
+    except PluginError as error:  # such as of a measure, which a picture does without
+        return replace(card, problems=(*card.problems, f"no page: {_reason(error)}"))
+    return replace(card, page=f"{name}.html")
+
+
+def _finish(
+    root: Path, out: Path, cards: Iterable[Card], problems: Sequence[tuple[str, str]]
+) -> None:
+    shown = {card.name for card in cards}
+    missing = [(name, why) for name, why in problems if name not in shown]
+    title = f"Gallery of {root.resolve().name or root}"
+    write_bytes(out / INDEX, index(title, cards, missing, f"gaitsim {version('gaitsim')}"))
+
+
+def _write_record(out: Path, cards: Iterable[Card], written: Iterable[str]) -> None:
+    """Write the record by which a folder is known as a gallery."""
+    runs = [
+        {
+            "run": card.name,
+            "body": card.body,
+            "fitness": card.fitness,
+            "score": card.score,
+            "unit": card.unit,
+            "page": card.page or None,
+            "code": card.code or None,
+        }
+        for card in cards
+    ]
+    record = {"kind": KIND, "files": sorted(written), "runs": runs}
+    write_bytes(out / RECORD, json.dumps(record, indent=1).encode() + b"\n")
+
+
+def _own_files(out: Path) -> set[str]:
+    """Return the pages and codes of the gallery in a folder, as paths from it; empty for none.
+
+    Raises:
+        GaitsimError: the folder holds something else.
+    """
+    if not os.path.lexists(out):
+        return set()
+    try:
+        if out.is_dir() and not any(out.iterdir()):
+            return set()
+        record = json.loads(read_regular(out / RECORD, LARGEST))
+        if record["kind"] == KIND:
+            found = {str(name) for name in record["files"]}
+            return {name for name in found if name == f"{PAGES}/{Path(name).name}"}
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        pass
+    raise GaitsimError(
+        f"{out} is not a gallery, and would be overwritten",
+        where="--out",
+        allowed=f"a new or an empty folder, or one that holds the {RECORD} of a gallery",
+        remedy="choose another folder",
+    )
+
+
+def _file_names(paths: Iterable[Path]) -> list[str]:
+    """Return a file's name for each run, safe for any system and URL, each once."""
+    found: list[str] = []
+    taken: set[str] = set()
+    for path in paths:
+        short = "".join(c if c in _LETTERS else "-" for c in path.name)[:80].strip("-")
+        name, number = f"run-{short}" if short else "run", 1
+        while name.casefold() in taken:
+            number += 1
+            name = f"run-{short}-{number}"
+        taken.add(name.casefold())
+        found.append(name)
+    return found
+
+
+def _reason(error: GaitsimError) -> str:
+    """Return what is wrong, without places on this machine."""
+    problems = error.problems if isinstance(error, ExperimentError) else (error,)
+    return "; ".join(" ".join(one.what.split()) for one in problems)

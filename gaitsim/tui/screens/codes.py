@@ -1,0 +1,115 @@
+"""Dialogs for challenge codes: show one that can be copied, and take one that was pasted."""
+
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Button, Static, TextArea
+
+from gaitsim.errors import GaitsimError
+from gaitsim.individual import Individual
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.sharing.challenge import Challenge, code_of
+from gaitsim.tui.screens.base import GaitScreen
+
+LONGEST = 100_000  # characters of a code as an argument of a command
+
+
+class ShowCode(ModalScreen[None]):
+    """Show a code, and copy it at once.
+
+    Args:
+        title: of the individual.
+        code: its challenge code.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("c", "copy", "Copy", id="code.copy", tooltip="Copy the code again"),
+        Binding("escape,enter", "dismiss", "Close", id="code.close", tooltip="Close it"),
+    ]
+    DEFAULT_CSS = """
+    ShowCode TextArea { height: 10; margin: 1 0; padding: 0 1; border: none; }
+    """
+
+    def __init__(self, title: str, code: str) -> None:
+        super().__init__()
+        self._title, self._code = title, code
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog") as box:
+            box.border_subtitle = "c copies, esc closes"
+            yield Static(Text(visible(self._title)), classes="dialog-title")
+            about = (
+                f"A challenge code of {len(self._code):,} characters, copied: anyone can play it."
+            )
+            yield Static(Text(about), classes="dialog-about")
+            yield TextArea(self._code, read_only=True, id="code")
+            yield Static(Text("$ gaitsim verify CODE"), classes="dialog-about")
+
+    def on_mount(self) -> None:
+        self.app.copy_to_clipboard(self._code)
+
+    def action_copy(self) -> None:
+        self.app.copy_to_clipboard(self._code)
+        self.notify(f"{len(self._code):,} characters", title="Copied", markup=False)
+
+
+class TakeCode(ModalScreen[str | None]):
+    """Ask for a challenge code, which may have line breaks; return it on one line, or None."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+s", "take", "Verify", id="code.verify", priority=True, tooltip="Play it"),
+        Binding("escape", "dismiss", "Cancel", id="code.cancel", tooltip="Leave it"),
+    ]
+    DEFAULT_CSS = """
+    TakeCode TextArea { height: 10; margin-top: 1; padding: 0 1; border: none; }
+    """
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog") as box:
+            box.border_subtitle = "ctrl+s verifies, esc cancels"
+            yield Static(Text("Paste a challenge code"), classes="dialog-title")
+            yield TextArea(id="code")
+            yield Static(id="code-problem", classes="problem")
+            with Horizontal(classes="dialog-buttons"):
+                yield Button("Verify", variant="primary", compact=True, id="code-verify")
+                yield Button("Cancel", compact=True, id="code-cancel")
+
+    def on_mount(self) -> None:
+        self.query_one(TextArea).focus()
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        if event.button.id == "code-verify":
+            self.action_take()
+        else:
+            self.dismiss()
+
+    def action_take(self) -> None:
+        """Return the code, or say why it is not one."""
+        text = "".join(self.query_one(TextArea).text.split())
+        try:
+            Challenge.read(text)
+            if len(text) > LONGEST:
+                raise GaitsimError(
+                    f"the code has {len(text):,} characters",
+                    allowed=f"at most {LONGEST:,} here",
+                    remedy="save it to a file, and: gaitsim verify FILE",
+                )
+        except GaitsimError as error:
+            said = Text(visible_lines(str(error)))
+            self.query_one("#code-problem", Static).update(said)
+        else:
+            self.dismiss(text)
+
+
+async def show_code(screen: GaitScreen, individual: Individual) -> None:
+    """Show the challenge code of an individual over a screen, and copy it."""
+    try:
+        code = await screen.in_thread(code_of, individual)
+    except GaitsimError as error:
+        screen.gaitsim.tell(error)
+    else:
+        screen.app.push_screen(ShowCode(individual.title, code))

@@ -1,0 +1,203 @@
+"""A gallery: a card and a page for each run, reasons for the rest, and nobody else's files."""
+
+import base64
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import gaitsim as gs
+from gaitsim.errors import GaitsimError
+from gaitsim.render.gallery import cards, site
+from gaitsim.render.gallery.site import write_gallery
+from gaitsim.runs.notes import write_note
+
+PICTURE = "data:image/webp;base64,UklGRg=="
+HOSTILE = "<img src=x onerror=alert(1)>"
+
+
+@pytest.fixture
+def runs(tmp_path, puppets, puppet, monkeypatch):
+    """Two runs of different scores, one with a hostile name and note; pages are stubs."""
+    monkeypatch.setattr(cards, "_picture", lambda skeleton, theme: PICTURE)
+    monkeypatch.setattr(
+        site, "write_page", lambda ones, path, run: path.write_text(ones[0].name) and ""
+    )
+    folder = tmp_path / "runs"
+    for name, generations in ((HOSTILE, 1), ("b", 3)):
+        search = gs.evolve(puppet(), generations=generations, out=folder / name)
+        list(search)
+        search.close()
+    write_note(folder / HOSTILE, "<script>alert(1)</script>\nsecond line")
+    return folder
+
+
+class Reader(HTMLParser):
+    """The elements of a page, their attributes, and its texts."""
+
+    def __init__(self, page: bytes) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str | None]] = []
+        self.texts: list[str] = []
+        self.feed(page.decode())
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += attrs
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+def test_each_run_has_a_card_and_a_page_the_best_first(runs, tmp_path):
+    out = tmp_path / "site"
+    made = write_gallery(runs, out)
+    assert (made.shown, made.problems) == (2, ())
+    page = Reader(made.index.read_bytes())
+    links = [value for name, value in page.attributes if name == "href"]
+    assert all((out / str(link)).is_file() for link in links)
+    record = json.loads((out / "gallery.json").read_text())
+    scores = [one["score"] for one in record["runs"]]
+    assert scores == sorted(scores, reverse=True)
+    for one in record["runs"]:
+        assert gs.verify_code(one["code"]).true
+        assert one["code"] in page.texts
+    first, second = (page.texts.index(one["run"]) for one in record["runs"])
+    assert first < second
+
+
+@pytest.mark.slow
+def test_a_picture_holds_the_body():
+    experiment = gs.load_experiment("spider")
+    genome = experiment.space().random(1, np.random.default_rng(1))[0]
+    individual = gs.Individual(experiment, 0.0, {}, 1, genome)
+    light, dark = (cards._picture(individual.skeleton, theme) for theme in ("light", "dark"))
+    for url in (light, dark):
+        data = base64.b64decode(url.removeprefix("data:image/webp;base64,"))
+        with Image.open(BytesIO(data)) as picture:
+            assert picture.size == cards.SIZE
+            assert len(picture.getcolors(10**6) or ()) > 100
+        assert len(data) < 20_000
+    assert light != dark
+
+
+def test_names_and_notes_are_texts_and_no_script_may_run(runs, tmp_path):
+    made = write_gallery(runs, tmp_path / "site")
+    page = Reader(made.index.read_bytes())
+    assert "script" not in page.tags
+    assert not [name for name, _ in page.attributes if name.startswith("on")]
+    assert HOSTILE in page.texts
+    assert "<script>alert(1)</script>\nsecond line" in page.texts
+    policy = dict(page.attributes)["content"] and next(
+        value for name, value in page.attributes if name == "content" and "default-src" in value
+    )
+    assert "default-src 'none'" in policy
+    assert "script-src" not in policy
+    for name, value in page.attributes:
+        if name in ("src", "srcset"):
+            assert value.startswith("data:image/webp;base64,")
+    names = [path.name for path in (tmp_path / "site").rglob("*")]
+    assert all(re.fullmatch(r"[A-Za-z0-9._-]+", name) for name in names)
+
+
+def test_the_same_runs_give_the_same_files(runs, tmp_path):
+    for name in ("one", "other"):
+        write_gallery(runs, tmp_path / name)
+    for path in (tmp_path / "one").rglob("*.*"):
+        assert path.read_bytes() == (tmp_path / "other" / path.relative_to(tmp_path / "one")
+                                     ).read_bytes()  # fmt: skip
+
+
+def test_runs_that_cannot_be_shown_are_listed_with_the_reason(runs, tmp_path):
+    for name in ("gone", "damaged", "cut"):
+        shutil.copytree(runs / "b", runs / name)
+    path = runs / "gone/experiment.toml"
+    path.write_text(path.read_text().replace('"puppet-reach"', '"leap"'))
+    (runs / "cut/population.pickle").write_bytes(b"")
+    (runs / "cut/population.previous.pickle").unlink()
+    (runs / "damaged/bests.bin").write_bytes(b"x")
+    made = write_gallery(runs, tmp_path / "site")
+    reasons = dict(made.problems)
+    assert made.shown == 2
+    assert sorted(reasons) == ["cut", "damaged", "gone"]
+    assert "leap" in reasons["gone"]
+    text = "".join(Reader(made.index.read_bytes()).texts)
+    assert all(name in text for name in reasons)
+    assert str(tmp_path) not in made.index.read_text()
+
+
+def test_a_run_without_a_skeleton_has_a_card_without_picture(runs, tmp_path, puppets, monkeypatch):
+    monkeypatch.setattr(puppets.Puppet, "skeleton", lambda *_: None)
+    monkeypatch.setattr(site, "LONG", 10)
+    made = write_gallery(runs, tmp_path / "site")
+    assert made.shown == 2
+    assert len(made.problems) == 2
+    page = Reader(made.index.read_bytes())
+    assert "img" not in page.tags
+    assert "no picture" in page.texts
+    codes = sorted(path.name for path in (tmp_path / "site/pages").iterdir())
+    assert codes == ["run-b.code.txt", "run-img-src-x-onerror-alert-1.code.txt"]
+    links = {str(value) for name, value in page.attributes if name == "href"}
+    assert links == {f"pages/{name}" for name in codes}
+    code = (tmp_path / "site/pages/run-b.code.txt").read_text()
+    assert gs.verify_code(code).true
+
+
+def test_only_a_gallery_is_replaced_and_its_old_pages_go(runs, tmp_path):
+    out = tmp_path / "site"
+    write_gallery(runs, out)
+    (out / "pages/mine.html").write_text("mine")
+    shutil.rmtree(runs / "b")
+    write_gallery(runs, out)
+    left = sorted(path.name for path in (out / "pages").iterdir())
+    assert left == ["mine.html", "run-img-src-x-onerror-alert-1.html"]
+    with pytest.raises(GaitsimError, match="is not a gallery"):
+        write_gallery(runs, runs)
+    hostile = json.loads((out / "gallery.json").read_text())
+    hostile["files"] = ["pages/../../keep.txt", "../keep.txt", "/etc/passwd", "gallery.json"]
+    (out / "gallery.json").write_text(json.dumps(hostile))
+    (tmp_path / "keep.txt").write_text("kept")
+    write_gallery(runs, out)
+    assert (tmp_path / "keep.txt").read_text() == "kept"
+    for text in ("", "[]", "{}", "[" * 100_000, '{"kind": "other"}'):
+        (out / "gallery.json").write_text(text)
+        with pytest.raises(GaitsimError, match="is not a gallery"):
+            write_gallery(runs, out)
+
+
+def test_ctrl_c_leaves_a_gallery_of_what_was_done(runs, tmp_path, gaitsim, monkeypatch):
+    calls = []
+
+    def interrupted(ones, path: Path, run):
+        calls.append(path)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        path.write_text("page")
+
+    monkeypatch.setattr(site, "write_page", interrupted)
+    shown = gaitsim("gallery", runs, "--out", "site", code=130)
+    assert "Stopped" in shown.stderr
+    text = "".join(Reader((tmp_path / "site/index.html").read_bytes()).texts)
+    assert "1 run" in text
+    assert "the gallery was stopped before it" in text
+    monkeypatch.setattr(site, "write_page", lambda ones, path, run: path.write_text("page"))
+    assert "2 runs" in gaitsim("gallery", runs, "--out", "site").stdout
+
+
+def test_mistakes_are_explained(gaitsim, runs):
+    assert "folder not found" in gaitsim("gallery", "nowhere", code=2).stderr
+    assert "is a run" in gaitsim("gallery", runs / "b", code=2).stderr
+
+
+def test_file_names_are_safe_and_differ():
+    names = ["a b", "a-b", "A-B", "日本", "…", "con", "x" * 300, ".."]
+    found = site._file_names([Path(name) for name in names])
+    assert len({name.casefold() for name in found}) == len(names)
+    assert all(re.fullmatch(r"run[A-Za-z0-9_-]{0,90}", name) for name in found)

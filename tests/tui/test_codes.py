@@ -1,0 +1,82 @@
+"""Challenge codes and the gallery in the terminal UI."""
+
+from dataclasses import replace
+
+import pytest
+
+from gaitsim.sharing.challenge import Challenge
+from gaitsim.tui.screens.verify import Verify
+
+
+def test_a_code_is_copied_from_the_replay(walk, drive):
+    run = walk()
+
+    async def test(driver):
+        driver.app.open_replay(run)
+        screen = await driver.at("Replay")
+        await driver.until(lambda: screen.pane.shown is not None)
+        await driver.press("C")
+        await driver.at("ShowCode")
+        found = Challenge.read(driver.app.clipboard)
+        shown = screen.pane.shown
+        assert found.score == shown.individual.score
+        assert driver.screen.query_one("#code").text == driver.app.clipboard
+        await driver.press("c", "escape")
+        assert "Copied" in driver.told()
+        await driver.at("Replay")
+
+    drive(test)
+
+
+def test_a_pasted_code_is_checked_at_once(walk, drive):
+    walk()
+
+    async def test(driver):
+        driver.app.verify_code()
+        await driver.at("TakeCode")
+        driver.screen.query_one("#code").text = "gaitsim1-AAAA"
+        await driver.press("ctrl+s")
+        assert "is damaged" in driver.text("#code-problem")
+        await driver.press("escape")
+        await driver.at("Home")
+
+    drive(test)
+
+
+@pytest.mark.slow
+def test_a_pasted_code_is_verified(walk, drive):
+    run = walk()
+
+    async def test(driver):
+        from gaitsim.api import load
+
+        code = load(run).share()
+        forged = replace(Challenge.read(code), score=99.0).code
+        for pasted, verdict in ((f"{code[:30]}\n {code[30:]}", "identical"), (forged, "different")):
+            driver.app.verify_code()
+            await driver.at("TakeCode")
+            driver.screen.query_one("#code").text = pasted
+            await driver.press("ctrl+s")
+            screen = await driver.at("Verify")
+            assert isinstance(screen, Verify)
+            await driver.until(lambda screen=screen: not screen._job.running)
+            await driver.until(lambda verdict=verdict: verdict in driver.text("#verify-state"))
+            assert not {"verify.some", "verify.all"} & driver.offered()
+            await driver.press("escape")
+
+    drive(test)
+
+
+def test_home_makes_a_gallery(walk, drive, monkeypatch):
+    walk()
+
+    async def test(driver):
+        begun = []
+        monkeypatch.setattr(driver.app, "begin_task", lambda words, **_: begun.append(words))
+        await driver.press("B")
+        await driver.at("Ask")
+        await driver.press("enter")
+        await driver.until(lambda: bool(begun))
+        assert begun == [("gallery", "runs", "--out", "site")]
+
+    drive(test)
