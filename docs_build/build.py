@@ -31,6 +31,8 @@ API = {
             "gaitsim.api.evolve",
             "gaitsim.api.load",
             "gaitsim.exporting.export",
+            "gaitsim.api.picture",
+            "gaitsim.api.view",
             "gaitsim.api.Search",
             "gaitsim.api.Run",
             "gaitsim.api.Individual",

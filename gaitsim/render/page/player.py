@@ -17,6 +17,7 @@ from gaitsim.render.scene.themes import THEMES
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import holds_run
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.sharing.challenge import code_of
 
 MOST = 12  # individuals side by side
 POINTS = 500  # of the fitness curve
@@ -72,15 +73,12 @@ def page(
     )
 
 
-def page_data(
-    individuals: Sequence[Individual], run: RunSnapshot | None = None, code: str = ""
-) -> dict[str, Any]:
+def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None) -> dict[str, Any]:
     """Return the data of a page that plays individuals.
 
     Args:
         individuals: one or more.
         run: the run whose fitness curve is shown; None for that of the first individual, if any.
-        code: the challenge code of the run; '' for none.
 
     Raises:
         GaitsimError: there are too many individuals.
@@ -100,7 +98,7 @@ def page_data(
         "theme": themes(),
         "clips": [clip_data(one) for one in individuals],
         "curve": _curve(run or _run_of(individuals[0])),
-        "code": code,
+        "code": _code(individuals),
         "made": made(),
     }
 
@@ -113,6 +111,14 @@ def themes() -> dict[str, Any]:
 def made() -> str:
     """Return the name and the version of this program."""
     return f"gaitsim {version('gaitsim')}"
+
+
+def _code(individuals: Sequence[Individual]) -> str:
+    """Return the challenge code of the one with the best score; '' where it has none."""
+    try:
+        return code_of(max(individuals, key=lambda one: one.score))
+    except GaitsimError:
+        return ""
 
 
 def _run_of(individual: Individual) -> RunSnapshot | None:
