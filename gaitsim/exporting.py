@@ -1,5 +1,6 @@
 """The formats of `gaitsim export`: what each is made of, the options it takes, and its writer."""
 
+import shlex
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
@@ -30,10 +31,12 @@ class Subject:
     Attributes:
         run: the run on disk; None for an individual on its own.
         individuals: one or more; () for a format of a whole run.
+        advance: is called after each generation that a format of a whole run has written.
     """
 
     run: RunSnapshot | None
     individuals: tuple[Individual, ...] = ()
+    advance: Callable[[], object] = lambda: None
 
 
 Writer = Callable[[Subject, Path, Options], Exported]
@@ -83,6 +86,15 @@ def _write_glb(subject: Subject, path: Path, _: Options) -> Exported:
     return Exported(f"animated glTF 2.0 of {frames:,} frames at {rate:g} Hz")
 
 
+def _write_events(subject: Subject, path: Path, _: Options) -> Exported:
+    from gaitsim.render.tensorboard import write_events
+
+    assert subject.run is not None  # as for every format of a whole run
+    notices = write_events(subject.run, path, subject.advance)
+    show = f"tensorboard --logdir {shlex.quote(str(path))}"
+    return Exported(f"{subject.run.generation:,} generations; to see them: {show}", notices)
+
+
 FORMATS: Mapping[str, Format] = {
     **{
         name: Format("gait", ending, "individual", partial(_write_gait, name), TAKES[name])
@@ -90,6 +102,7 @@ FORMATS: Mapping[str, Format] = {
     },
     "html": Format("page", ".html", "individuals", _write_page),
     "glb": Format("body", ".glb", "individual", _write_glb),
+    "tensorboard": Format("tensorboard", "", "run", _write_events),
 }
 """All formats by name, in the order of `gaitsim.choices.ExportFormat`."""
 

@@ -1,5 +1,6 @@
 """`gaitsim export`."""
 
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +12,7 @@ from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, RunName, World
 from gaitsim.cli.parsing import asked_body, asked_individuals, file_format, which
+from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.exporting import BY_ENDING, FORMATS, Subject, check_flags, default_name
 from gaitsim.gait.files.writer import check_folder
@@ -31,7 +33,8 @@ def export(
             help="MATLAB/Octave, CSV, NumPy; a CSV of degrees for servos; an Arduino sketch for "
             "PCA9685 boards; a CSV of goal positions for servo buses; a ROS 2 trajectory, as the "
             "YAML of an action's goal or as a bag; a page that plays in any browser (html); an "
-            "animated glTF for Blender and other viewers. Default: as --out ends, or mat."
+            "animated glTF for Blender and other viewers; the whole run for TensorBoard. "
+            "Default: as --out ends, or mat."
         ),
     ] = None,
     out: ExportFile = None,
@@ -96,6 +99,8 @@ def export(
     gaitsim export spider --format ros2 --out goal.yaml
 
     gaitsim export spider --format glb
+
+    gaitsim export spider --format tensorboard
     """
     opened = RunSnapshot(find_run(run))
     options = Options(calibration, keyframe_ms, speed, clip, centre, low, high)
@@ -127,14 +132,15 @@ def export(
     if out is not None and FORMATS[chosen].ending:
         check_folder(out)
     changed = asked_body(damage, world, engine)
-    if FORMATS[chosen].of == "run":
-        subject = Subject(opened)
+    progress = Progress(chosen, "generations", opened.generation)
+    if whole := FORMATS[chosen].of == "run":
+        subject = Subject(opened, advance=progress.advance)
     else:
         subject = Subject(
             opened, tuple(changed(opened.individual(one)) for one in asked or (None,))
         )
     path = out or exports_folder(opened.path) / default_name(chosen, subject)
-    with all_or_nothing():
+    with all_or_nothing(), progress if whole else nullcontext():
         done = FORMATS[chosen].write(subject, path, options)
     wrote(path)
     for text in done.notices:

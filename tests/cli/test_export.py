@@ -42,6 +42,15 @@ def test_an_animated_gltf(gaitsim, finished, tmp_path):
     assert "--speed" in said
 
 
+def test_a_run_for_tensorboard(gaitsim, finished, tmp_path):
+    pytest.importorskip("tensorboardX", reason="needs the extra tensorboard")
+    said = gaitsim("export", "puppet", "--format", "tensorboard").stdout
+    assert "tensorboard --logdir runs/puppet/exports/tensorboard" in said
+    assert [*(tmp_path / "runs/puppet/exports/tensorboard").glob("*tfevents*")]
+    refused = ("--format", "tensorboard", "--generation", 1)
+    assert "--generation" in gaitsim("export", "puppet", *refused, code=2).stderr
+
+
 def test_angles_beyond_the_servos_are_refused_or_clipped(gaitsim, finished, tmp_path):
     arguments = ("export", "puppet", "--format", "servo", "--out", "x.csv")
     limits = ("--min", -1, "--max", 1)

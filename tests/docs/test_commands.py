@@ -26,6 +26,9 @@ NOT_RUN = re.compile(
 )
 """Commands that do not end by themselves, take long, or need a file of the reader's."""
 
+EXTRAS = {"--engine bullet": "pybullet", "--format tensorboard": "tensorboardX"}
+"""Modules that some options need."""
+
 
 def commands(text: str) -> list[str]:
     """The commands in a page's blocks and a module's examples, in order."""
@@ -98,7 +101,7 @@ def test_the_commands_of_a_page_run(
     shutil.copytree(runs, tmp_path / "runs")
     shutil.copy(QUADRUPED, tmp_path / "my_robot.urdf")  # the root element tells the format
     for line in FOUND[path]:
-        installed = "--engine bullet" not in line or find_spec("pybullet")
+        installed = all(find_spec(needed) for flag, needed in EXTRAS.items() if flag in line)
         if installed and not NOT_RUN.search(line):
             gaitsim(*quick(words(line), tmp_path / "runs"))
 
