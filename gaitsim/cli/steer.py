@@ -1,5 +1,6 @@
 """`gaitsim steer`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -31,6 +32,12 @@ def steer(
         ),
     ] = None,
     set_: Set = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.html", help="Write a web page that steers the body instead, in one file."
+        ),
+    ] = None,
 ) -> None:
     """Fly a body yourself: keys choose which trained network is in command.
 
@@ -39,11 +46,22 @@ def steer(
     gaitsim steer
 
     gaitsim steer fly-steer-hover --controller climb=runs/fly-steer-climb@120
+
+    gaitsim steer --out fly.html
     """
-    check_terminal("a web browser: gaitsim serve")
+    if out is None:
+        check_terminal("without one, write a web page: gaitsim steer --out fly.html")
     loaded = load_experiment(experiment, parse_assignments(set_ or ()))
     replaced = dict(map(_replaced, controller or ()))
     controllers = controllers_of(loaded, replaced)
+    if out is not None:
+        from gaitsim.cli.console import echo, wrote
+        from gaitsim.render.page.steering import write_page
+
+        said = write_page(loaded, controllers, out)
+        wrote(out)
+        echo(f"{out}: {said}")
+        return
     from gaitsim.tui.app import GaitsimApp
     from gaitsim.tui.config import config_path, read_config
     from gaitsim.tui.screens.steering import Steering

@@ -67,7 +67,7 @@ class Steered(ABC):
 class SteeringPage:
     """What a web page needs to simulate a body under a person's command by itself.
 
-    The script evaluates to
+    The script, which runs in a scope of its own, evaluates to
     `gaitsim.registerSteering(function (data) { return { frameRate, commands, advance } })`, where
     `advance(command, frames)` returns `{ends, centre, facts}` of the last of these frames: `ends`
     is a `Float64Array` of both ends of each segment, in the order of `Skeleton.segments`, metres;

@@ -36,14 +36,30 @@ def clip_data(individual: Individual) -> Json:
     """
     details = f"{individual.label}, {score_words(individual)}"
     clip = clip_of(individual, individual.name, details, individual.label)
+    return {
+        **body_data(clip),
+        "score": number(individual.score),
+        "unit": individual.experiment.fitness.unit,
+        "angles": _angles(individual),
+        "terms": [
+            {"name": name, "value": number(value), "unit": individual.unit_of(name)}
+            for name, value in individual.scored_terms.items()
+        ],
+        "measures": [
+            {"name": name, "value": number(one.value), "unit": one.unit, "help": one.help}
+            for name, one in individual.measurements.items()
+        ],
+    }
+
+
+def body_data(clip: Clip) -> Json:
+    """Return what a page shows of a body in motion, with its captions; units as `clip_data`."""
     skeleton = clip.skeleton
     step = _step(clip)
     return {
         "title": clip.title,
         "details": clip.details,
         "tag": clip.tag,
-        "score": number(individual.score),
-        "unit": individual.experiment.fitness.unit,
         "frameRate": float(skeleton.frame_rate),
         "frames": len(skeleton.segments),
         "flies": clip.flies,
@@ -54,15 +70,6 @@ def clip_data(individual: Individual) -> Json:
         "feet": _feet(skeleton, step),
         "centre": packed(skeleton.path, step),
         "ground": _ground(skeleton, step),
-        "angles": _angles(individual),
-        "terms": [
-            {"name": name, "value": number(value), "unit": individual.unit_of(name)}
-            for name, value in individual.scored_terms.items()
-        ],
-        "measures": [
-            {"name": name, "value": number(one.value), "unit": one.unit, "help": one.help}
-            for name, one in individual.measurements.items()
-        ],
     }
 
 

@@ -15,7 +15,7 @@ HELD = 0.6  # share of a picture's height at which the body is
 NEAREST, FARTHEST = 2.5, 6.0  # heights of a picture in lengths of the body
 ROOM = 1.25  # of a picture's part below the body, in its altitudes: the ground is seen
 WAY, BODY, SCALE = 1, 2, 3  # inks of a plan
-LEAST = 3.0  # lengths of the body that a plan shows at least on either side
+LEAST = 1.5  # lengths of the body that a plan shows at least on either side
 
 
 def chase(

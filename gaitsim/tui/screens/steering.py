@@ -163,6 +163,8 @@ it; an arrow key or space chooses which one is in command, and the others fade o
         if self._pictures % EVERY == 0 or drive.ending:
             self.plan.show(drive, self._turned)
             seconds, altitudes = np.array(self._altitudes).T
+            if not self.curve.series:
+                self.curve.forget_styles()  # they are one for each curve
             self.curve.series = (Series("altitude, m", seconds, altitudes),)
             self.curve.redraw()
         self._pictures += 1

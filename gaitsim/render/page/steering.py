@@ -1,0 +1,80 @@
+"""A page on which a person steers a body."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+
+from gaitsim.contracts import Genomes, SteeringPage
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Experiment
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.render.page.clips import body_data
+from gaitsim.render.page.document import asset, document
+from gaitsim.render.page.player import made, themes
+from gaitsim.render.scene.clip import Clip
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.steering import Drive
+
+SCRIPTS = ("pad.js", "steering.js")
+ABOUT = "Each key puts a network in command that evolution trained for it."
+SHOWN = 0.5  # seconds of the motion by which the page learns how the body is drawn
+
+
+def write_page(experiment: Experiment, controllers: Mapping[str, Genomes], path: Path) -> str:
+    """Write a page that steers a body; return what it holds, a line.
+
+    Args:
+        experiment: of the body.
+        controllers: a genome (genes,) by command.
+        path: the file.
+
+    Raises:
+        GaitsimError: no page can simulate the body.
+        PluginError: the body fails.
+        RunError: the file cannot be written.
+    """
+    check_folder(path)
+    data = page(experiment, controllers)
+    write_bytes(path, data)
+    return f"{len(controllers)} commands, {len(data) / 1e3:,.0f} kB, for any browser"
+
+
+def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
+    """Return a page that steers a body, in UTF-8; see `write_page`."""
+    entry = experiment.entries["organism"]
+    with plugin_errors(entry, "making a page to steer it"):
+        own = experiment.organism.steering_page(controllers)
+    if own is None:
+        raise GaitsimError(
+            f"no web page can simulate the body {entry.name!r}",
+            where=f"experiment {experiment.name}",
+            allowed="a body with the method steering_page()",
+            remedy="steer it in a terminal: gaitsim steer",
+        )
+    if not isinstance(own, SteeringPage):
+        raise contract_error(
+            entry, f"gave a {type(own).__name__} as a page to steer it", "a SteeringPage or None"
+        )
+    with plugin_errors(entry, "making data for a page"):
+        json.dumps(own.data, allow_nan=False)
+    drive = Drive(experiment, controllers)
+    drive.advance_to(SHOWN)
+    data = {
+        "title": f"Steer the {entry.name}",
+        "description": ABOUT,
+        "theme": themes(),
+        "made": made(),
+        "clip": body_data(Clip(drive.skeleton)),
+        "commands": [asdict(command) for command in drive.commands],
+        "body": own.data,
+    }
+    return document(
+        data["title"],
+        "steering",
+        data,
+        ["\n".join(map(asset, SCRIPTS)), own.script],
+        description=data["description"],
+        made=data["made"],
+    )
