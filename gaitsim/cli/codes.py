@@ -7,10 +7,12 @@ from pathlib import Path
 
 from gaitsim.cli.console import notice, status
 from gaitsim.errors import GaitsimError
+from gaitsim.individual import Asked, Individual
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.checkpoint import Champion
-from gaitsim.runs.files.folder import RUNS, holds_run
+from gaitsim.runs.files.folder import RUNS, find_run, holds_run
 from gaitsim.runs.files.provenance import current_versions
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import Challenge
 from gaitsim.sharing.checking import verify_challenge
 from gaitsim.sharing.code import LONGEST, looks_like_code
@@ -33,6 +35,25 @@ def given_challenge(reference: str) -> Challenge | None:
     if any(holds_run(path) for path in (Path(reference), RUNS / reference)):
         return None
     return Challenge.read(reference) if looks_like_code(reference) else None
+
+
+def given_individual(reference: str, asked: Asked) -> Individual:
+    """Return the individual of a code, or one of a run.
+
+    Raises:
+        GaitsimError: a code is given, and a generation or member is asked for.
+        RunError: there is no such run or individual.
+    """
+    challenge = given_challenge(reference)
+    if challenge is None:
+        return RunSnapshot(find_run(reference)).individual(asked)
+    if asked is not None:
+        raise GaitsimError(
+            "a challenge code holds one individual",
+            where="--generation, --member",
+            remedy="leave them out",
+        )
+    return challenge.individual
 
 
 def _text(path: Path) -> str:

@@ -6,6 +6,14 @@ from typing import Annotated
 import typer
 
 RunName = Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")]
+RunOrCode = Annotated[
+    str,
+    typer.Argument(
+        metavar="RUN|CODE",
+        help="Name of a run under runs/, or its folder; or a challenge code, a file that holds "
+        "one, or '-' for standard input.",
+    ),
+]
 BestOf = Annotated[
     int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
 ]

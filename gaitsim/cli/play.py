@@ -10,9 +10,10 @@ from rich.text import Text
 
 from gaitsim.choices import TerminalView
 from gaitsim.cli.cells import BODY, lines
+from gaitsim.cli.codes import given_individual
 from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import BestOf, Damage, Engine, MemberOf, RunName, World
+from gaitsim.cli.options import BestOf, Damage, Engine, MemberOf, RunOrCode, World
 from gaitsim.cli.parsing import asked_body, which
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
@@ -20,8 +21,6 @@ from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal.body import picture
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.render.terminal.view import Viewpoint
-from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.snapshot import RunSnapshot
 
 FPS = 20
 SPEEDS = 0.01, 100.0
@@ -29,7 +28,7 @@ SIZE = 80, 24  # columns and rows of a still where the output is not a terminal
 
 
 def play(
-    run: RunName,
+    run: RunOrCode,
     generation: BestOf = None,
     member: MemberOf = None,
     damage: Damage = None,
@@ -63,6 +62,8 @@ def play(
     gaitsim play walker --world "friction 0.4" --world "servo_torque 0.7"
 
     gaitsim play quadruped --engine bullet
+
+    gaitsim play gaitsim1-AAAA-hNh…
     """
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
@@ -71,7 +72,7 @@ def play(
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
     changed = asked_body(damage, world, engine)
-    found = changed(RunSnapshot(find_run(run)).individual(which(generation, member)))
+    found = changed(given_individual(run, which(generation, member)))
     clip = Clip(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)
     if at is None:
@@ -98,7 +99,7 @@ def _loop(found: Individual, clip: Clip, camera: Viewpoint, speed: float, once: 
         raise GaitsimError(
             "the output is not a terminal",
             allowed="a terminal, or --at SECONDS, which prints a still",
-            remedy=f"make a video instead: gaitsim video {found.source}",
+            remedy=f"make a video instead: gaitsim video {found.source}" if found.source else "",
         )
     duration = clip.seconds
     start = time.monotonic()

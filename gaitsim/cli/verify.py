@@ -11,7 +11,7 @@ from pydantic_core import to_jsonable_python
 from gaitsim.cli.codes import given_challenge
 from gaitsim.cli.console import echo, print_json, status
 from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import Json, Workers
+from gaitsim.cli.options import Json, RunOrCode, Workers
 from gaitsim.cli.parsing import asked_generations
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
@@ -29,14 +29,7 @@ SHOWN = 5  # generations that differ, and parts of one
 
 
 def verify(
-    run: Annotated[
-        str,
-        typer.Argument(
-            metavar="RUN|CODE",
-            help="Name of a run under runs/, or its folder; or a challenge code, a file that "
-            "holds one, or '-' for standard input.",
-        ),
-    ],
+    run: RunOrCode,
     generations: Annotated[
         str | None,
         typer.Option(

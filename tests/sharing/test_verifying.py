@@ -123,6 +123,12 @@ def test_a_run_without_an_experiment_says_what_is_missing(gaitsim, code):
     assert "no experiment is given" in gaitsim("run", "--from", "puppet", code=2).stderr
 
 
+def test_the_individual_of_a_code_is_played(gaitsim, code):
+    shown = gaitsim("play", code, "--at", 0.0).stdout
+    assert shown.splitlines()[1:] == gaitsim("play", "puppet", "--at", 0.0).stdout.splitlines()[1:]
+    assert "one individual" in gaitsim("play", code, "--generation", 2, code=2).stderr
+
+
 def test_scores_over_worlds_and_of_members_are_true():
     worlds = {"worlds.number": 2, "worlds.redraw": 2, "evolution.population": 6}
     search = gs.evolve("walker", generations=3, set={**worlds, "organism.duration": 1.0})
