@@ -9,7 +9,7 @@ GaitFormat = Literal["mat", "csv", "npz"]
 CalibratedFormat = Literal["arduino", "dynamixel", "feetech"]
 ServoFormat = Literal["servo", CalibratedFormat]
 RosFormat = Literal["ros2", "rosbag2"]
-ExportFormat = Literal[GaitFormat, ServoFormat, RosFormat, "html", "glb", "tensorboard"]
+ExportFormat = Literal[GaitFormat, ServoFormat, RosFormat, "html", "atlas", "glb", "tensorboard"]
 PlotFormat = Literal["png", "svg", "pdf"]
 VideoFormat = Literal["mp4", "gif"]
 

@@ -76,6 +76,13 @@ def _write_page(subject: Subject, path: Path, options: Options) -> Exported:
     return Exported(write_page(subject.individuals, path, subject.run))
 
 
+def _write_atlas(subject: Subject, path: Path, _: Options) -> Exported:
+    from gaitsim.render.page.atlas import write_atlas
+
+    assert subject.run is not None, "a format of a run has one"
+    return Exported(write_atlas(subject.run, path))
+
+
 def _write_glb(subject: Subject, path: Path, _: Options) -> Exported:
     from gaitsim.render.glb import write_glb
 
@@ -101,6 +108,7 @@ FORMATS: Mapping[str, Format] = {
         for name, ending in ENDINGS.items()
     },
     "html": Format("page", ".html", "individuals", _write_page),
+    "atlas": Format("atlas", ".html", "run", _write_atlas),
     "glb": Format("body", ".glb", "individual", _write_glb),
     "tensorboard": Format("tensorboard", "", "run", _write_events),
 }

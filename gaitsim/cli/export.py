@@ -32,9 +32,9 @@ def export(
         typer.Option(
             help="MATLAB/Octave, CSV, NumPy; a CSV of degrees for servos; an Arduino sketch for "
             "PCA9685 boards; a CSV of goal positions for servo buses; a ROS 2 trajectory, as the "
-            "YAML of an action's goal or as a bag; a page that plays in any browser (html); an "
-            "animated glTF for Blender and other viewers; the whole run for TensorBoard. "
-            "Default: as --out ends, or mat."
+            "YAML of an action's goal or as a bag; a page that plays in any browser (html); a "
+            "page of an archive, a map whose gaits move (atlas); an animated glTF for Blender and "
+            "other viewers; the whole run for TensorBoard. Default: as --out ends, or mat."
         ),
     ] = None,
     out: ExportFile = None,
@@ -101,6 +101,8 @@ def export(
     gaitsim export spider --format glb
 
     gaitsim export spider --format tensorboard
+
+    gaitsim export spider-atlas --format atlas
     """
     opened = RunSnapshot(find_run(run))
     options = Options(calibration, keyframe_ms, speed, clip, centre, low, high)

@@ -86,7 +86,7 @@ def refuse_options(
     if idle:
         takers = [other for other, taken in takes.items() if set(idle) <= set(taken)]
         raise GaitsimError(
-            f"a {format} file does not take {' and '.join(idle)}",
+            f"the format {format} does not take {' and '.join(idle)}",
             where="--format",
             allowed=f"{', '.join(takers) or 'none'}, with these options",
         )

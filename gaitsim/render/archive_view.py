@@ -105,7 +105,7 @@ class ArchiveView:
             names: one axis or two.
             most: cells along each.
         """
-        borders = tuple(self._parts(name, count) for name, count in zip(names, most, strict=False))
+        borders = tuple(self.parts(name, count) for name, count in zip(names, most, strict=False))
         shape = tuple(len(one) - 1 for one in borders)
         if self.members.centroids is not None and len(names) == len(self.names):
             numbers = self._around_middles(names, borders)
@@ -116,8 +116,8 @@ class ArchiveView:
         scores[known] = self.members.scores[numbers[known] - 1]
         return Panel(names, borders, scores, numbers)
 
-    def _parts(self, name: str, most: int) -> NDArray[np.float64]:
-        """Return the borders between parts of an axis, (parts + 1,)."""
+    def parts(self, name: str, most: int = MOST) -> NDArray[np.float64]:
+        """Return the borders between the parts of an axis in a panel, (parts + 1,)."""
         borders = self.borders[name]
         if self.members.centroids is None:
             together = -(-(len(borders) - 1) // most)
@@ -134,19 +134,21 @@ class ArchiveView:
             parts = -(-parts // 2)
         return np.linspace(borders[0], borders[-1], parts + 1)
 
+    def places(self, name: str, borders: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the part of an axis, between borders, that each member is in, from 0."""
+        known = self.members.values[name]
+        if self.members.centroids is None:  # values may be beyond the ends of the axis
+            known = self.borders[name][self.cells[:, self.names.index(name)]]
+        known = known + _ROUNDING * (borders[-1] - borders[0])
+        return np.asarray(np.searchsorted(borders[1:-1], known, side="right"), np.int64)
+
     def _best_within(
         self,
         names: tuple[str, ...],
         borders: tuple[NDArray[np.float64], ...],
         shape: tuple[int, ...],
     ) -> NDArray[np.int64]:
-        places = []
-        for name, ends in zip(names, borders, strict=True):
-            known = self.members.values[name]
-            if self.members.centroids is None:  # values may be beyond the ends of the axis
-                known = self.borders[name][self.cells[:, self.names.index(name)]]
-            known = known + _ROUNDING * (ends[-1] - ends[0])
-            places.append(np.searchsorted(ends[1:-1], known, side="right"))
+        places = [self.places(name, ends) for name, ends in zip(names, borders, strict=True)]
         numbers = np.full(shape, EMPTY, np.int64)
         # Of several members in a cell, the last assignment remains: the best, of equals the first.
         order = np.argsort(self.members.scores[::-1], kind="stable")

@@ -108,6 +108,10 @@ class Page(Body):
     ] = None
 
 
+class Archive(Settings):
+    """A page of a whole archive has no options."""
+
+
 class Calibrated(ForRobot):
     calibration: Annotated[
         str | None,

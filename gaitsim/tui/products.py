@@ -5,6 +5,7 @@ Options are declared as plugins declare theirs, so the same forms show them.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -16,6 +17,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import options
 from gaitsim.tui.product_options import (
     Analysis,
+    Archive,
     Bag,
     Body,
     Calibrated,
@@ -134,6 +136,7 @@ GROUPS: dict[str, tuple[Product, ...]] = {
     ),
     "More": (
         Product("Page for a browser", ("export", "--format", "html"), Page),
+        Product("Map of an archive for a browser", ("export", "--format", "atlas"), Archive),
         Product("glTF for Blender", ("export", "--format", "glb"), Body),
         Product("Video", ("video",), Video),
         Product("Analysis", ("analyse",), Analysis),
@@ -155,6 +158,7 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
     from gaitsim.imitation.imitating import learnable_gait
     from gaitsim.render.individual_clip import clip_of
     from gaitsim.render.plots.kinds import KINDS
+    from gaitsim.render.plots.request import require_kept
     from gaitsim.runs.files.folder import exports_folder
     from gaitsim.runs.snapshot import RunSnapshot
 
@@ -169,6 +173,7 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
         Bag: check_bag,
         Body: clip_of,
         Page: clip_of,
+        Archive: partial(require_kept, kept="archive"),
         Imitator: learnable_gait,
     }
     found = {}

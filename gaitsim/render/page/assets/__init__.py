@@ -31,7 +31,7 @@ VIEWER = (
 )
 """The viewer: plain scripts that share one function's scope with the library."""
 
-STYLES = ("viewer.css", "steering.css")
+STYLES = ("viewer.css", "steering.css", "atlas.css")
 """Style sheets."""
 
 BOOT = "boot.js"

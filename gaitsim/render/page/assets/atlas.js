@@ -1,0 +1,263 @@
+// The page of an atlas: the map of its cells, and the gait of the chosen one in 3D.
+
+
+class Atlas {
+  /** @param {object} data of the page @param {HTMLElement} root */
+  static async open(data, root) {
+    const numbers = async (packed) => (packed ? (await gaitsim.unpack(packed)).values : null);
+    const axes = await Promise.all(
+      data.axes.map(async (axis) => ({
+        ...axis,
+        places: await numbers(axis.places),
+        values: await numbers(axis.values),
+      })),
+    );
+    const [scores, raster] = [await numbers(data.scores), await numbers(data.raster)];
+    const highest = scores.reduce((one, other) => Math.max(one, other), -Infinity);
+    const gaits = data.gaits && (await Gaits.read(data.gaits));
+    return new Atlas({ ...data, axes, scores, raster, highest }, gaits, root);
+  }
+
+  constructor(data, gaits, root) {
+    Object.assign(this, { data, gaits });
+    this.rig = data.body && new Rig(data.body);
+    this.themes = new gaitsim.Themes(data.theme, (theme) => this._paint(theme));
+    this.announcer = new gaitsim.Announcer();
+    this.clock = new gaitsim.Clock(1);
+    this.map = new CellMap(
+      data,
+      (member) => this.select(member),
+      (member) => this._hint(member),
+    );
+    this.list = new GaitList(data, this.map, (member) => this.select(member));
+    const does = this._actions();
+    this.hint = element("p", { class: "hint", "aria-hidden": "true" });
+    this.facts = element("div", { id: "chosen" });
+    const side = element("section", { class: "side", "aria-label": "Map" }, ...this._head());
+    side.append(this._legend(), this.map.canvas, this.hint);
+    const panel = element("section", { class: "panel", "aria-label": "Gait" }, this.facts);
+    panel.append(this.list.root, notesOf(data));
+    this.root = element("div", { class: this.rig ? "atlas" : "atlas flat" }, side);
+    if (this.rig) this.root.append(...this._picture(does));
+    this.root.append(panel);
+    root.replaceChildren(this.root, this.announcer.root);
+    if (this.rig) this._open();
+    gaitsim.listenToKeys(does);
+    this._axes(data.pairs[0] ?? [0]);
+    this.select(this.map.order.at(-1), false);
+    this._paint(this.themes.theme);
+    this.list.show(0);
+    if (!this.stage) return;
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) this.controls.playing = false;
+    else this.play(true);
+  }
+
+  /** Title, axes and filter. */
+  _head() {
+    const { data } = this;
+    const named = (index) => data.axes[index].name;
+    const pairs = data.pairs.map((pair, i) =>
+      element("option", { value: i }, pair.map(named).join(" · ")),
+    );
+    this.pair = element("select", { change: () => this._axes(data.pairs[this.pair.value]) }, ...pairs);
+    const step = (data.highest - data.lowest) / 100 || 1;
+    this.least = element("input", {
+      type: "range",
+      min: 0,
+      max: 100,
+      value: 0,
+      input: () => this._filter(this.least.valueAsNumber && data.lowest + step * this.least.valueAsNumber),
+    });
+    this.bound = element("output", {}, "all");
+    return [
+      element("h1", {}, data.title),
+      data.description ? element("p", { class: "details" }, data.description) : "",
+      element("p", { class: "details" }, `Generation ${data.generation}: ${data.filled}`),
+      element(
+        "p",
+        { class: "choices" },
+        ...(pairs.length > 1 ? [element("label", {}, "Axes ", this.pair)] : []),
+        element("label", {}, "Score from ", this.least, this.bound),
+      ),
+    ];
+  }
+
+  /** What the colours mean. */
+  _legend() {
+    const { lowest, highest, colours, unit, scores } = this.data;
+    const below = scores.some((score) => score < lowest - 1e-9) ? "≤ " : "";
+    const bar = element("span", { class: "scale" });
+    bar.style.background = `linear-gradient(90deg, ${colours.join(", ")})`;
+    const [low, high] = [`${below}${numeral(lowest, 3)}`, `${numeral(highest, 3)} ${unit}`];
+    return element("p", { class: "scales" }, `score ${low}`, bar, high);
+  }
+
+  /** The picture and its controls. */
+  _picture(does) {
+    this.controls = new gaitsim.Controls(does);
+    this.controls.rate = 1;
+    this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "The gait in 3D" });
+    const held = element("p", { class: "place" }, "held in place");
+    const view = element("section", { class: "view", "aria-label": "Picture" }, this.canvas, held);
+    const deck = element("section", { class: "deck", "aria-label": "Time" }, this.controls.root);
+    return [view, deck];
+  }
+
+  /** Build the stage; without WebGL say so, and leave map and texts. */
+  _open() {
+    const { theme } = this.themes;
+    try {
+      this.stage = new gaitsim.Stage(this.canvas, theme);
+    } catch {
+      const words =
+        "This browser cannot draw in three dimensions (WebGL 2 is missing or switched off). " +
+        "The map and the numbers are complete.";
+      this.canvas.replaceWith(element("p", { class: "missing", role: "alert" }, words));
+      return;
+    }
+    const { clip } = this.data.body;
+    this.ground = new gaitsim.Ground(null, 0, null);
+    this.body = new gaitsim.Body({ ...clip, floor: 0 }, theme, 0, 0, this.ground);
+    this.stage.add(this.body);
+    this.stage.setGround(this.ground);
+    this.body.show(this.rig.place(this.gaits.at(this.map.order.at(-1), 0)));
+    const { low, high, middle } = this.body.box;
+    const box = new gaitsim.Box();
+    for (const end of [low, high]) box.add(...end.map((value, i) => 1.15 * (value - middle[i])));
+    this.stage.lookAt(middle);
+    this.stage.frame(box);
+  }
+
+  _actions() {
+    const speeds = [0.1, 0.2, 0.25, 0.5, 0.75, 1, 1.5, 2];
+    const views = ["iso", "side", "top"];
+    return {
+      play: () => this.play(!this.clock.runs),
+      speed: (factor) => this._speed(factor),
+      faster: (steps) => {
+        const at = speeds.indexOf(this.clock.speed) + steps;
+        this._speed(speeds[gaitsim.clamp(at, 0, speeds.length - 1)]);
+      },
+      step: (seconds) => {
+        const { now, end } = this.clock;
+        this.clock.now = (((now + seconds) % end) + end) % end;
+        this._show();
+      },
+      zoom: (factor) => this.stage?.orbit.magnify(factor),
+      reset: () => this.stage?.view(this.stage.orbit.name),
+      view: () => {
+        if (!this.stage) return;
+        const next = views[(views.indexOf(this.stage.orbit.name) + 1) % views.length];
+        this.stage.view(next);
+        this.announcer.say(`${next === "iso" ? "oblique" : next} view`);
+      },
+      theme: () => this.themes.toggle(),
+      help: () => this.controls?.help.showModal(),
+    };
+  }
+
+  /** @param {number[]} axes of the map */
+  _axes(axes) {
+    this.map.show(axes);
+    this.list.moved();
+  }
+
+  /** @param {number} score from which gaits are shown; 0 as the slider's begin: all */
+  _filter(score) {
+    const all = !this.least.valueAsNumber;
+    this.map.filter = all ? -Infinity : score;
+    this.bound.textContent = all ? "all" : numeral(score, 3);
+    this.list.show(0);
+  }
+
+  /**
+   * Show a gait.
+   * @param {number} member from 0
+   * @param {boolean} aloud whether to say it
+   */
+  select(member, aloud = true) {
+    const { data, gaits } = this;
+    this.member = member;
+    this.map.select(member);
+    const row = (name, value, unit) =>
+      element(
+        "tr",
+        {},
+        element("th", { scope: "row" }, name),
+        element("td", {}, unit ? `${numeral(value)} ${unit}` : numeral(value)),
+      );
+    const table = element(
+      "tbody",
+      {},
+      row("score", data.scores[member], data.unit),
+      ...data.axes.map(({ name, values, unit }) => row(name, values[member], unit)),
+    );
+    this.facts.replaceChildren(
+      element("h2", {}, `Gait ${member + 1} of ${data.count}`),
+      element("div", { class: "scrolls", tabindex: "0" }, element("table", {}, table)),
+      element("p", { class: "details" }, element("code", {}, `${data.command} ${member + 1}`)),
+    );
+    this.list.selected = member;
+    if (aloud) this.announcer.say(this._words(member));
+    if (!gaits) return;
+    this.clock.end = gaits.seconds(member);
+    this.clock.now = 0;
+    this._show();
+  }
+
+  /** @param {number} member @returns {string} its values in words */
+  _words(member) {
+    const { scores, unit } = this.data;
+    const shown = this.map.axes.map(({ name, values }) => `${name} ${numeral(values[member], 3)}`);
+    return [`gait ${member + 1}: score ${numeral(scores[member])} ${unit}`, ...shown].join(", ");
+  }
+
+  /** @param {number} member under the pointer */
+  _hint(member) {
+    this.hint.textContent = member < 0 ? "" : this._words(member);
+  }
+
+  /** @param {boolean} runs */
+  play(runs) {
+    if (!this.stage) return;
+    this.clock.runs = runs;
+    this.controls.playing = runs;
+    const step = (seconds) => {
+      this.clock.advance(seconds);
+      this._show();
+      return this.clock.runs;
+    };
+    this.stage.animate(runs ? step : null);
+  }
+
+  _speed(factor) {
+    this.clock.speed = factor;
+    if (this.controls) this.controls.rate = factor;
+    this.announcer.say(`speed ${factor} times`);
+  }
+
+  _show() {
+    if (!this.stage) return;
+    this.controls.readout.textContent = gaitsim.secondsText(this.clock.now);
+    this.body.show(this.rig.place(this.gaits.at(this.member, this.clock.now)));
+    this.stage.request();
+  }
+
+  /** @param {object} theme */
+  _paint(theme) {
+    const { style } = document.documentElement;
+    for (const name of ["ground", "left", "right", "damaged"])
+      style.setProperty(`--${name}`, theme[name]);
+    if (this.stage) this.stage.theme = theme;
+    this.map.draw();
+  }
+
+  /** @param {number} member from 0 @returns {Float64Array[]} its joint angles in each frame, rad */
+  anglesOf(member) {
+    return Array.from({ length: this.gaits.framesOf(member) }, (_, frame) =>
+      this.gaits.atFrame(member, frame),
+    );
+  }
+}
+
+gaitsim.register("atlas", (data, root) => Atlas.open(data, root));

@@ -1,0 +1,114 @@
+// The list of gaits beside the map, and what the page says about itself.
+
+const { element, numeral } = gaitsim;
+const LISTED = 40; // gaits at a time
+
+class GaitList {
+  /**
+   * @param {object} atlas the page's data
+   * @param {CellMap} map
+   * @param {(member: number) => void} choose called with the member of a pressed row
+   */
+  constructor(atlas, map, choose) {
+    Object.assign(this, { atlas, map, choose });
+    this.listed = LISTED;
+    this.rows = element("tbody", {});
+    this.more = element("button", { type: "button", click: () => this.show(LISTED) }, "Show more");
+    const orders = atlas.axes.flatMap(({ name }, i) => [
+      element("option", { value: `${i}+` }, `${name}, highest first`),
+      element("option", { value: `${i}-` }, `${name}, lowest first`),
+    ]);
+    const best = element("option", { value: "" }, "score, best first");
+    this.sort = element("select", { change: () => this.show(0) }, best, ...orders);
+    this.here = element("input", { type: "checkbox", change: () => this.show(0) });
+    this.total = element("span", { class: "details" });
+    const head = ["gait", "score"].map((text) => element("th", { scope: "col" }, text));
+    this.column = element("th", { scope: "col" });
+    this.root = element(
+      "section",
+      { class: "list" },
+      element("h2", {}, "Gaits"),
+      element(
+        "p",
+        { class: "choices" },
+        element("label", {}, "Order ", this.sort),
+        element("label", {}, this.here, " only this cell of the map"),
+        this.total,
+      ),
+      element("table", {}, element("thead", {}, element("tr", {}, ...head, this.column)), this.rows),
+      this.more,
+    );
+  }
+
+  /** The map has other axes. */
+  moved() {
+    if (this.here.checked) this.show(0);
+  }
+
+  /** @param {number} member */
+  set selected(member) {
+    this.member = member;
+    this.moved();
+    this.rows.querySelectorAll("button").forEach((one) => {
+      one.setAttribute("aria-pressed", String(Number(one.value) === member));
+    });
+  }
+
+  /** Fill the list. @param {number} more gaits than now; 0 begins anew */
+  show(more) {
+    const { axes, scores } = this.atlas;
+    this.listed = more ? this.listed + more : LISTED;
+    const axis = this.sort.value ? axes[parseInt(this.sort.value, 10)] : null;
+    const sign = this.sort.value.endsWith("-") ? 1 : -1;
+    const from = this.here.checked ? this.map.together(this.member) : [...this.map.order].reverse();
+    const found = from.filter((member) => scores[member] >= this.map.least);
+    if (axis) found.sort((a, b) => sign * (axis.values[a] - axis.values[b]));
+    this.column.textContent = axis ? axis.name : "";
+    const row = (member) => {
+      const choose = { type: "button", value: member, click: () => this.choose(member) };
+      const pressed = { "aria-pressed": member === this.member };
+      return element(
+        "tr",
+        {},
+        element("td", {}, element("button", { ...choose, ...pressed }, String(member + 1))),
+        element("td", {}, numeral(scores[member])),
+        element("td", {}, axis ? numeral(axis.values[member]) : ""),
+      );
+    };
+    this.rows.replaceChildren(...found.slice(0, this.listed).map(row));
+    this.more.hidden = found.length <= this.listed;
+    this.total.textContent = `${found.length} gaits`;
+  }
+}
+
+/**
+ * Say what the page shows and how exact it is.
+ * @param {object} atlas the page's data
+ */
+function notesOf({ gaits, made, axes, count, body }) {
+  const degrees = (angle) => numeral((angle * 180) / Math.PI, 2);
+  const words = [];
+  if (axes.length > 2)
+    words.push("A cell of the map shows the best gait over all the other axes.");
+  if (!body)
+    words.push("The body has no joint angles and links to move here: the map and the values are all.");
+  else {
+    words.push(
+      "The body is held in place with its lowest foot on the ground and its trunk level. How " +
+        "far and how straight it goes is in its score and values, not in the picture.",
+    );
+    words.push(
+      gaits.form === "waves"
+        ? `Joint angles as commanded, within ${gaits.error.toExponential(1)} rad of gaitsim's, ` +
+            `measured over all ${count} gaits.`
+        : `One stride of each gait as commanded, over and over; its joint angles are within ` +
+            `${degrees(gaits.error)}° of gaitsim's.`,
+    );
+  }
+  return element(
+    "section",
+    { class: "notes" },
+    ...words.map((text) => element("p", {}, text)),
+    element("p", { class: "made" }, `Made by ${made}.`),
+  );
+}

@@ -1,0 +1,158 @@
+"""A page of an archive: a map of its cells, and the gait of each in 3D."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitsim.contracts import Rig
+from gaitsim.errors import RunError
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.individual import Individual, Member
+from gaitsim.registry import plugin_errors
+from gaitsim.render.archive_view import ArchiveView, lowest
+from gaitsim.render.page.clips import clip_data
+from gaitsim.render.page.document import asset, document
+from gaitsim.render.page.gaits import gaits_data
+from gaitsim.render.page.packing import Packed, packed
+from gaitsim.render.page.player import made, themes
+from gaitsim.render.plots.request import require_kept
+from gaitsim.render.terminal.colour_scale import VIRIDIS
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.snapshot import RunSnapshot
+
+SCRIPTS = ("rig.js", "gaits.js", "cells.js", "gait_list.js", "atlas.js")
+_DIGITS = 1e-4  # of its range: the step of a number that is printed
+_OF_FRAMES = ("points", "poses", "centre", "angles", "ground", "measures", "terms")
+
+Json = dict[str, Any]
+
+
+def write_atlas(run: RunSnapshot, path: Path, workers: int | None = None) -> str:
+    """Write a page of a run's archive; return what it holds, a line.
+
+    Args:
+        run: whose search keeps an archive.
+        path: the file.
+        workers: how many work at a time; None for what suits the body.
+
+    Raises:
+        NothingToPlotError: the search keeps no archive.
+        PluginError: the body cannot be moved or drawn.
+        RunError: no generation is finished yet, all individuals failed, the run is damaged, or
+            the file cannot be written.
+    """
+    check_folder(path)
+    data = atlas_data(run, workers)
+    scripts = ["\n".join(asset(name) for name in SCRIPTS)]
+    page = document(
+        data["title"],
+        "atlas",
+        data,
+        scripts,
+        description=data["description"],
+        made=data["made"],
+    )
+    write_bytes(path, page)
+    gaits = data["gaits"]
+    how = "no joint angles" if gaits is None else f"joint angles within {gaits['error']:.2g} rad"
+    return f"{data['count']:,} gaits, {how}, {len(page) / 1e6:.2f} MB, for any browser"
+
+
+def atlas_data(run: RunSnapshot, workers: int | None = None) -> Json:
+    """Return the data of a page of a run's archive; see `write_atlas`."""
+    best = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
+    require_kept(best, "archive")
+    members, view = run.members, ArchiveView.of(run.members)
+    if members is None or view is None or view.best is None:
+        raise RunError(
+            f"the run {run.path} has no cells to show",
+            allowed="a search that says where the cells of its archive are",
+        )
+    best = run.individual(Member(view.best))
+    rig = _rig(best)
+    gaits = None if rig is None else gaits_data(best.experiment, members.genomes, workers)
+    name = run.path.resolve().name
+    return {
+        "title": name,
+        "description": best.experiment.description,
+        "made": made(),
+        "theme": themes(),
+        "count": len(members.scores),
+        "filled": view.filled,
+        "generation": run.generation,
+        "command": command("play", name, "--member"),
+        "unit": best.experiment.fitness.unit,
+        "scores": _row(members.scores),
+        "colours": list(VIRIDIS),
+        "lowest": lowest(members.scores)[0],
+        "axes": [_axis(view, axis, best.unit_of(axis)) for axis in view.names],
+        "pairs": [[view.names.index(one) for one in pair] for pair in view.pairs],
+        "raster": _raster(view),
+        "gaits": gaits,
+        "body": None if gaits is None or rig is None else _body(best, rig),
+    }
+
+
+def _rig(individual: Individual) -> Rig | None:
+    with plugin_errors(individual.experiment.entries["organism"], "describing the body's links"):
+        return individual.experiment.organism.rig()
+
+
+def _axis(view: ArchiveView, name: str, unit: str) -> Json:
+    """Return an axis, its parts in the map, and value and part of each member along it."""
+    borders = view.parts(name)
+    return {
+        "name": name,
+        "unit": unit,
+        "borders": borders.tolist(),
+        "places": packed(view.places(name, borders)[None], 1.0),
+        "values": _row(view.members.values[name]),
+    }
+
+
+def _raster(view: ArchiveView) -> Packed | None:
+    """Return the member in each part of two axes of Voronoi cells, from 1, or −1; else None."""
+    if view.members.centroids is None or len(view.names) != 2:
+        return None
+    return packed(view.panel(*view.names).members, 1.0)
+
+
+def _row(values: Any) -> Packed:
+    """Return a number of each member, in one row: neighbours in an archive are not alike."""
+    span = float(np.ptp(values)) or float(np.abs(values).max()) or 1.0
+    return packed(np.asarray(values)[None], 10.0 ** np.floor(np.log10(span * _DIGITS)))
+
+
+def _body(individual: Individual, rig: Rig) -> Json:
+    """Return how a body is drawn, and its rig."""
+    clip = {key: value for key, value in clip_data(individual).items() if key not in _OF_FRAMES}
+    contacts = individual.skeleton.contacts
+    if clip["feet"]:
+        clip["feet"] = {k: v for k, v in clip["feet"].items() if k not in ("points", "touching")}
+    index = {link.name: number for number, link in enumerate(rig.links)}
+    solids = [] if rig.solid_poses is None else rig.solid_poses.tolist()
+    feet = [] if rig.feet is None else rig.feet.tolist()
+    # A foot may be the middle of a ball, which is above the ground when it stands.
+    stand = 0.0 if contacts is None else float(np.median(contacts[..., 2].min(axis=1)))
+    return {
+        "clip": clip,
+        "stand": max(stand, 0.0),
+        "links": [
+            {
+                "parent": index.get(link.parent, -1),
+                "origin": link.origin,
+                "rotation": link.rotation,
+                "joint": rig.joints.index(link.joint) if link.joint else -1,
+                "axis": link.axis,
+            }
+            for link in rig.links
+        ],
+        "segments": [
+            [index[link], *ends]
+            for link, ends in zip(rig.segment_links, rig.segments.tolist(), strict=True)
+        ],
+        "solids": [[index[link], pose] for link, pose in zip(rig.solid_links, solids, strict=True)],
+        "feet": [[index[link], point] for link, point in zip(rig.foot_links, feet, strict=True)],
+    }

@@ -1,0 +1,171 @@
+"""The gaits of many individuals in few numbers each, for a page that moves them again."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from gaitsim.contracts import Genomes
+from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.scoring import moved
+from gaitsim.experiment import Experiment
+from gaitsim.registry import plugin_errors
+from gaitsim.render.page.packing import Packed, packed
+from gaitsim.render.page.strides import Floats, stride_of
+
+EXACT = 1e-6  # rad: farthest that an angle from shared waves may be from the body's
+SAMPLE = 64  # individuals in which waves are looked for
+MOST_WAVES = 8
+_CHUNK = 50  # individuals, whose motions are in memory at once in each worker
+_WAVE_STEP = 1e-9  # of a wave, which is at most 1
+_STRIDE_STEP = float(np.radians(0.4))  # in which the angles of strides are rounded
+_PERIOD_STEP = 1e-4  # frames
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """Courses over time of which all joint angles are sums.
+
+    Attributes:
+        values: (waves, frames), at most 1.
+        step: in which their amounts are rounded, rad.
+    """
+
+    values: Floats
+    step: float
+
+    def amounts(self, angles: Floats) -> tuple[Floats, Floats]:
+        """Return how much of each wave is in joint angles, and how far off their sums are.
+
+        Args:
+            angles: (individuals, frames, joints) rad.
+
+        Returns:
+            (individuals, joints, waves) rad, rounded, and the largest error of each individual,
+            (individuals,) rad.
+        """
+        courses = angles.swapaxes(1, 2)
+        found = np.rint(courses @ np.linalg.pinv(self.values) / self.step) * self.step
+        return found, np.abs(found @ self.values - courses).max(axis=(1, 2))
+
+
+def shared_waves(angles: Floats) -> Waves | None:
+    """Return the waves that joint angles share; None where there are too many.
+
+    Angles of one frequency, such as A sin(2πft + φ), are sums of a sine and a cosine. Waves are
+    found by the Gram-Schmidt process on the courses of joints, that with the most left first, so
+    whatever else is shared is found, too. A singular value decomposition takes 100 times as long.
+
+    Args:
+        angles: of some individuals, (individuals, frames, joints) rad.
+    """
+    courses = angles.swapaxes(1, 2).reshape(-1, angles.shape[1])
+    left, found = courses.copy(), []
+    for _ in range(MOST_WAVES):
+        most = left[np.abs(left).max(axis=1).argmax()]
+        size = np.abs(most).max()
+        if size > 0:
+            found.append(np.rint(most / size / _WAVE_STEP) * _WAVE_STEP)
+            left -= np.outer(left @ found[-1], found[-1]) / (found[-1] @ found[-1])
+        if np.abs(left).max() < EXACT / 10:
+            waves = np.array(found or [np.ones(len(most))])
+            # Rounding moves each amount by half a step at most. The body's own angles may be
+            # rounded, too, so that what is left differs a little between individuals.
+            spare = 0.98 * EXACT - 2 * np.abs(left).max()
+            return Waves(waves, float(2 * spare / np.abs(waves).sum(axis=0).max()))
+    return None
+
+
+def gaits_data(experiment: Experiment, genomes: Genomes, workers: int | None = None) -> Json | None:
+    """Return the joint angles of individuals as data of a page; None for a body without.
+
+    Where all angles are sums of a few waves, these are stored, and the amounts of each individual:
+    right within `EXACT`, as measured for each. Otherwise a stride of each is stored, whose angles
+    are right within 0.2°. Their motions are never all in memory.
+
+    Args:
+        experiment: whose body moves them.
+        genomes: (individuals, genes).
+        workers: how many work at a time; None for what suits the body.
+
+    Raises:
+        PluginError: the body fails or breaks its contract.
+    """
+    channel = experiment.organism.channels.get("joint_angles")
+    if channel is None or channel.axes != ("frames", "joints") or not len(genomes):
+        return None
+    some = genomes[np.unique(np.linspace(0, len(genomes) - 1, SAMPLE).astype(int))]
+    angles, rate = _angles(experiment, some)
+    shared: Json = {"joints": list(experiment.organism.joint_names()), "frameRate": rate}
+    chunks = np.split(genomes, range(_CHUNK, len(genomes), _CHUNK))
+
+    def of_all(work: Callable[..., tuple[Floats, ...]]) -> list[Floats]:
+        with Evaluator(experiment, workers) as evaluator:
+            parts = list(evaluator.map(work, chunks))
+        return [np.concatenate(column) for column in zip(*parts, strict=True)]
+
+    waves = shared_waves(angles)
+    if waves is not None:
+        amounts, errors = of_all(partial(_in_waves, waves=waves))
+        if errors.max() <= EXACT:
+            return shared | {
+                "form": "waves",
+                "frames": angles.shape[1],
+                "waves": packed(waves.values, _WAVE_STEP),
+                "error": float(errors.max()),
+                **_compact(amounts.reshape(len(genomes), -1), waves.step),
+            }
+    periods, lengths, changes, errors = of_all(_in_strides)
+    return shared | {
+        "form": "strides",
+        "periods": packed(periods, _PERIOD_STEP),
+        "lengths": packed(lengths, 1.0),
+        "error": float(errors.max()),
+        **_compact(changes, _STRIDE_STEP),
+    }
+
+
+def _compact(amounts: Floats, step: float) -> Json:
+    """Return amounts, (individuals, …), from the lowest one on, so that none has a sign to store.
+
+    In one row, since `packed` stores differences between rows, which here are wider than the
+    amounts themselves. Both save a tenth of the file.
+    """
+    lowest = float(np.rint(amounts.min() / step) * step)
+    found: Packed = packed((amounts - lowest).reshape(1, -1), step)
+    return {"lowest": lowest, "amounts": found}
+
+
+def _angles(experiment: Experiment, genomes: Genomes) -> tuple[Floats, float]:
+    """Return the joint angles, (individuals, frames, joints) rad, and the frame rate, Hz."""
+    motion = moved(experiment, genomes)
+    with plugin_errors(experiment.entries["organism"], "computing the channel 'joint_angles'"):
+        angles = np.asarray(motion["joint_angles"], np.float64)
+    return np.nan_to_num(angles), float(motion.frame_rate)
+
+
+def _in_waves(experiment: Experiment, genomes: Genomes, waves: Waves) -> tuple[Floats, Floats]:
+    return waves.amounts(_angles(experiment, genomes)[0])
+
+
+def _in_strides(experiment: Experiment, genomes: Genomes) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return one stride of each individual.
+
+    Returns:
+        Its period, (individuals,) frames; its length, (individuals,) frames; its angles as changes
+        from frame to frame, the first from zero, joint after joint and individual after
+        individual, rounded, rad; and the largest error of each.
+    """
+    periods, lengths, changes, errors = [], [], [], []
+    for angles in _angles(experiment, genomes)[0]:
+        period, stride = stride_of(angles)
+        steps = np.rint(stride / _STRIDE_STEP)
+        periods.append(period)
+        lengths.append(len(stride))
+        changes.append(np.diff(steps, axis=0, prepend=0.0).T.ravel() * _STRIDE_STEP)
+        errors.append(np.abs(steps * _STRIDE_STEP - stride).max())
+    return np.array(periods), np.array(lengths), np.concatenate(changes), np.array(errors)

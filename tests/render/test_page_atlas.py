@@ -1,0 +1,149 @@
+"""The page of an archive has all its cells, and the gaits that Python computes."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from gaitsim.evaluation.scoring import moved
+from gaitsim.experiment import load_experiment
+from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.page.atlas import atlas_data, write_atlas
+from gaitsim.render.page.gaits import EXACT, gaits_data
+from gaitsim.render.page.packing import unpacked
+from gaitsim.render.page.strides import SETTLED, stride_of
+from gaitsim.render.plots.request import NothingToPlotError
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+DRAWING = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--disable-quic")
+HALF_STEP = np.radians(0.2)
+GRID = "search.plugin=map-elites", "search.axes={ reach = [-3, 3], price = [-1, 0] }"
+
+
+def in_waves(data, count):
+    """Joint angles (individuals, frames, joints) of a page."""
+    waves = unpacked(data["waves"])
+    amounts = unpacked(data["amounts"]).reshape(count, len(data["joints"]), -1) + data["lowest"]
+    return (amounts @ waves).swapaxes(1, 2)
+
+
+def in_strides(data):
+    """Joint angles (frames, joints) of the stride of each individual of a page."""
+    changes = unpacked(data["amounts"]).ravel() + data["lowest"]
+    lengths = unpacked(data["lengths"]).astype(int)
+    parts = np.split(changes, np.cumsum(lengths * len(data["joints"]))[:-1])
+    return [
+        part.reshape(len(data["joints"]), length).cumsum(axis=1).T
+        for part, length in zip(parts, lengths, strict=True)
+    ]
+
+
+def test_gaits_of_one_frequency_are_sums_of_two_waves():
+    experiment = load_experiment("spider-atlas")
+    genomes = experiment.space().random(120, np.random.default_rng(1))
+    data = json.loads(json.dumps(gaits_data(experiment, genomes, workers=1)))
+    assert data["waves"]["shape"] == [2, 300]
+    apart = np.abs(in_waves(data, 120) - moved(experiment, genomes)["joint_angles"])
+    assert apart.max() <= data["error"] + 1e-12
+    assert data["error"] <= EXACT
+    assert len(data["amounts"]["data"]) < 170 * 120  # more gaits are smaller each
+
+
+def test_other_gaits_are_a_stride_of_each():
+    experiment = load_experiment("spider-atlas", {"organism.encoding": "cpg"})
+    genomes = experiment.space().random(5, np.random.default_rng(2))
+    data = json.loads(json.dumps(gaits_data(experiment, genomes, workers=1)))
+    assert data["form"] == "strides"
+    assert unpacked(data["periods"]) == pytest.approx(20, abs=0.05)  # 1.5 Hz at 30 Hz
+    angles = moved(experiment, genomes)["joint_angles"]
+    for stride, played in zip(in_strides(data), angles, strict=True):
+        first = int(SETTLED * len(played))
+        apart = np.abs(stride - played[first : first + len(stride)]).max()
+        assert apart <= min(data["error"] + 1e-12, HALF_STEP)
+
+
+@pytest.mark.parametrize("period", [17.3, 48.6])
+def test_a_stride_is_found_after_the_start_and_before_a_fall(period):
+    turns = 2 * np.pi * np.arange(250)[:, None] / period + [0, 1, 2]
+    angles = np.sin(turns) + 0.3 * np.sin(2 * turns)
+    angles *= np.clip(np.arange(250) / 25, 0, 1)[:, None]
+    angles[200:] = angles[200]
+    found, stride = stride_of(angles)
+    assert found == pytest.approx(period, abs=0.02)
+    assert len(stride) == np.ceil(period) + 1
+    assert (stride == angles[30 : 30 + len(stride)]).all()
+
+
+@pytest.mark.parametrize("angles", [np.zeros((9, 2)), np.eye(40)[:, :1], np.ones((1, 1))])
+def test_what_never_repeats_is_kept_as_it_is(angles):
+    period, stride = stride_of(angles)
+    assert 0 <= period <= len(angles)
+    assert 1 <= len(stride) <= len(angles)
+
+
+@pytest.mark.parametrize("cells", ["[4, 5]", "30"])
+def test_a_map_without_joint_angles_has_all_cells(puppet_run, tmp_path, cells):
+    run = puppet_run(*GRID, f"search.cells={cells}")
+    data = json.loads(json.dumps(atlas_data(run)))
+    members, view = run.members, ArchiveView.of(run.members)
+    assert data["gaits"] is None
+    assert data["body"] is None
+    assert unpacked(data["scores"])[0] == pytest.approx(members.scores, rel=1e-4, abs=1e-3)
+    panel = view.panel("reach", "price")
+    if cells == "30":
+        assert (unpacked(data["raster"]) == panel.members).all()
+    else:
+        places = tuple(unpacked(axis["places"])[0].astype(int) for axis in data["axes"])
+        assert (panel.members[places] == np.arange(1, len(members.scores) + 1)).all()
+    said = write_atlas(run, tmp_path / "atlas.html")
+    assert "no joint angles" in said
+
+
+def test_a_search_without_an_archive_is_refused(puppet_run):
+    with pytest.raises(NothingToPlotError, match="keeps no archive"):
+        atlas_data(puppet_run())
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_the_page_moves_the_gaits_without_a_request(bundled, tmp_path):
+    playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
+    run = bundled("spider-atlas")
+    write_atlas(run, tmp_path / "atlas.html")
+    genomes = run.members.genomes
+    angles = moved(run.experiment, genomes)["joint_angles"]
+    said, asked = [], []
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=DRAWING)
+        page = browser.new_context(offline=True).new_page()
+        page.on("console", lambda message: said.append(message.text))
+        page.on("pageerror", lambda problem: said.append(str(problem)))
+        page.on("request", lambda request: asked.append(request.url))
+        page.goto((tmp_path / "atlas.html").as_uri())
+        page.wait_for_selector("#chosen h2")
+        best = int(run.members.scores.argmax())
+        assert page.evaluate("gaitsimPage.member") == best
+        decoded = (
+            "(n) => [...Array(n).keys()].map((i) => gaitsimPage.anglesOf(i).map((a) => [...a]))"
+        )
+        assert np.abs(np.array(page.evaluate(decoded, len(genomes))) - angles).max() <= EXACT
+        shown = "Array.from(gaitsimPage.body.pose.points)"
+        before = page.evaluate(shown)
+        page.focus("canvas.cells")
+        for key in ("ArrowLeft", "ArrowDown", "ArrowRight", "ArrowUp"):
+            page.keyboard.press(key)
+            if page.evaluate("gaitsimPage.member") != best:
+                break
+        other = page.evaluate("gaitsimPage.member")
+        assert other != best
+        page.evaluate("gaitsimPage.play(false); gaitsimPage.clock.now = 0; gaitsimPage._show()")
+        assert page.evaluate(shown) != before
+        placed = run.experiment.organism.rig().place(angles[other, 0])
+        feet = np.array(page.evaluate("gaitsimPage.body.pose.feet")).reshape(-1, 3)
+        assert np.ptp(feet - placed.feet, axis=0) == pytest.approx([0, 0, 0], abs=1e-5)
+        page.click("table button >> nth=1")
+        ranked = np.argsort(-run.members.scores, kind="stable")
+        assert page.evaluate("gaitsimPage.member") in ranked[:3]
+        assert said == []
+        assert asked == [(tmp_path / "atlas.html").as_uri()]
