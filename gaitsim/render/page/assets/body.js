@@ -74,6 +74,7 @@ class Body {
    */
   show(pose) {
     this.pose = pose;
+    this.moved = true;
     this.parts.forEach((part) => part.show(pose));
     if (this.clip.solids.length) this.solids.show(pose);
     if (this.marks && pose.feet) this.marks.show(pose, this.ground, this.lane);

@@ -39,7 +39,14 @@ class Controls {
     this.factor = element("output", { for: "speed" });
     this.readout = element("span", { class: "readout" });
     this.help = helpDialog();
-    this.view = element("span", { class: "word" });
+    /** Buttons over the picture. */
+    this.tools = element(
+      "div",
+      { class: "tools", role: "group", "aria-label": "View" },
+      button("Zoom in", icon("plus"), () => does.zoom(1.25), "+"),
+      button("Zoom out", icon("minus"), () => does.zoom(1 / 1.25), "−"),
+      button("Next view", icon("view"), () => does.view(), "v"),
+    );
     this.root = element(
       "div",
       { class: "controls", role: "group", "aria-label": "Playback" },
@@ -48,9 +55,6 @@ class Controls {
       element("label", { class: "speed" }, element("span", { class: "word" }, "Speed"), this.speed),
       this.factor,
       element("span", { class: "gap" }),
-      button("Zoom out", icon("minus"), () => does.zoom(1 / 1.25), "−"),
-      button("Zoom in", icon("plus"), () => does.zoom(1.25), "+"),
-      button("Change the view", icon("view"), () => does.view(), "v"),
       button("Light or dark", icon("theme"), () => does.theme(), "t"),
       button("Keys and help", "?", () => this.help.showModal(), "?"),
       this.help,

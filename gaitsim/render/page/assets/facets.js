@@ -15,7 +15,7 @@ void main() {
   place = (modelMatrix * vec4(position, 1.0)).xyz;
   sideTone = side;
   lightTone = light;
-  gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
+  gl_Position = projectionMatrix * (viewMatrix * vec4(place, 1.0));
 }
 `;
 

@@ -1,6 +1,6 @@
 // The ground: its height, its surface where it is uneven, and its grid.
 
-const DENSE = 34; // pixels between lines that are not visible
+const DENSE = 40; // pixels between lines that are not visible
 const SPARSE = 420; // and that are drawn in full
 const MOST_LINES = 80; // in each direction
 const FAR = 1e4; // m: how far uneven ground goes on beyond its corners
@@ -117,17 +117,19 @@ function gridLines(ground, middle, scale, radius) {
   steps.forEach((step, number) => {
     const coarser = steps[number + 1];
     const strength = Math.min(Math.log((step * scale) / DENSE) / Math.log(SPARSE / DENSE), 1);
+    if (strength < 0.06) return;
     const lines = Math.min(Math.floor(radius / step), MOST_LINES);
     for (const axis of [0, 1]) {
-      const bends = ground.corners[1 - axis].filter(
-        (corner) => Math.abs(corner - middle[1 - axis]) < radius,
-      );
-      const along = [middle[1 - axis] - radius, ...bends, middle[1 - axis] + radius];
       const nearest = Math.round(middle[axis] / step);
       for (let line = nearest - lines; line <= nearest + lines; line++) {
         // Lines of the next step are drawn once, and stronger.
         const share = (line * step) / coarser;
         if (coarser && Math.abs(share - Math.round(share)) < 1e-6) continue;
+        // A chord of the circle in which the ground is drawn.
+        const half = Math.sqrt(Math.max(radius ** 2 - (line * step - middle[axis]) ** 2, 0));
+        const [start, end] = [middle[1 - axis] - half, middle[1 - axis] + half];
+        const bends = ground.corners[1 - axis].filter((corner) => corner > start && corner < end);
+        const along = [start, ...bends, end];
         /** @param {number} place */
         const point = (place) => {
           const [x, y] = axis ? [place, line * step] : [line * step, place];
@@ -151,7 +153,7 @@ out vec3 place;
 
 void main() {
   place = position;
-  gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
+  gl_Position = projectionMatrix * (viewMatrix * vec4(position, 1.0));
 }
 `;
 

@@ -1,6 +1,6 @@
 // Several bodies side by side on one ground, as gaitsim/render/scene/race.py has them.
 
-const APART = 0.15; // between bodies side by side, in their widths
+const APART = 0.3; // between bodies side by side, in their widths
 const STEEP = 0.7; // between lanes at least, in heights of a body
 const WIDEST = 3; // of a lane, in widths of a body: a body that drifts farther crosses into another
 

@@ -23,7 +23,7 @@ void main() {
   at = 1.1 * corner;
   paint = look;
   vec3 place = (modelMatrix * vec4(centre, 1.0)).xyz + radius * (at.x * u + at.y * v);
-  gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
+  gl_Position = projectionMatrix * (viewMatrix * vec4(place, 1.0));
 }
 `;
 

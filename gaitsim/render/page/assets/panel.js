@@ -24,7 +24,7 @@ function panelOf(data, announcer) {
 
 function detailsOf(clip) {
   const lines = [...new Set([clip.title, clip.details])].filter((line) => line);
-  return lines.length ? element("p", { class: "details" }, lines.join(" · ")) : null;
+  return element("div", { class: "details" }, ...lines.map((line) => element("p", {}, line)));
 }
 
 /** @param {number} number of a clip */
@@ -48,9 +48,13 @@ function tableOf(heading, clips, kind, total = null) {
     }
   });
   if (!rows.size && !total) return null;
+  const digits = clips.length > 1 ? 3 : 4;
+  const cellText = (value) => (value === undefined ? "" : numeral(value, digits));
   const cells = (values) => clips.map((_, i) => element("td", {}, cellText(values.get(i))));
+  const [caption, tags] = tagsOf(clips);
+  const columns = tags.map((tag, i) => element("th", { scope: "col" }, dotOf(i), tag));
   const head = clips.length > 1 && [
-    element("thead", {}, element("tr", {}, element("td", {}), ...clips.map(columnHead))),
+    element("thead", {}, element("tr", {}, element("td", { class: "caption" }, caption), ...columns)),
   ];
   const body = [...rows].map(([name, { unit, values }]) =>
     element(
@@ -78,11 +82,18 @@ function tableOf(heading, clips, kind, total = null) {
 }
 
 const unitOf = (unit) => (unit ? element("small", {}, ` ${unit}`) : null);
-const cellText = (value) => (value === undefined ? "" : numeral(value));
 const words = (name) => String(name).replaceAll("_", " ");
 
-function columnHead(clip, number) {
-  return element("th", { scope: "col" }, dotOf(number), clip.tag || `${number + 1}`);
+/**
+ * Return what the clips are called: a word for all of them where there is one, and a tag of each.
+ * @param {object[]} clips
+ * @returns {[string, string[]]}
+ */
+function tagsOf(clips) {
+  const tags = clips.map((clip, i) => clip.tag || String(i + 1));
+  const [word] = tags[0].split(" ");
+  const alike = tags.every((tag) => /^\S+ \d+$/.test(tag) && tag.startsWith(`${word} `));
+  return alike ? [word, tags.map((tag) => tag.slice(word.length + 1))] : ["", tags];
 }
 
 /** Return what the measures mean, folded. */

@@ -1,7 +1,6 @@
 // The player: recorded motions on the stage, with the time line, the controls and the panel.
 
-const LEAST = 0.08; // of the picture's height, that a body of several has at least
-const WHOLE = 26; // seconds of a clip after which the camera no longer shows all bodies
+const ROOM = 2.4; // lengths of a body that the picture of several bodies is wide, at most
 
 class Player {
   /**
@@ -31,12 +30,14 @@ class Player {
       { class: "view", "aria-label": "Picture" },
       this.canvas,
       recordings.length > 1 ? this._legend() : null,
+      this.controls.tools,
       this.place,
       element("p", { class: "key" }, ...this._key(), this.scale),
     );
     const deck = element("section", { class: "deck", "aria-label": "Time" }, this.timeline.root);
     deck.prepend(this.controls.root);
-    this.root = element("div", { class: "player" }, this.view_, deck, panelOf(data, this.announcer));
+    const embedded = data.page?.embedded ? " embedded" : "";
+    this.root = element("div", { class: `player${embedded}` }, this.view_, deck, panelOf(data, this.announcer));
     root.replaceChildren(this.root, this.announcer.root);
     this._open();
     listenToKeys(does);
@@ -58,6 +59,7 @@ class Player {
         "The numbers and the footfalls are complete.";
       this.canvas.replaceWith(element("p", { class: "missing", role: "alert" }, words_));
       this.place.remove();
+      this.controls.tools.remove();
       return;
     }
     const lanes = lanesOf(this.recordings);
@@ -77,10 +79,11 @@ class Player {
 
   /** Return a box about where the camera looks that holds all bodies. */
   _box() {
+    this.room = Infinity;
+    if (this.recordings.length === 1) return this.recordings[0].box;
     const box = new Box();
-    const { seconds } = this.clock.end ? { seconds: this.clock.end } : { seconds: 0 };
     for (let i = 0; i < 60; i++) {
-      const poses = this.recordings.map((one) => one.at((i * seconds) / 59));
+      const poses = this.recordings.map((one) => one.at((i * this.clock.end) / 59));
       const aim = this._aim(poses);
       poses.forEach((pose, number) => {
         const own = new Box();
@@ -90,23 +93,22 @@ class Player {
       });
     }
     const span = Math.max(...this.recordings.map((one) => Math.max(...one.box.size)));
-    const most = span / LEAST / 2;
-    const far = Math.max(...box.size);
-    if (far > most) box.low.forEach((_, axis) => this._cut(box, axis, most));
+    const most = Math.max(ROOM * span, box.size[1]);
+    if (box.size[0] > most) {
+      this.room = 0.4 * most;
+      [box.low[0], box.high[0]] = [-most / 2, most / 2];
+    }
     return box;
   }
 
-  /** @param {Box} box @param {number} axis @param {number} most */
-  _cut(box, axis, most) {
-    box.low[axis] = Math.max(box.low[axis], -most / 2);
-    box.high[axis] = Math.min(box.high[axis], most / 2);
-  }
-
-  /** Return where the camera looks: the middle of the bodies. */
+  /** Return where the camera looks: at the middle of the bodies, near the selected one, m. */
   _aim(poses) {
     const box = new Box();
     poses.forEach(({ aim }, number) => box.add(aim[0], aim[1] + this.lanes[number], aim[2]));
-    return box.middle;
+    const { aim } = poses[this.selected];
+    const chosen = [aim[0], aim[1] + this.lanes[this.selected], aim[2]];
+    const away = Math.hypot(...box.middle.map((value, axis) => chosen[axis] - value));
+    return away > this.room ? mixed(chosen, box.middle, this.room / away) : box.middle;
   }
 
   /** What buttons and keys do. */
@@ -175,8 +177,7 @@ class Player {
 
   _show() {
     const { now } = this.clock;
-    this.timeline.time = now;
-    this.controls.readout.textContent = secondsText(now);
+    this._tell(now);
     if (!this.stage) return;
     const poses = this.recordings.map((one) => one.at(now));
     poses.forEach((pose, number) => {
@@ -184,13 +185,25 @@ class Player {
       this.bodies[number].trail(this.recordings[number].values.centre, pose.frame);
     });
     this.stage.lookAt(this._aim(poses));
-    this._places(poses);
   }
 
-  /** Say how far the selected body has come. @param {object[]} poses */
-  _places(poses) {
+  /**
+   * Say the time, when it is played a few times a second only: words cost more than pictures.
+   * @param {number} now s
+   */
+  _tell(now) {
+    this.timeline.head.style.transform = `translateX(${this.timeline._x(now)}px)`;
+    const time = performance.now();
+    if (this.clock.runs && time - (this.said ?? 0) < 100) return;
+    this.said = time;
+    this.timeline.time = now;
+    this.controls.readout.textContent = secondsText(now);
+    if (this.stage) this._places(this.recordings[this.selected].at(now));
+  }
+
+  /** Say how far the selected body has come. @param {Pose} pose */
+  _places({ centre }) {
     const { clip, values } = this.recordings[this.selected];
-    const { centre } = poses[this.selected];
     const gone = Math.hypot(centre[0] - values.centre[0], centre[1] - values.centre[1]);
     const parts = [`distance ${lengthText(gone)}`];
     if (clip.flies) parts.push(`altitude ${lengthText(centre[2])}`);
@@ -207,7 +220,10 @@ class Player {
   _key() {
     const sides = new Set(this.recordings.flatMap(({ clip }) => clip.feet?.sides ?? []));
     const named = ["left", "right"].filter((side) => sides.has(side));
-    return named.map((side) => element("span", { class: `foot ${side}` }, side));
+    // Of a body in a plane the sides are near and far: the camera stands on its right.
+    const planar = this.recordings[0].clip.feet?.names.some((name) => /^(near|far)\b/.test(name));
+    const word = planar ? { left: "far", right: "near" } : { left: "left", right: "right" };
+    return named.map((side) => element("span", { class: `foot ${side}` }, word[side]));
   }
 
   /** Return the names of the bodies; a press chooses whose footfalls are shown. */
@@ -217,7 +233,7 @@ class Player {
         "button",
         { type: "button", "aria-pressed": number === this.selected, click: () => this.select(number) },
         dotOf(number),
-        clip.tag || clip.title,
+        element("bdi", {}, clip.tag || clip.title),
         element("small", {}, numeral(clip.score)),
       ),
     );
@@ -231,7 +247,7 @@ class Player {
     this.selected = number;
     this.choices?.forEach((choice, i) => choice.setAttribute("aria-pressed", String(i === number)));
     this.timeline.show(this.recordings[number], this.themes.theme, number);
-    this._show();
+    this.seek(this.clock.now);
   }
 
   /** @param {object} theme */

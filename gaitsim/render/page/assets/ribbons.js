@@ -29,7 +29,7 @@ void main() {
   along /= max(length(along), 1e-6);
   float share = corner.x < 0.5 ? start : stop;
   gl_Position = corner.x < 0.5 ? one : other;
-  across = corner.y * (0.5 * width + 1.0);
+  across = corner.y * (0.5 * width + 0.6);
   gl_Position.xy += vec2(-along.y, along.x) * across * 2.0 / screen * gl_Position.w;
   place = mix(worldFrom, worldTo, share);
   shade = a.z > -near && b.z > -near ? 0.0 : strength;
@@ -47,10 +47,10 @@ uniform vec3 centre;
 uniform float reach; // m: lines fade out around the centre
 
 void main() {
-  float away = length(place - centre) / reach;
+  vec3 away = (place - centre) / reach;
+  float near = max(1.0 - dot(away, away), 0.0);
   float edge = clamp(0.5 * width + 0.5 - abs(across), 0.0, 1.0) * min(width, 1.0);
-  colour = vec4(ink, shade * edge * pow(clamp(1.0 - away * away, 0.0, 1.0), 1.5));
-  if (colour.a < 0.004) discard;
+  colour = vec4(ink, shade * edge * near * sqrt(near));
 }
 `;
 

@@ -1,12 +1,14 @@
 // Limbs: tapered rods with round ends, all of a body in one draw.
 
-const AROUND = 14;
-const RINGS = 4; // of each round end
+const COARSE = [10, 2]; // corners around a rod, and rings of each round end
+const FINE = [16, 4];
 
 const ROD_VERTEX = `precision highp float;
 in vec3 position; // on a unit sphere, its axis along z
 in vec3 from;
 in vec3 to;
+in vec3 across; // a unit vector at a right angle to the axis
+in vec3 axis; // unit vector
 in vec2 radii;
 in vec3 side;
 in vec3 light;
@@ -19,18 +21,12 @@ out vec3 sideTone;
 out vec3 lightTone;
 
 void main() {
-  vec3 along = to - from;
-  float length_ = length(along);
-  vec3 axis = length_ > 1e-9 ? along / length_ : vec3(0.0, 0.0, 1.0);
-  vec3 u = normalize(cross(axis, abs(axis.z) < 0.9 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0)));
-  vec3 v = cross(axis, u);
+  normal = position.x * across + position.y * cross(axis, across) + position.z * axis;
   bool far = position.z > 0.0;
-  normal = normalize(position.x * u + position.y * v + position.z * axis);
-  place = (far ? to : from) + (far ? radii.y : radii.x) * normal;
-  place = (modelMatrix * vec4(place, 1.0)).xyz;
+  place = (far ? to : from) + (far ? radii.y : radii.x) * normal + modelMatrix[3].xyz;
   sideTone = side;
   lightTone = light;
-  gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
+  gl_Position = projectionMatrix * (viewMatrix * vec4(place, 1.0));
 }
 `;
 
@@ -46,26 +42,30 @@ void main() {
 }
 `;
 
-/** Return the shape of a rod, whose ends the shader moves apart. */
-function rodGeometry() {
+/**
+ * Return the shape of a rod, whose ends the shader moves apart: points and triangles.
+ * @param {number} around corners
+ * @param {number} each rings of a round end
+ */
+function rodShape(around, each) {
   const points = [];
-  const rings = 2 * RINGS + 2;
+  const rings = 2 * each + 2;
   for (let ring = 0; ring < rings; ring++) {
-    const far = ring > RINGS;
-    const step = far ? ring - RINGS - 1 : ring - RINGS;
+    const far = ring > each;
+    const step = far ? ring - each - 1 : ring - each;
     // Rings at the equators are moved a little to tell to which end they belong.
-    const angle = (step / RINGS) * (Math.PI / 2) + (step ? 0 : far ? 1e-4 : -1e-4);
-    for (let i = 0; i < AROUND; i++) {
-      const turn = (2 * Math.PI * i) / AROUND;
+    const angle = (step / each) * (Math.PI / 2) + (step ? 0 : far ? 1e-4 : -1e-4);
+    for (let i = 0; i < around; i++) {
+      const turn = (2 * Math.PI * i) / around;
       const wide = Math.cos(angle);
       points.push(wide * Math.cos(turn), wide * Math.sin(turn), Math.sin(angle));
     }
   }
   const index = [];
   for (let ring = 0; ring + 1 < rings; ring++)
-    for (let i = 0; i < AROUND; i++) {
-      const [one, next] = [ring * AROUND + i, ring * AROUND + ((i + 1) % AROUND)];
-      index.push(one, next, next + AROUND, one, next + AROUND, one + AROUND);
+    for (let i = 0; i < around; i++) {
+      const [one, next] = [ring * around + i, ring * around + ((i + 1) % around)];
+      index.push(one, next, next + around, one, next + around, one + around);
     }
   return [new Float32Array(points), index];
 }
@@ -79,15 +79,25 @@ class Rods {
     this.limbs = limbs;
     const count = limbs.length;
     const geometry = new THREE.InstancedBufferGeometry();
-    const [points, index] = rodGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
-    geometry.setIndex(index);
-    for (const [name, size] of [["from", 3], ["to", 3], ["radii", 2], ["side", 3], ["light", 3]])
+    for (const [name, size] of [["from", 3], ["to", 3], ["across", 3], ["axis", 3], ["radii", 2], ["side", 3], ["light", 3]])
       geometry.setAttribute(name, instanced(count, size));
     geometry.instanceCount = count;
     limbs.forEach(([, , one, other], i) => geometry.attributes.radii.setXY(i, one, other));
+    this._shape(geometry, COARSE);
     this.mesh = new THREE.Mesh(geometry, material(ROD_VERTEX, ROD_FRAGMENT, shades.uniforms));
     this.caster = castingMaterial(ROD_VERTEX, shades.uniforms);
+  }
+
+  /** Make them rounder, before the first picture. */
+  refine() {
+    this._shape(this.mesh.geometry, FINE);
+  }
+
+  /** @param {object} geometry @param {number[]} detail */
+  _shape(geometry, detail) {
+    const [points, index] = rodShape(...detail);
+    geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
+    geometry.setIndex(index);
   }
 
   /** @param {object} tones see `tonesOf` */
@@ -102,13 +112,22 @@ class Rods {
 
   /** @param {Pose} pose */
   show({ points }) {
-    const { from, to } = this.mesh.geometry.attributes;
+    const { from, to, across, axis } = this.mesh.geometry.attributes;
     this.limbs.forEach(([one, other], i) => {
-      for (let axis = 0; axis < 3; axis++) {
-        from.array[3 * i + axis] = points[3 * one + axis];
-        to.array[3 * i + axis] = points[3 * other + axis];
+      const at = 3 * i;
+      for (let j = 0; j < 3; j++) {
+        from.array[at + j] = points[3 * one + j];
+        to.array[at + j] = points[3 * other + j];
       }
+      const along = [0, 1, 2].map((j) => points[3 * other + j] - points[3 * one + j]);
+      const length = Math.hypot(...along);
+      const [x, y, z] = length > 1e-9 ? along.map((value) => value / length) : [0, 0, 1];
+      axis.setXYZ(i, x, y, z);
+      // At a right angle to the axis and to whichever of z and x is farther from it.
+      const [u, v, w] = Math.abs(z) < 0.9 ? [y, -x, 0] : [0, z, -y];
+      const wide = Math.hypot(u, v, w);
+      across.setXYZ(i, u / wide, v / wide, w / wide);
     });
-    from.needsUpdate = to.needsUpdate = true;
+    from.needsUpdate = to.needsUpdate = across.needsUpdate = axis.needsUpdate = true;
   }
 }

@@ -16,7 +16,11 @@ vec3 lit(vec3 side, vec3 light, vec3 normal, vec3 place) {
   float key = max(dot(normal, sun), 0.0);
   float sky = 0.5 + 0.5 * normal.z;
   vec3 colour = mix(side * (0.66 + 0.34 * sky), light, smoothstep(0.1, 1.0, 0.3 * sky + 0.72 * key));
-  colour += 0.10 * pow(max(dot(normal, normalize(sun + view)), 0.0), 28.0);
+  float shine = max(dot(normal, normalize(sun + view)), 0.0);
+  shine *= shine;
+  shine *= shine;
+  shine *= shine;
+  colour += 0.1 * shine * shine * shine;
   colour = mix(outline, colour, 0.45 + 0.55 * smoothstep(0.12, 0.42, dot(normal, view)));
   return mix(colour, haze, 0.3 * clamp((far - depths.x) / depths.y + 0.5, 0.0, 1.0));
 }

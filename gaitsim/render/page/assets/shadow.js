@@ -1,6 +1,6 @@
 // The soft shadow of a body on the ground below it: a picture of the body from above, blurred.
 
-const SIZE = 176; // pixels of that picture
+const SIZE = 128; // pixels of that picture
 const DRAPE = 36; // squares along each side of the shadow's sheet on uneven ground
 const CASTERS = 1; // the layer of what casts a shadow
 
@@ -13,7 +13,7 @@ out vec2 at;
 
 void main() {
   at = 0.5 + 0.5 * (position.xy - box.xy) / box.z;
-  gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
+  gl_Position = projectionMatrix * (viewMatrix * vec4(position, 1.0));
 }
 `;
 

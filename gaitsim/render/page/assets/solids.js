@@ -12,7 +12,7 @@ out vec3 normal;
 void main() {
   place = (modelMatrix * vec4(position, 1.0)).xyz;
   normal = mat3(modelMatrix) * direction;
-  gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
+  gl_Position = projectionMatrix * (viewMatrix * vec4(place, 1.0));
 }
 `;
 

@@ -2,8 +2,10 @@
 
 const REACH = 0.75; // how far the ground is drawn, in diagonals of the picture
 const SLOW = 1 / 33; // s a frame: slower ones lower the resolution
-const COARSEST = 0.5; // pixels of the picture a pixel of the page
-const FINEST = 2;
+const COARSEST = 0.6; // pixels of the picture a pixel of the page
+const FINEST = 2; // smooth edges; cheaper than samples of each pixel where the processor draws
+const MOST = 8e6; // pixels of a picture
+const REST = 250; // ms after which a picture that rests is drawn as fine as it may be
 
 class Stage {
   /** Whether the browser can draw in three dimensions. */
@@ -19,7 +21,7 @@ class Stage {
   constructor(canvas, theme) {
     const context = canvas.getContext("webgl2", {
       alpha: false,
-      antialias: true,
+      antialias: false,
       powerPreference: "high-performance",
     });
     if (!context) throw new Error("no WebGL");
@@ -34,7 +36,8 @@ class Stage {
     this.lines = new Ribbons(1, { polygonOffset: true, polygonOffsetFactor: -2 });
     this.lines.mesh.renderOrder = ORDER.grid;
     this.scene.add(this.lines.mesh);
-    this.ratio = Math.min(devicePixelRatio || 1, FINEST);
+    this.coarse = drawnByProcessor(context);
+    this.ratio = this.coarse ? 1 : Infinity;
     this.paces = [];
     /** @type {Map<Body, Shadow>} */
     this.bodies = new Map();
@@ -62,6 +65,7 @@ class Stage {
   add(body) {
     const shadow = new Shadow(this._theme);
     this.bodies.set(body, shadow);
+    if (!this.coarse) body.rods.refine();
     this.scene.add(body.group, shadow.mesh);
     this.resize();
   }
@@ -173,33 +177,50 @@ class Stage {
   /** Lower the resolution where pictures are slow. @param {number} seconds */
   _adapt(seconds) {
     if (seconds > 0 && seconds < 0.5) this.paces.push(seconds);
-    if (this.paces.length < 24) return;
-    const usual = this.paces.sort((a, b) => a - b)[16];
+    if (this.paces.length < 12) return;
+    const usual = this.paces.sort((a, b) => a - b)[8];
     this.paces = [];
-    if (usual > SLOW && this.ratio > COARSEST) {
-      this.ratio = Math.max(COARSEST, this.ratio * clamp(SLOW / usual, 0.6, 0.85));
-      this.resize();
-    }
+    if (usual < SLOW) return;
+    const ratio = Math.min(this.ratio, this.finest);
+    this.ratio = Math.max(COARSEST, ratio * clamp(SLOW / usual, 0.6, 0.85));
   }
 
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(this.ratio);
-    this.renderer.setSize(width, height, false);
-    const pixels = [width * this.ratio, height * this.ratio];
-    for (const ribbons of [this.lines, ...[...this.bodies.keys()].flatMap((body) => body.ribbons)])
-      ribbons.resize(...pixels, this.ratio);
     const before = this.orbit.size;
     this.orbit.size = [width, height];
     if (before[0] !== width || before[1] !== height) this.orbit.fit();
     this.request();
   }
 
-  /** Draw now. */
-  draw() {
+  /** The finest resolution, pixels of the picture a pixel of the page. */
+  get finest() {
+    const [width, height] = this.orbit.size;
+    return Math.min(Math.max(FINEST, Math.min(devicePixelRatio, 3)), Math.sqrt(MOST / width / height));
+  }
+
+  /** @param {number} ratio pixels of the picture a pixel of the page */
+  _sharpen(ratio) {
+    const [width, height] = this.orbit.size.map((length) => Math.floor(length * ratio));
+    if (this.canvas.width !== width || this.canvas.height !== height)
+      this.renderer.setDrawingBufferSize(...this.orbit.size, ratio);
+    const bodies = [...this.bodies.keys()];
+    for (const ribbons of [this.lines, ...bodies.flatMap((body) => body.ribbons)])
+      ribbons.resize(width, height, ratio);
+  }
+
+  /**
+   * Draw now.
+   * @param {boolean} rests whether nothing has moved for a while
+   */
+  draw(rests = false) {
     const { renderer, scene, orbit } = this;
     const { camera } = orbit;
+    clearTimeout(this.resting);
+    const ratio = rests ? this.finest : Math.min(this.ratio, this.finest);
+    this._sharpen(ratio);
+    if (!this.step && ratio < this.finest) this.resting = setTimeout(() => this.draw(true), REST);
     const [middle, reach] = this._drawnGround();
     orbit.place(reach);
     this.lines.fade(middle, reach);
@@ -213,7 +234,8 @@ class Stage {
         ...body.box.middle.map((value, axis) => camera.position.getComponent(axis) - value),
       );
       body.ribbons.forEach((ribbons) => ribbons.fade(middle, reach));
-      shadow.update(renderer, scene, body, this.ground);
+      if (body.moved) shadow.update(renderer, scene, body, this.ground);
+      body.moved = false;
     }
     renderer.setClearColor(parseInt(this._theme.ground.slice(1), 16), 1);
     renderer.clear();
@@ -253,7 +275,18 @@ class Stage {
   /** Free what the stage holds. */
   dispose() {
     cancelAnimationFrame(this.asked);
+    clearTimeout(this.resting);
     this.watcher.disconnect();
     this.renderer.dispose();
   }
+}
+
+/**
+ * Return whether pictures are drawn by the processor, with no graphics card.
+ * @param {WebGL2RenderingContext} context
+ */
+function drawnByProcessor(context) {
+  const names = context.getExtension("WEBGL_debug_renderer_info");
+  const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }

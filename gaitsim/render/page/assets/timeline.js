@@ -1,7 +1,7 @@
 // The time line: when each foot is on the ground, or a flying body's altitude, under a play head.
 
 const ROWS = 104; // pixels that the feet share
-const LABELS = 44; // pixels left of the rows
+const WIDEST_LABEL = 92; // pixels
 const EDGE = 8; // pixels right of them
 const AXIS = 16; // pixels below them
 
@@ -45,6 +45,7 @@ class Timeline {
     Object.assign(this, { recording, theme, number });
     const rows = recording.feet ? clamp(ROWS, 9 * recording.feet, 12 * recording.feet) : 64;
     this.rows = Math.min(rows, ROWS + 40);
+    this.labels = 0;
     this.root.style.height = `${this.rows + AXIS + 8}px`;
     this.draw();
   }
@@ -62,7 +63,7 @@ class Timeline {
 
   /** @param {number} seconds */
   _x(seconds) {
-    return LABELS + ((this.width ?? 0) - LABELS - EDGE) * (seconds / (this.seconds || 1));
+    return this.labels + ((this.width ?? 0) - this.labels - EDGE) * (seconds / (this.seconds || 1));
   }
 
   draw() {
@@ -78,15 +79,30 @@ class Timeline {
     pen.font = `11px ${getComputedStyle(this.root).fontFamily}`;
     const style = getComputedStyle(this.root);
     const soft = style.getPropertyValue("--soft");
+    this.labels = this._labels(pen);
     this._axis(pen, soft, style.getPropertyValue("--line"));
     if (recording.feet) this._footfalls(pen, theme, soft, style.getPropertyValue("--row"));
     else this._altitude(pen, theme, soft);
     this.time = this.now;
   }
 
+  /** Return the pixels left of the rows, for the names of feet or altitudes. */
+  _labels(pen) {
+    const { recording } = this;
+    let names = recording.clip.feet?.names;
+    if (!names) {
+      const heights = recording.values.centre.filter((_, i) => i % 3 === 2);
+      this.low = heights.reduce((least, one) => Math.min(least, one));
+      this.high = Math.max(heights.reduce((most, one) => Math.max(most, one)), this.low + 1e-6);
+      names = [this.low, this.high].map(lengthText);
+    }
+    const widest = Math.max(...names.map((name) => pen.measureText(name.slice(0, 40)).width));
+    return Math.ceil(Math.min(widest, WIDEST_LABEL)) + 10;
+  }
+
   /** @param {CanvasRenderingContext2D} pen @param {string} soft @param {string} line */
   _axis(pen, soft, line) {
-    const room = (this.width - LABELS - EDGE) / (this.seconds || 1);
+    const room = (this.width - this.labels - EDGE) / (this.seconds || 1);
     const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100].find((one) => one * room > 56) ?? 500;
     pen.fillStyle = soft;
     pen.strokeStyle = line;
@@ -115,7 +131,7 @@ class Timeline {
     names.forEach((name, foot) => {
       const y = 4 + (foot + 0.5) * high;
       pen.fillStyle = soft;
-      if (foot % every === 0) pen.fillText(shortened(pen, name, LABELS - 8), LABELS - 8, y);
+      if (foot % every === 0) pen.fillText(shortened(pen, name, this.labels - 8), this.labels - 8, y);
       pen.fillStyle = ground;
       const [start, end] = [this._x(0), this._x(recording.seconds)];
       pen.fillRect(start, y - bar / 2, end - start, bar);
@@ -132,14 +148,13 @@ class Timeline {
     const { recording } = this;
     const { centre } = recording.values;
     const heights = Array.from({ length: recording.frames }, (_, i) => centre[3 * i + 2]);
-    const low = heights.reduce((least, one) => Math.min(least, one));
-    const high = Math.max(heights.reduce((most, one) => Math.max(most, one)), low + 1e-6);
+    const [low, high] = [this.low, this.high];
     const y = (value) => 10 + (this.rows - 12) * (1 - (value - low) / (high - low));
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     pen.fillStyle = soft;
-    pen.fillText(lengthText(high), LABELS - 4, 10);
-    pen.fillText(lengthText(low), LABELS - 4, this.rows - 2);
+    pen.fillText(lengthText(high), this.labels - 8, 10);
+    pen.fillText(lengthText(low), this.labels - 8, this.rows - 2);
     pen.strokeStyle = theme.bodies[this.number % theme.bodies.length];
     pen.lineWidth = 2;
     pen.lineJoin = "round";
@@ -158,7 +173,7 @@ class Timeline {
   /** @param {PointerEvent} event */
   _to(event) {
     const x = event.clientX - this.root.getBoundingClientRect().left;
-    const share = (x - LABELS) / (this.width - LABELS - EDGE);
+    const share = (x - this.labels) / (this.width - this.labels - EDGE);
     this.seek(clamp(share, 0, 1) * this.seconds);
   }
 
