@@ -16,6 +16,7 @@ VIEWER = (
     "ground.js",
     "shadow.js",
     "orbit.js",
+    "resolution.js",
     "stage.js",
     "rods.js",
     "facets.js",

@@ -36,7 +36,7 @@ class Controls {
       id: "speed",
       input: () => does.speed(SPEEDS[this.speed.valueAsNumber]),
     });
-    this.factor = element("output", { for: "speed" });
+    this.factor = element("span", { class: "factor", "aria-hidden": "true" });
     this.readout = element("span", { class: "readout" });
     this.help = helpDialog();
     /** Buttons over the picture. */

@@ -49,27 +49,58 @@ class Ground {
     return first + Math.max(u, v) * (beside - first) + Math.min(u, v) * (across - beside);
   }
 
-  /** Return its surface, which is level beyond its corners. */
-  geometry() {
-    const [xs, ys] = this.corners.map((corners) => [
+  /**
+   * Return its surface within a distance of a point; it is level beyond its corners.
+   * @param {ArrayLike<number>} middle
+   * @param {number} reach m
+   */
+  surface(middle, reach) {
+    this.sides ??= this.corners.map((corners) => [
       (corners[0] ?? 0) - FAR,
       ...corners,
       (corners.at(-1) ?? 0) + FAR,
     ]);
-    const points = new Float32Array(3 * xs.length * ys.length);
-    let at = 0;
-    for (const y of ys) for (const x of xs) points.set([x, y, this.height(x, y)], 3 * at++);
-    const triangles = [];
-    for (let j = 0; j + 1 < ys.length; j++)
-      for (let i = 0; i + 1 < xs.length; i++) {
-        const one = j * xs.length + i;
-        const opposite = one + xs.length + 1;
-        triangles.push(one, one + 1, opposite, one, opposite, opposite - 1);
+    const [xs, ys] = this.sides;
+    const points = [];
+    const slopes = [];
+    for (let j = 0; j + 1 < ys.length; j++) {
+      const away = Math.max(ys[j] - middle[1], middle[1] - ys[j + 1], 0);
+      const half = Math.sqrt(Math.max(reach ** 2 - away ** 2, 0));
+      for (let i = 0; half && i + 1 < xs.length; i++) {
+        if (xs[i + 1] < middle[0] - half || xs[i] > middle[0] + half) continue;
+        const at = (x, y) => [x, y, this.height(x, y)];
+        const [one, other] = [at(xs[i], ys[j]), at(xs[i + 1], ys[j + 1])];
+        const [right, left] = [at(xs[i + 1], ys[j]), at(xs[i], ys[j + 1])];
+        for (const triangle of [[one, right, other], [one, other, left]]) {
+          const normal = normalOf(triangle.flat(), [0, 1, 2]);
+          // 0 where level, 1 where light grazes, below 0 towards the light.
+          const slope = 1 - (0.3 * normal[0] - 0.5 * normal[1] + 0.81 * normal[2]) / 0.81;
+          points.push(...triangle.flat());
+          slopes.push(slope, slope, slope);
+        }
       }
+    }
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
-    geometry.setIndex(triangles);
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
+    geometry.setAttribute("slope", new THREE.BufferAttribute(new Float32Array(slopes), 1));
     return geometry;
+  }
+
+  /**
+   * Return where a line of the grid bends: at corners, and where it crosses a cut of a square.
+   * @param {number} axis across which the line runs
+   * @param {number} place of the line on that axis, m
+   * @param {number} start of the line along the other axis, m
+   * @param {number} end
+   */
+  bends(axis, place, start, end) {
+    const own = this.corners[1 - axis];
+    const inside = (value) => value > start && value < end;
+    const corners = own.filter(inside);
+    if (!this.corners[axis].length || !own.length) return corners;
+    const share = placeIn(this.corners[axis], place)[1];
+    const cuts = own.slice(0, -1).map((corner, i) => corner + share * (own[i + 1] - corner));
+    return [...new Set([...corners, ...cuts.filter(inside)])].sort((a, b) => a - b);
   }
 }
 
@@ -128,8 +159,7 @@ function gridLines(ground, middle, scale, radius) {
         // A chord of the circle in which the ground is drawn.
         const half = Math.sqrt(Math.max(radius ** 2 - (line * step - middle[axis]) ** 2, 0));
         const [start, end] = [middle[1 - axis] - half, middle[1 - axis] + half];
-        const bends = ground.corners[1 - axis].filter((corner) => corner > start && corner < end);
-        const along = [start, ...bends, end];
+        const along = [start, ...ground.bends(axis, line * step, start, end), end];
         /** @param {number} place */
         const point = (place) => {
           const [x, y] = axis ? [place, line * step] : [line * step, place];
@@ -147,31 +177,30 @@ function gridLines(ground, middle, scale, radius) {
 
 const GROUND_VERTEX = `precision highp float;
 in vec3 position;
+in float slope;
 uniform mat4 viewMatrix;
 uniform mat4 projectionMatrix;
-out vec3 place;
+uniform vec3 haze;
+uniform vec3 dark;
+uniform vec3 centre;
+uniform float reach;
+out vec3 tone;
+out vec2 away;
 
 void main() {
-  place = position;
+  away = (position.xy - centre.xy) / reach;
+  tone = slope > 0.0 ? mix(haze, dark, min(1.6 * slope, 1.0)) : haze * (1.0 - 0.12 * slope);
   gl_Position = projectionMatrix * (viewMatrix * vec4(position, 1.0));
 }
 `;
 
 const GROUND_FRAGMENT = `precision highp float;
-in vec3 place;
+in vec3 tone;
+in vec2 away;
 out vec4 colour;
 uniform vec3 haze;
-uniform vec3 dark;
-uniform vec3 centre;
-uniform float reach;
 
 void main() {
-  vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
-  normal *= sign(normal.z);
-  float slope = 1.0 - dot(normal, ${LIGHT}) / 0.81;
-  float away = length(place - centre) / reach;
-  float fade = clamp(1.0 - away * away, 0.0, 1.0);
-  vec3 tone = slope > 0.0 ? mix(haze, dark, min(1.6 * slope, 1.0)) : haze * (1.0 - 0.12 * slope);
-  colour = vec4(mix(haze, tone, fade), 1.0);
+  colour = vec4(mix(tone, haze, min(dot(away, away), 1.0)), 1.0);
 }
 `;

@@ -48,7 +48,7 @@ class Orbit {
     this.box = box;
     const [right, up] = this.axes();
     const spans = [right, up].map((axis) =>
-      axis.reduce((sum, share, i) => sum + Math.abs(share) * box.size[i], 0),
+      axis.reduce((sum, share, i) => sum + Math.abs(share) * box.size[i], 1e-6),
     );
     const [width, height] = this.size;
     const wide = width < height ? 0.86 : 0.66;

@@ -12,7 +12,7 @@ function panelOf(data, announcer) {
     { class: "panel", "aria-label": "About this motion" },
     element("h1", {}, data.title),
     data.description ? element("p", { class: "description" }, data.description) : null,
-    clips.length === 1 ? detailsOf(clips[0]) : null,
+    clips.length === 1 ? detailsOf(clips[0], data.title) : null,
     tableOf("Score", clips, "terms", (clip) => clip.score),
     curveOf(data),
     tableOf("Measures", clips, "measures"),
@@ -22,8 +22,9 @@ function panelOf(data, announcer) {
   );
 }
 
-function detailsOf(clip) {
-  const lines = [...new Set([clip.title, clip.details])].filter((line) => line);
+/** @param {object} clip @param {string} title what is said already */
+function detailsOf(clip, title) {
+  const lines = [clip.title, clip.details].filter((line) => line && line !== title);
   return element("div", { class: "details" }, ...lines.map((line) => element("p", {}, line)));
 }
 

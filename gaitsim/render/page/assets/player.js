@@ -231,7 +231,7 @@ class Player {
     const choices = this.recordings.map(({ clip }, number) =>
       element(
         "button",
-        { type: "button", "aria-pressed": number === this.selected, click: () => this.select(number) },
+        { type: "button", "aria-pressed": String(number === this.selected), click: () => this.select(number) },
         dotOf(number),
         element("bdi", {}, clip.tag || clip.title),
         element("small", {}, numeral(clip.score)),

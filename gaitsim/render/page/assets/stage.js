@@ -1,10 +1,6 @@
 // The stage: a canvas with ground, light, camera and bodies. It draws only when something changes.
 
 const REACH = 0.75; // how far the ground is drawn, in diagonals of the picture
-const SLOW = 1 / 33; // s a frame: slower ones lower the resolution
-const COARSEST = 0.6; // pixels of the picture a pixel of the page
-const FINEST = 2; // smooth edges; cheaper than samples of each pixel where the processor draws
-const MOST = 8e6; // pixels of a picture
 const REST = 250; // ms after which a picture that rests is drawn as fine as it may be
 
 class Stage {
@@ -37,8 +33,7 @@ class Stage {
     this.lines.mesh.renderOrder = ORDER.grid;
     this.scene.add(this.lines.mesh);
     this.coarse = drawnByProcessor(context);
-    this.ratio = this.coarse ? 1 : Infinity;
-    this.paces = [];
+    this.resolution = new Resolution(this.coarse);
     /** @type {Map<Body, Shadow>} */
     this.bodies = new Map();
     /** @type {((seconds: number) => boolean) | null} moves the bodies; false at the end */
@@ -96,13 +91,28 @@ class Stage {
       };
       const paint = material(GROUND_VERTEX, GROUND_FRAGMENT, this.surfaceColours);
       paint.side = THREE.DoubleSide;
-      this.surface = new THREE.Mesh(ground.geometry(), paint);
+      this.surface = new THREE.Mesh(new THREE.BufferGeometry(), paint);
       this.surface.frustumCulled = false;
       this.surface.renderOrder = ORDER.surface;
       this.scene.add(this.surface);
     }
+    this.drawn = null;
     this._paintGround();
     this.request();
+  }
+
+  /**
+   * Choose the triangles of the ground that are seen.
+   * @param {ArrayLike<number>} middle
+   * @param {number} reach m
+   */
+  _cut(middle, reach) {
+    const [x, y, far] = this.drawn ?? [0, 0, 0];
+    const away = Math.hypot(x - middle[0], y - middle[1]);
+    if (reach + away < far && far < 1.6 * reach) return;
+    this.drawn = [middle[0], middle[1], 1.25 * reach];
+    this.surface.geometry.dispose();
+    this.surface.geometry = this.ground.surface(middle, 1.25 * reach);
   }
 
   _paintGround() {
@@ -152,7 +162,7 @@ class Stage {
   animate(step) {
     this.step = step;
     this.last = null;
-    this.paces = [];
+    this.resolution.rest();
     if (step) this.request();
   }
 
@@ -167,22 +177,11 @@ class Stage {
     if (this.step) {
       const seconds = this.last === null ? 0 : (time - this.last) / 1000;
       this.last = time;
-      this._adapt(seconds);
+      this.resolution.adapt(seconds, this.orbit.size);
       if (this.step(Math.min(seconds, 0.25))) this.request();
       else this.step = null;
     }
     this.draw();
-  }
-
-  /** Lower the resolution where pictures are slow. @param {number} seconds */
-  _adapt(seconds) {
-    if (seconds > 0 && seconds < 0.5) this.paces.push(seconds);
-    if (this.paces.length < 12) return;
-    const usual = this.paces.sort((a, b) => a - b)[8];
-    this.paces = [];
-    if (usual < SLOW) return;
-    const ratio = Math.min(this.ratio, this.finest);
-    this.ratio = Math.max(COARSEST, ratio * clamp(SLOW / usual, 0.6, 0.85));
   }
 
   resize() {
@@ -192,12 +191,6 @@ class Stage {
     this.orbit.size = [width, height];
     if (before[0] !== width || before[1] !== height) this.orbit.fit();
     this.request();
-  }
-
-  /** The finest resolution, pixels of the picture a pixel of the page. */
-  get finest() {
-    const [width, height] = this.orbit.size;
-    return Math.min(Math.max(FINEST, Math.min(devicePixelRatio, 3)), Math.sqrt(MOST / width / height));
   }
 
   /** @param {number} ratio pixels of the picture a pixel of the page */
@@ -218,14 +211,16 @@ class Stage {
     const { renderer, scene, orbit } = this;
     const { camera } = orbit;
     clearTimeout(this.resting);
-    const ratio = rests ? this.finest : Math.min(this.ratio, this.finest);
+    const finest = this.resolution.finest(orbit.size);
+    const ratio = rests ? finest : Math.min(this.resolution.ratio, finest);
     this._sharpen(ratio);
-    if (!this.step && ratio < this.finest) this.resting = setTimeout(() => this.draw(true), REST);
+    if (!this.step && ratio < finest) this.resting = setTimeout(() => this.draw(true), REST);
     const [middle, reach] = this._drawnGround();
     orbit.place(reach);
     this.lines.fade(middle, reach);
     const { ends, strengths } = gridLines(this.ground, middle, this._scaleAt(middle), reach);
     this.lines.set(ends, strengths);
+    if (this.surface) this._cut(middle, reach);
     scene.updateMatrixWorld();
     renderer.setClearColor(0, 0);
     for (const [body, shadow] of this.bodies) {
@@ -279,14 +274,4 @@ class Stage {
     this.watcher.disconnect();
     this.renderer.dispose();
   }
-}
-
-/**
- * Return whether pictures are drawn by the processor, with no graphics card.
- * @param {WebGL2RenderingContext} context
- */
-function drawnByProcessor(context) {
-  const names = context.getExtension("WEBGL_debug_renderer_info");
-  const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
-  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }

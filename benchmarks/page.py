@@ -1,0 +1,87 @@
+"""Pages in Chromium without a graphics card: frames a second, and milliseconds of each picture.
+
+    python benchmarks/page.py                     # a spider, evolved for 20 generations
+    python benchmarks/page.py spider.html fly.html
+
+The processor draws, at 1280x800, with the network blocked; needs Chromium and Playwright. A machine
+with other work gives fewer frames: the milliseconds are the fastest of 30 pictures, alone.
+"""
+
+import argparse
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import gaitsim as gs
+
+FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]
+SECONDS = 4.0
+MEASURED = """async (seconds) => {
+    const { stage } = gaitsimPage;
+    gaitsimPage.play(true);
+    const rate = () => new Promise((go) => {
+        let pictures = 0;
+        const since = performance.now();
+        const count = () => {
+            pictures++;
+            const gone = (performance.now() - since) / 1000;
+            if (gone < seconds) requestAnimationFrame(count);
+            else go(pictures / gone);
+        };
+        requestAnimationFrame(count);
+    });
+    await rate();
+    const frames = await rate();
+    const ratio = Math.min(stage.resolution.ratio, stage.resolution.finest(stage.orbit.size));
+    gaitsimPage.play(false);
+    const gl = stage.renderer.getContext();
+    let least = Infinity;
+    for (let i = 0; i < 30; i++) {
+        const since = performance.now();
+        gaitsimPage.seek(i / 30);
+        stage.draw();
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+        least = Math.min(least, performance.now() - since);
+    }
+    return [frames, ratio, least];
+}"""
+
+
+def main() -> None:
+    """Print a line for each page."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("pages", nargs="*", type=Path, help="Pages; default: a spider's.")
+    pages = parser.parse_args().pages
+    with tempfile.TemporaryDirectory() as folder:
+        print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
+        for page in pages or [_spider(Path(folder))]:
+            frames, ratio, milliseconds = _measured(page)
+            print(
+                f"{page.name}: {page.stat().st_size / 1e3:.0f} kB, {frames:.0f} frames a second at "
+                f"{ratio:.2f} of the resolution, {milliseconds:.1f} ms a picture"
+            )
+
+
+def _spider(folder: Path) -> Path:
+    for _ in gs.evolve("spider", generations=20, out=folder / "run"):
+        pass
+    return gs.load(folder / "run").page(folder / "spider.html")
+
+
+def _measured(page: Path) -> list[Any]:
+    from playwright.sync_api import sync_playwright
+
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=chromium, args=FLAGS)
+        shown = browser.new_context(offline=True, viewport={"width": 1280, "height": 800})
+        opened = shown.new_page()
+        opened.goto(page.resolve().as_uri())
+        opened.wait_for_selector(".player")
+        return list(opened.evaluate(MEASURED, SECONDS))
+
+
+if __name__ == "__main__":
+    main()

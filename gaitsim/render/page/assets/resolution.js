@@ -1,0 +1,56 @@
+// How finely pictures are drawn: edges are smooth by more pixels than the page has, fewer where
+// pictures are slow.
+
+const SLOW = 1 / 33; // s a frame: slower ones lower the resolution
+const COARSEST = 0.6; // pixels of the picture a pixel of the page
+const FINEST = 2;
+const DENSEST = 3; // the same, at most, on screens that are finer
+const MOST = 8e6; // pixels of a picture
+
+class Resolution {
+  /** @param {boolean} coarse whether the processor draws */
+  constructor(coarse) {
+    /** Pixels of the picture a pixel of the page while something moves. */
+    this.ratio = coarse ? 1 : Infinity;
+    this.paces = [];
+  }
+
+  /**
+   * Return the finest resolution, pixels of the picture a pixel of the page.
+   * @param {number[]} size width and height of the picture, pixels of the page
+   */
+  finest([width, height]) {
+    const wanted = Math.max(FINEST, Math.min(devicePixelRatio, DENSEST));
+    return Math.min(wanted, Math.sqrt(MOST / width / height));
+  }
+
+  /**
+   * Lower it where pictures are slow.
+   * @param {number} seconds since the last picture
+   * @param {number[]} size
+   */
+  adapt(seconds, size) {
+    if (seconds > 0 && seconds < 0.5) this.paces.push(seconds);
+    if (this.paces.length < 12) return;
+    const usual = this.paces.sort((a, b) => a - b)[8];
+    this.paces = [];
+    if (usual < SLOW) return;
+    const ratio = Math.min(this.ratio, this.finest(size));
+    this.ratio = Math.max(COARSEST, ratio * clamp(SLOW / usual, 0.6, 0.85));
+  }
+
+  /** Forget how long pictures took. */
+  rest() {
+    this.paces = [];
+  }
+}
+
+/**
+ * Return whether pictures are drawn by the processor, with no graphics card.
+ * @param {WebGL2RenderingContext} context
+ */
+function drawnByProcessor(context) {
+  const names = context.getExtension("WEBGL_debug_renderer_info");
+  const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
