@@ -37,6 +37,7 @@ def test_presets_are_the_sources_scheme(preset: str, fitness: str, layers: Any) 
     assert experiment.selection.model_dump() == {"share": 0.1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["fly", "fly-asymmetric", "fly-hover"])
 def test_better_flies_evolve_within_a_few_generations(preset: str) -> None:
     experiment = load_experiment(preset, {"evolution.generations": 12, "evolution.population": 40})
