@@ -47,7 +47,7 @@ class Format:
     """A format of `gaitsim export`.
 
     Attributes:
-        stem: the begin of a default file name.
+        stem: the beginning of a default file name.
         ending: the end of a default file name; '' for a folder.
         of: what it is made of.
         write: writes it to a path and says what the file holds.

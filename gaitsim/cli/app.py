@@ -34,7 +34,8 @@ app = group(
         "compare": "Compare experiments by evaluations over repeats, with statistics.",
         "differences": "Compare runs: their curves, their results, the options that differ.",
         "share": "Print the champion as a challenge code, a text that others can verify.",
-        "gallery": "Make a site of a folder of runs: a card for each, and a page that plays it.",
+        "gallery": "Make a site of a folder of runs: a card for each, and a page that plays its "
+        "champion.",
         "verify": "Reproduce generations of a run, or the score of a challenge code, to the bit.",
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",

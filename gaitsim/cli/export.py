@@ -30,11 +30,12 @@ def export(
     format: Annotated[
         ExportFormat | None,
         typer.Option(
-            help="MATLAB/Octave, CSV, NumPy; a CSV of degrees for servos; an Arduino sketch for "
-            "PCA9685 boards; a CSV of goal positions for servo buses; a ROS 2 trajectory, as the "
-            "YAML of an action's goal or as a bag; a page that plays in any browser (html); a "
-            "page of an archive, a map whose gaits move (atlas); an animated glTF for Blender and "
-            "other viewers; the whole run for TensorBoard. Default: as --out ends, or mat."
+            metavar="FORMAT",
+            help="Joint angles: mat (MATLAB, Octave), csv, npz (NumPy). For robots: servo (CSV of "
+            "degrees), arduino (sketch for PCA9685 boards), dynamixel and feetech (CSV of goal "
+            "positions), ros2 (YAML of an action's goal), rosbag2. The body in motion: html (page "
+            "for any browser), glb (glTF for Blender and others). The whole run: atlas (page of an "
+            "archive, a map whose gaits move), tensorboard. Default: as --out ends, or mat.",
         ),
     ] = None,
     out: ExportFile = None,

@@ -102,6 +102,10 @@ class Body(Settings):
     engine: Engine = None
 
 
+class Events(Settings):
+    pass
+
+
 class Page(Body):
     generations: Annotated[
         str | None, Field(description="The best of several, side by side, as 1,50,300.")

@@ -22,6 +22,7 @@ from gaitsim.tui.product_options import (
     Body,
     Calibrated,
     Differences,
+    Events,
     ForRobot,
     GaitFile,
     Imitator,
@@ -138,6 +139,7 @@ GROUPS: dict[str, tuple[Product, ...]] = {
         Product("Page for a browser", ("export", "--format", "html"), Page),
         Product("Map of an archive for a browser", ("export", "--format", "atlas"), Archive),
         Product("glTF for Blender", ("export", "--format", "glb"), Body),
+        Product("Events for TensorBoard", ("export", "--format", "tensorboard"), Events),
         Product("Video", ("video",), Video),
         Product("Analysis", ("analyse",), Analysis),
         Product("Imitating network", ("imitate",), Imitator),
@@ -159,6 +161,7 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
     from gaitsim.render.individual_clip import clip_of
     from gaitsim.render.plots.kinds import KINDS
     from gaitsim.render.plots.request import require_kept
+    from gaitsim.render.tensorboard import check_installed
     from gaitsim.runs.files.folder import exports_folder
     from gaitsim.runs.snapshot import RunSnapshot
 
@@ -172,6 +175,7 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
         Template: gait_of,
         Bag: check_bag,
         Body: clip_of,
+        Events: lambda _: check_installed(),
         Page: clip_of,
         Archive: partial(require_kept, kept="archive"),
         Imitator: learnable_gait,

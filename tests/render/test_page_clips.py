@@ -61,7 +61,7 @@ def test_meshes_are_triangles_seen_from_outside():
     solid = Solid("L1 tibia", "mesh", vertices=np.concatenate([hidden, corners]))
     poses = np.tile([0.0, 0, 0, 1, 0, 0, 0], (2, 1, 1))
     body = Skeleton(np.zeros((2, 1, 2, 3)), ("a",), 1.0, solids=(solid,), poses=poses)
-    (found,) = _solids(body, 1e-5)["solids"]
+    (found,) = _solids(body, poses, 1e-5)["solids"]
     vertices = np.array(found["vertices"])
     a, b, c = (vertices[[face[i] for face in found["faces"]]] for i in range(3))
     assert found["side"] == "left"

@@ -121,6 +121,31 @@ def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
 
 
 @pytest.mark.slow
+def test_a_page_opens_in_another_tab_apart_from_the_app(serve, browser, walk):
+    walk()
+    _, address = serve()
+    context = browser.new_context()
+    window = Window(context, address)
+    window.see("walk")
+    window.press("r")
+    window.see("replay")
+    seen, asked = [], []
+    with context.expect_page() as opened:
+        window.press("B")
+    tab = opened.value
+    tab.on("console", lambda message: seen.append(message.text))
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.wait_for_function("globalThis.gaitsimPage !== undefined")
+    page = address.partition("?")[0]
+    assert tab.url.startswith(f"{page}pages/")
+    assert tab.evaluate("[globalThis.origin, window.opener]") == ["null", None]
+    tab.reload()
+    tab.wait_for_function("globalThis.gaitsimPage !== undefined")
+    assert {url for url in asked if not url.startswith("about:")} == {tab.url}
+    assert [said for said in seen if "GL Driver Message" not in said] == []  # without a GPU
+
+
+@pytest.mark.slow
 class TestAttacks:
     def test_a_frame_of_another_page_gets_no_key(self, serve, browser, walk):
         """A page that had the app in a frame could delete a run by the keys typed on it."""

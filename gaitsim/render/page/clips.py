@@ -66,7 +66,11 @@ def body_data(clip: Clip) -> Json:
         "floor": clip.floor,
         "span": clip.anatomy.span,
         "mark": clip.mark,
-        **(_solids(skeleton, step) if skeleton.solids else _segments(clip, step)),
+        **(
+            _segments(clip, step)
+            if skeleton.poses is None
+            else _solids(skeleton, skeleton.poses, step)
+        ),
         "feet": _feet(skeleton, step),
         "centre": packed(skeleton.path, step),
         "ground": _ground(skeleton, step),
@@ -133,9 +137,8 @@ def _joined(places: NDArray[Any], tolerance: float) -> tuple[list[int], list[int
     return numbers, first
 
 
-def _solids(skeleton: Skeleton, step: float) -> Json:
+def _solids(skeleton: Skeleton, poses: NDArray[Any], step: float) -> Json:
     """Return a body of rigid solids and their poses: position, then quaternion w, x, y, z."""
-    assert skeleton.poses is not None
     names = tuple(solid.name for solid in skeleton.solids)
     side = [_SIDES[one] for one in sides(names).tolist()]
     damaged = among(names, skeleton.damaged).tolist()
@@ -156,7 +159,7 @@ def _solids(skeleton: Skeleton, step: float) -> Json:
             }
             for solid, own, hurt in zip(skeleton.solids, side, damaged, strict=True)
         ],
-        "poses": packed(skeleton.poses, step),
+        "poses": packed(poses, step),
     }
 
 

@@ -21,6 +21,7 @@ from gaitsim.sharing.challenge import code_of
 
 MOST = 12  # individuals side by side
 POINTS = 500  # of the fitness curve
+LARGEST = 100_000_000  # bytes of a page
 
 
 def write_page(
@@ -34,12 +35,19 @@ def write_page(
         run: the run whose fitness curve is shown; None for that of the first individual, if any.
 
     Raises:
-        GaitsimError: there are too many individuals.
+        GaitsimError: there are too many individuals, or the page is too large.
         PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
         RunError: the run is damaged, or the file cannot be written.
     """
     check_folder(path)
     data = page(individuals, run)
+    if len(data) > LARGEST:
+        raise GaitsimError(
+            f"a page of {len(data):,} bytes is too large for browsers",
+            where=str(path),
+            allowed=f"at most {LARGEST:,} bytes",
+            remedy="show fewer individuals, or a shorter motion",
+        )
     write_bytes(path, data)
     one = individuals[0]
     what = one.label if len(individuals) == 1 else f"{len(individuals)} champions side by side"
