@@ -43,14 +43,23 @@ def verify_challenge(challenge: Challenge) -> Checked:
     individual = challenge.individual
     experiment = individual.experiment
     found = evaluate(experiment, challenge.genome[None], challenge.generation)
-    made = [Provenance(challenge.generation, dict(challenge.versions))]
     return Checked(
         challenge,
         float(found.scores[0]),
         found.terms_of(0),
         found.reasons.get(0, ""),
-        tuple(differences(made, current_versions(experiment))),
+        _elsewhere(challenge, current_versions(experiment)),
     )
+
+
+def _elsewhere(challenge: Challenge, now: dict[str, str]) -> tuple[str, ...]:
+    """Return where what made a code differs from what is here."""
+    made = dict(challenge.versions)
+    if ("numba" in made) != ("numba" in now):  # which names the processor, where it is loaded
+        for parts in (made, now):
+            if "processor" in parts:
+                parts["processor"] = parts["processor"].rpartition(", ")[2]
+    return tuple(differences([Provenance(challenge.generation, made)], now))
 
 
 def verify_code(code: str) -> Checked:

@@ -68,14 +68,12 @@ def decode(text: str) -> bytes:
     if head is None:
         raise GaitsimError(
             "the text is not a challenge code",
-            where=WHERE,
             allowed=f"a text that begins with {PREFIX}, as 'gaitsim share RUN' prints it",
             remedy=COPY,
         )
     if int(head[1]) != FORMAT:
         raise GaitsimError(
             f"the challenge code is of format {head[1]}",
-            where=WHERE,
             allowed=f"format {FORMAT}: {PREFIX}…",
             remedy="update gaitsim if the code is of a newer one: pip install --upgrade gaitsim",
         )
@@ -125,14 +123,13 @@ def invalid(what: str) -> GaitsimError:
     """Return the error of a code that is undamaged, but not one that gaitsim writes."""
     return GaitsimError(
         f"the challenge code is invalid: {what}",
-        where=WHERE,
         allowed="a code as 'gaitsim share RUN' prints it",
         remedy="ask its author for another one",
     )
 
 
 def _damaged(what: str) -> GaitsimError:
-    return GaitsimError(f"the challenge code is damaged: {what}", where=WHERE, remedy=COPY)
+    return GaitsimError(f"the challenge code is damaged: {what}", remedy=COPY)
 
 
 def _checksum(data: bytes) -> bytes:
