@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import registry
-from gaitsim.contracts import Command, Genomes, Organism, Skeleton
+from gaitsim.contracts import Command, Genomes, Motion, Organism, Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.gait.trunk import heading, size, trunk
@@ -70,10 +70,13 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
     entry = experiment.entries["organism"]
     names = [command.name for command in commands_of(experiment)]
     if not names:
+        bodies = steered_bodies()
+        how = " with these options" if entry.name in bodies else ""
         raise GaitsimError(
-            f"nobody can steer the body {entry.name!r}: it has no commands",
+            f"nobody can steer the body {entry.name!r}{how}: it has no commands",
             where=f"experiment {experiment.name}",
-            allowed=f"a body with commands: {', '.join(steered_bodies()) or 'none is installed'}",
+            allowed=f"a body with commands: {', '.join(bodies) or 'none is installed'}",
+            remedy=f"the preset {PRESET} has commands",
         )
     for name in replaced:
         if name not in names:
@@ -204,12 +207,7 @@ class Drive:
         with plugin_errors(self._entry, "being steered"):
             motion = self._steered.advance(self.command.name, frames)
             skeleton = self._organism.skeleton(motion, 0)
-        if len(skeleton.segments) != frames:
-            raise contract_error(
-                self._entry,
-                f"advanced {len(skeleton.segments)} frames instead of {frames}",
-                "as many frames as asked for",
-            )
+        self._check(motion, skeleton, frames)
         if self._first is None:
             self._first, self.size = skeleton, size(skeleton)
         flown = _until_ground(skeleton)
@@ -228,6 +226,19 @@ class Drive:
             self.ending = f"It ended after {self.seconds:.1f} s: {motion.failures[0]}."
         elif flown < frames:
             self.ending = f"It hit the ground after {self.seconds:.1f} s."
+
+    def _check(self, motion: Motion, skeleton: Skeleton, frames: int) -> None:
+        """Hold a body to its contract, once it has advanced."""
+        wrong = ""
+        if len(skeleton.segments) != frames:
+            wrong = f"advanced {len(skeleton.segments)} frames instead of {frames}"
+        elif not (np.isfinite(skeleton.segments).all() and np.isfinite(skeleton.path).all()):
+            wrong = "advanced to places that are not finite"
+        elif SHARES in motion and motion[SHARES].shape != (1, frames, len(self.commands)):
+            wrong = f"gave shares of the shape {motion[SHARES].shape}"
+        if wrong:
+            allowed = "as many frames as asked for, finite; shares (1, frames, commands)"
+            raise contract_error(self._entry, wrong, allowed)
 
     @property
     def skeleton(self) -> Skeleton:

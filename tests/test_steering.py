@@ -74,9 +74,19 @@ def test_the_ground_and_failures_end_a_flight_and_restart_begins_another(kite):
     assert "the kite tore" in drive.ending
 
 
-def test_a_body_that_breaks_its_contract_is_reported_with_its_package(kite, monkeypatch):
-    short = Motion(100.0, {"height": np.ones((1, 1)), "shares": np.ones((1, 1, 3)) / 3})
+@pytest.mark.parametrize(
+    ("height", "shares", "says"),
+    [
+        (np.ones((1, 1)), np.ones((1, 1, 3)), "advanced 1 frames instead of 50"),
+        (np.full((1, 50), np.nan), np.ones((1, 50, 3)), "not finite"),
+        (np.ones((1, 50)), np.ones((1, 50, 2)), r"shares of the shape \(1, 50, 2\)"),
+    ],
+)
+def test_a_body_that_breaks_its_contract_is_reported_with_its_package(
+    kite, monkeypatch, height, shares, says
+):
+    given = Motion(100.0, {"height": height, "shares": shares})
     drive = Drive(kite, controllers_of(kite, {}))
-    monkeypatch.setattr(drive._steered, "advance", lambda command, frames: short)
-    with pytest.raises(ContractError, match="advanced 1 frames instead of 50"):
+    monkeypatch.setattr(drive._steered, "advance", lambda command, frames: given)
+    with pytest.raises(ContractError, match=says):
         drive.advance_to(0.51)

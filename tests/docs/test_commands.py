@@ -20,7 +20,7 @@ PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 HELP = sorted((ROOT / "gaitsim" / "cli").rglob("*.py"))
 
 NOT_RUN = re.compile(
-    r"gaitsim (tui|serve|play|study|compare|gallery|plugins|imitate|attach|stop)"
+    r"gaitsim (tui|serve|play|study|compare|gallery|plugins|imitate|attach|stop|steer(?! --out))"
     r"|run (walker|millipede)|--interactive|--dask|--detach|night|--delete|--perturb|champions/"
     r"|hopper|my-|mine|spring|--root"
 )

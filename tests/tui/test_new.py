@@ -73,7 +73,6 @@ async def ended(driver, live):
 
 
 class TestForms:
-    @pytest.mark.slow
     @pytest.mark.parametrize("size", SIZES)
     def test_every_option_of_every_part_has_a_field(self, fill, size):
         async def test(driver, screen):
@@ -99,7 +98,6 @@ class TestForms:
 
         fill(test)
 
-    @pytest.mark.slow
     def test_a_file_may_be_begun_with_and_another_typed(self, shaped, fill):
         Path("a.shape").write_text("<a/>\n" * 30_000)
         Path("b.shape").write_text("<b/>\n<c/>\n")
@@ -297,7 +295,6 @@ class TestChecking:
 
         fill(test)
 
-    @pytest.mark.slow
     def test_parts_that_do_not_fit_each_other(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "evolution"))["evolution.population"]
@@ -306,7 +303,6 @@ class TestChecking:
 
         fill(test)
 
-    @pytest.mark.slow
     @pytest.mark.parametrize(("key", "text"), [("name", "a/b"), ("seed", "x"), ("seed", "-1")])
     def test_name_and_seed(self, fill, key, text):
         async def test(driver, screen):
@@ -320,7 +316,6 @@ class TestChecking:
 
 
 class TestPlugins:
-    @pytest.mark.slow
     def test_only_what_works_is_offered_and_another_body_brings_its_parts(self, fill):
         async def test(driver, screen):
             await part(driver, screen, "mutation")
@@ -438,7 +433,6 @@ class TestLeaving:
 
         fill(test)
 
-    @pytest.mark.slow
     def test_run_before_the_experiment_is_loaded_begins_it_then(self, here, drive, puppet_file):
         async def test(driver):
             driver.app.open_new(str(puppet_file))
@@ -481,7 +475,6 @@ class TestLeaving:
 
         fill(test, folder=Path("elsewhere"))
 
-    @pytest.mark.slow
     def test_what_is_wrong_is_gone_to_instead(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "fitness"))["fitness.price"]

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from gaitsim.contracts import Genomes, SteeringPage
 from gaitsim.errors import GaitsimError
@@ -61,7 +62,7 @@ def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
         json.dumps(own.data, allow_nan=False)
     drive = Drive(experiment, controllers)
     drive.advance_to(SHOWN)
-    data = {
+    data: dict[str, Any] = {
         "title": f"Steer the {entry.name}",
         "description": ABOUT,
         "theme": themes(),
