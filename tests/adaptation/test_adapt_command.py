@@ -226,6 +226,7 @@ def test_two_processes_lose_no_trial_of_each_other(atlas):
     assert run.adapt(name="mine", fresh=True).trials == ()
 
 
+@pytest.mark.slow
 def test_the_figure_shows_each_trial_and_its_place_on_the_map(adapt, atlas, tmp_path):
     adapt(*LOST, "--trials", "4", "--stop", "1.5", "--figure", "trials.png")
     assert (tmp_path / "trials.png").stat().st_size > 10_000
@@ -240,6 +241,7 @@ def test_the_figure_shows_each_trial_and_its_place_on_the_map(adapt, atlas, tmp_
     assert ".png" in adapt(*LOST, "--figure", "trials.txt", code=2).stderr
 
 
+@pytest.mark.slow
 def test_a_report_is_over_all_leg_losses_and_continues(adapt, atlas, tmp_path):
     given = ("--report", "losses", "--pairs", "--trials", 3, "--stop", 2)
     assert "**2 legs, median of 3**" in adapt(*given).stdout

@@ -81,6 +81,7 @@ def test_a_body_is_analysed_and_shown_in_another_world(gaitsim, tmp_path):
         assert said in gaitsim("analyse", "walker", "--world", wrong, code=2).stderr
 
 
+@pytest.mark.slow
 def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):
     tetrapod = ("--gait", GAITS / "alternating-tetrapod.npz", "--physics")
     found = strict(gaitsim("analyse", "spider", *tetrapod, "--json").stdout)
@@ -180,6 +181,7 @@ def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
         assert done.stdout == ""
 
 
+@pytest.mark.slow
 def test_the_figure_is_drawn(gaitsim, spider, tmp_path):
     done = gaitsim("analyse", "spider", "--figure", "gait.svg")
     assert done.stdout.endswith("\ngait.svg\n")
@@ -213,6 +215,7 @@ def test_a_body_without_feet_is_reported_and_still_shown(gaitsim, puppet_file, t
     assert "24 joints" in done.stderr or "cannot play" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_millipede_hops_on_its_belly(gaitsim, tmp_path):
     gaitsim("run", "millipede")
     shown = gaitsim("analyse", "millipede", "--figure", "millipede.pdf").stdout

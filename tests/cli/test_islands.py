@@ -68,6 +68,7 @@ def epochs(monkeypatch):
     return handed
 
 
+@pytest.mark.slow
 def test_the_same_bits_here_and_in_processes(evolve, gaitsim, epochs):
     alone = evolve("alone", "--workers", 1)
     assert evolve("two", "--workers", 2) == alone
@@ -101,6 +102,7 @@ def test_killed_in_an_epoch_it_becomes_the_same_run(evolve, start, gaitsim, pupp
     assert gaitsim("show", "killed", "--fingerprint").stdout == alone
 
 
+@pytest.mark.slow
 def test_experiments_with_islands_are_compared(gaitsim, puppet_file, tmp_path):
     (tmp_path / "islands.toml").write_text(
         puppet_file.read_text() + "[islands]\nnumber = 2\nmigrants = 1\n"

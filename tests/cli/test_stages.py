@@ -123,6 +123,7 @@ def test_an_invalid_change_is_one_message_and_changes_nothing(gaitsim, plain, ar
         assert path.read_bytes() == data
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_staged_run_killed_again_and_again_is_the_same(

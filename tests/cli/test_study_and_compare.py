@@ -109,6 +109,7 @@ def test_a_stopped_comparison_keeps_nothing_and_says_how_to_begin_again(
     assert not [*(tmp_path / "comparisons").iterdir()]
 
 
+@pytest.mark.slow
 def test_compare_prints_json(gaitsim):
     done = gaitsim("compare", "millipede", "millipede", *SHORT, "--json")
     (line,) = done.stdout.splitlines()
@@ -120,6 +121,7 @@ def test_compare_prints_json(gaitsim):
     assert values["comparisons"][0]["differs"] is False
 
 
+@pytest.mark.slow
 def test_searches_and_populations_compare_by_evaluations(gaitsim, tmp_path):
     text = gaitsim("experiments", "show", "spider").stdout
     head, _, _ = text.replace('name = "spider"', 'name = "cma"').partition("[search]")

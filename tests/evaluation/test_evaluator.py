@@ -210,6 +210,7 @@ def test_before_a_batch_was_timed_each_worker_pays_fixed_costs_once(timed):
     assert sizes == [50, 50]
 
 
+@pytest.mark.slow
 def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared, monkeypatch):
     monkeypatch.setattr(module, "cores", lambda: 3)
     genomes = first_population(puppet("evolution.population=7"))

@@ -34,6 +34,12 @@ def test_a_preset_evolves_to_the_recorded_bits(preset, tmp_path):
     evolves_to(WHOLE[preset], preset, tmp_path, generations=15)
 
 
-@pytest.mark.parametrize("preset", SMALL)
+@pytest.mark.parametrize(
+    "preset",
+    [
+        name if name in ("fly", "walker") else pytest.param(name, marks=pytest.mark.slow)
+        for name in SMALL
+    ],
+)
 def test_a_small_population_evolves_to_the_recorded_bits(preset, tmp_path):
     evolves_to(SMALL[preset], preset, tmp_path, generations=3, population=8, workers=1)

@@ -106,6 +106,7 @@ def test_the_flip_flop_is_flagged(reference, played):
     assert "L1, L2, L3, L4, R1, R2, R3, R4" in flags["flip-flop"]
 
 
+@pytest.mark.slow
 @settings(max_examples=5)
 @given(
     file=st.sampled_from(sorted(WALKS)),

@@ -100,6 +100,7 @@ def test_two_clients_are_told_the_same_and_may_both_command(begun, connect):
     assert fingerprint(path) == plain(begun, 2, *SLOW)
 
 
+@pytest.mark.slow
 def test_three_runs_at_once_are_what_plain_runs_are(begun, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "3")
     paths = [begun(f"run-{seed}", *SLOW, f"seed={seed}", generations=15) for seed in range(3)]

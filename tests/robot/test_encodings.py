@@ -118,6 +118,7 @@ def test_a_sole_stays_level():
         assert data.body("left_foot").xmat[8] > math.cos(0.05)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(
     robot=st.sampled_from(tuple(ROBOTS)),

@@ -100,6 +100,7 @@ def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
     drive(test)
 
 
+@pytest.mark.slow
 def test_a_joint_is_damaged_as_far_as_the_body_allows(atlas, drive):
     async def test(driver):
         driver.app.open_laboratory(atlas)
@@ -126,6 +127,7 @@ def test_a_joint_is_damaged_as_far_as_the_body_allows(atlas, drive):
     drive(test)
 
 
+@pytest.mark.slow
 def test_a_run_that_is_no_atlas_can_be_damaged_and_a_body_without_legs_cannot(walk, drive):
     path = walk()
 

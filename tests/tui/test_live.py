@@ -349,6 +349,7 @@ class TestSteering:
 
         live(run, test)
 
+    @pytest.mark.slow
     def test_the_text_that_a_finished_run_begins_with_is_accepted(self, make):
         async def test(screen, pilot):
             await pilot.press("c")
@@ -413,6 +414,7 @@ class TestSteering:
 
 
 class TestLeaving:
+    @pytest.mark.slow
     def test_it_evolves_on_and_is_steered_again(self, make):
         run = make(0, SLOW, generations=100_000)
 

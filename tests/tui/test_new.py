@@ -73,6 +73,7 @@ async def ended(driver, live):
 
 
 class TestForms:
+    @pytest.mark.slow
     @pytest.mark.parametrize("size", SIZES)
     def test_every_option_of_every_part_has_a_field(self, fill, size):
         async def test(driver, screen):
@@ -98,6 +99,7 @@ class TestForms:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_a_file_may_be_begun_with_and_another_typed(self, shaped, fill):
         Path("a.shape").write_text("<a/>\n" * 30_000)
         Path("b.shape").write_text("<b/>\n<c/>\n")
@@ -295,6 +297,7 @@ class TestChecking:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_parts_that_do_not_fit_each_other(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "evolution"))["evolution.population"]
@@ -303,6 +306,7 @@ class TestChecking:
 
         fill(test)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("key", "text"), [("name", "a/b"), ("seed", "x"), ("seed", "-1")])
     def test_name_and_seed(self, fill, key, text):
         async def test(driver, screen):
@@ -316,6 +320,7 @@ class TestChecking:
 
 
 class TestPlugins:
+    @pytest.mark.slow
     def test_only_what_works_is_offered_and_another_body_brings_its_parts(self, fill):
         async def test(driver, screen):
             await part(driver, screen, "mutation")
@@ -433,6 +438,7 @@ class TestLeaving:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_run_before_the_experiment_is_loaded_begins_it_then(self, here, drive, puppet_file):
         async def test(driver):
             driver.app.open_new(str(puppet_file))
@@ -475,6 +481,7 @@ class TestLeaving:
 
         fill(test, folder=Path("elsewhere"))
 
+    @pytest.mark.slow
     def test_what_is_wrong_is_gone_to_instead(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "fitness"))["fitness.price"]

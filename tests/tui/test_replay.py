@@ -420,6 +420,7 @@ class TestTwo:
 
 
 class TestRoom:
+    @pytest.mark.slow
     def test_measures_stand_beside_the_body_where_there_is_room(self, walk):
         async def test(screen, pilot):
             assert screen.pane.measures_shown
@@ -449,6 +450,7 @@ class TestRoom:
 
         replay(walk("walk", "organism.many=30"), test)
 
+    @pytest.mark.slow
     def test_of_two_narrow_ones_measures_take_the_place_of_the_bodies(self, walk):
         async def test(screen, pilot):
             await press(pilot, "m")

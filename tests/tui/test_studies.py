@@ -92,6 +92,7 @@ class TestStudies:
 
         drive(test)
 
+    @pytest.mark.slow
     def test_one_that_runs_is_stopped(self, sweep, drive):
         Path("small.toml").write_text(STUDY.replace("= 3", "= 100000"))
 

@@ -1,5 +1,7 @@
 """The screen that says why a champion scored."""
 
+import pytest
+
 import gaitsim as gs
 from gaitsim.tui.screens.why import Why
 
@@ -36,6 +38,7 @@ def test_it_says_which_terms_the_score_has_and_which_gait_it_is(walk, drive):
     drive(test)
 
 
+@pytest.mark.slow
 def test_p_plays_the_gait_on_the_physical_twin_of_a_body_that_has_one(here, walk, drive):
     puppets = walk()
     with gs.evolve("spider", generations=1, population=4, out=here / "runs/eight") as search:

@@ -82,6 +82,7 @@ def test_without_weights_the_score_is_the_distance():
     assert sum(float(values[0]) for values in terms.values()) == pytest.approx(2.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["walker", "walker-four", "walker-rough"])
 def test_presets_evolve(preset):
     experiment = load_experiment(
