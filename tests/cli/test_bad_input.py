@@ -151,7 +151,7 @@ def test_an_odd_change_is_refused(refused, change):
     [
         (["bogus"], "No such command 'bogus'"),
         (["experiments", "shw"], "No such command 'shw'"),
-        (["run"], "Missing argument"),
+        (["run"], "no experiment is given"),
         (["run", "spider", "--nope"], "No such option: --nope"),
         (["run", "spider", "--set"], "requires an argument"),
         (["plugins", "show", "spidr"], "did you mean 'spider'?"),
@@ -179,7 +179,8 @@ def test_a_wrong_command_line_is_refused(refused, arguments, message):
         (
             "export R --format xml",
             "'xml' is not allowed",
-            "mat, csv, npz, servo, arduino, dynamixel, feetech, ros2, rosbag2",
+            "mat, csv, npz, servo, arduino, dynamixel, feetech, ros2, rosbag2, html, atlas, glb, "
+            "tensorboard",
         ),
         ("plot R --theme solar", "'solar' is not allowed", "light, dark"),
         ("video R --view left", "'left' is not allowed", "iso, side, top, orbit"),
