@@ -57,7 +57,8 @@ def write_atlas(run: RunSnapshot, path: Path, workers: int | None = None) -> str
     write_bytes(path, page)
     gaits = data["gaits"]
     how = "no joint angles" if gaits is None else f"joint angles within {gaits['error']:.2g} rad"
-    return f"{data['count']:,} gaits, {how}, {len(page) / 1e6:.2f} MB, for any browser"
+    gaits_of = f"{data['count']:,} gait{'s' * (data['count'] != 1)}"
+    return f"{gaits_of}, {how}, {len(page) / 1e6:.2f} MB, for any browser"
 
 
 def atlas_data(run: RunSnapshot, workers: int | None = None) -> Json:

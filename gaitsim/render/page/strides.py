@@ -19,12 +19,14 @@ def stride_of(angles: Floats) -> tuple[float, Floats]:
     Returns:
         The stride's period in frames, not a whole number, and the angles of its frames and one
         more, (frames, joints) rad, so that they can be interpolated to its end. Where nothing
-        repeats, all that follows after settling.
+        repeats, as before an early fall, all frames after settling, and their number as the period.
     """
     changing = np.flatnonzero(np.diff(angles, axis=0).any(axis=1))
     end = int(changing[-1]) + 2 if len(changing) else len(angles)  # a fallen body stays as it is
     settled = angles[min(int(SETTLED * end), max(end - 2, 0)) : end]
-    period = min(_period(settled), float(len(settled) - 1))
+    period = _period(settled)
+    if period > len(settled) - 1:
+        return float(len(settled)), settled
     return period, settled[: int(np.ceil(period)) + 1]
 
 
@@ -35,7 +37,7 @@ def _basis(frames: int, period: float, harmonics: int) -> Floats:
 
 
 def _period(angles: Floats) -> float:
-    """Return the period of joint angles, (frames, joints), in frames.
+    """Return the period of joint angles, (frames, joints), in frames; their number without one.
 
     The first shift by whole frames that hardly changes them, refined by least squares.
     """
@@ -55,6 +57,8 @@ def _period(angles: Floats) -> float:
     lag = int(candidates[0])
     while lag + 1 < len(lags) and differences[lag + 1] < differences[lag]:
         lag += 1
+    if lag + 1 == len(lags):  # they end before it is known where they are alike again
+        return float(frames)
     guess = float(lags[lag])
     for reach, count in ((0.75, 16), (0.06, 9), (0.01, 9)):
         tried = guess + np.linspace(-reach, reach, count)

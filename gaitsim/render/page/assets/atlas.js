@@ -197,6 +197,10 @@ class Atlas {
       element("div", { class: "scrolls", tabindex: "0" }, element("table", {}, table)),
       element("p", { class: "details" }, element("code", {}, `${data.command} ${member + 1}`)),
     );
+    if (gaits && !gaits.repeats(member))
+      this.facts.append(
+        element("p", { class: "details" }, "It ended, perhaps in a fall, before it repeated."),
+      );
     this.list.selected = member;
     if (aloud) this.announcer.say(this._words(member));
     if (!gaits) return;

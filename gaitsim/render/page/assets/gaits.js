@@ -34,6 +34,11 @@ class Gaits {
     return (this.exact ? this.frames : this.periods[member]) / this.rate;
   }
 
+  /** @param {number} member from 0 @returns {boolean} whether it goes on as it begins */
+  repeats(member) {
+    return this.exact || this.periods[member] < this.lengths[member] - 0.5;
+  }
+
   /** @param {number} member from 0 @returns {number} of frames stored */
   framesOf(member) {
     return this.exact ? this.frames : this.lengths[member];
