@@ -73,6 +73,7 @@ def atlas_data(run: RunSnapshot, workers: int | None = None) -> Json:
         )
     best = run.individual(Member(view.best))
     rig = _rig(best)
+    low, below = lowest(members.scores)
     gaits = None if rig is None else gaits_data(best.experiment, members.genomes, workers)
     name = run.path.resolve().name
     return {
@@ -87,7 +88,8 @@ def atlas_data(run: RunSnapshot, workers: int | None = None) -> Json:
         "unit": best.experiment.fitness.unit,
         "scores": _row(members.scores),
         "colours": list(VIRIDIS),
-        "lowest": lowest(members.scores)[0],
+        "lowest": low,
+        "below": below,
         "axes": [_axis(view, axis, best.unit_of(axis)) for axis in view.names],
         "pairs": [[view.names.index(one) for one in pair] for pair in view.pairs],
         "raster": _raster(view),

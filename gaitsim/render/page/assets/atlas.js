@@ -42,7 +42,7 @@ class Atlas {
     this.root.append(panel);
     root.replaceChildren(this.root, this.announcer.root);
     if (this.rig) this._open();
-    gaitsim.listenToKeys(does);
+    if (this.rig) gaitsim.listenToKeys(does);
     this._axes(data.pairs[0] ?? [0]);
     this.select(this.map.order.at(-1), false);
     this._paint(this.themes.theme);
@@ -84,8 +84,8 @@ class Atlas {
 
   /** What the colours mean. */
   _legend() {
-    const { lowest, highest, colours, unit, scores } = this.data;
-    const below = scores.some((score) => score < lowest - 1e-9) ? "≤ " : "";
+    const { lowest, highest, colours, unit } = this.data;
+    const below = this.data.below ? "≤ " : "";
     const bar = element("span", { class: "scale" });
     bar.style.background = `linear-gradient(90deg, ${colours.join(", ")})`;
     const [low, high] = [`${below}${numeral(lowest, 3)}`, `${numeral(highest, 3)} ${unit}`];
@@ -99,6 +99,7 @@ class Atlas {
     this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "The gait in 3D" });
     const held = element("p", { class: "place" }, "held in place");
     const view = element("section", { class: "view", "aria-label": "Picture" }, this.canvas, held);
+    view.append(this.controls.tools);
     const deck = element("section", { class: "deck", "aria-label": "Time" }, this.controls.root);
     return [view, deck];
   }

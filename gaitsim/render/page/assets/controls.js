@@ -86,7 +86,7 @@ function listenToKeys(does) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
     const { target, key, shiftKey } = event;
     const inside = (/** @type {string} */ what) => target instanceof Element && target.closest(what);
-    if (inside("textarea, dialog")) return;
+    if (inside("textarea, select, dialog")) return;
     if (key === " " && inside("button, summary, a")) return;
     if (/^(Arrow|Home|End|Page)/.test(key) && inside("input, .scrolls")) return;
     const actions = {

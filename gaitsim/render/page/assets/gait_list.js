@@ -77,7 +77,7 @@ class GaitList {
     };
     this.rows.replaceChildren(...found.slice(0, this.listed).map(row));
     this.more.hidden = found.length <= this.listed;
-    this.total.textContent = `${found.length} gaits`;
+    this.total.textContent = `${found.length} ${found.length === 1 ? "gait" : "gaits"}`;
   }
 }
 
