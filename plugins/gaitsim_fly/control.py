@@ -8,6 +8,18 @@ from numpy.typing import NDArray
 
 from gaitsim.network import TANH
 from gaitsim_fly.activations import activate
+from gaitsim_fly.course import (
+    CLIMB,
+    COURSE,
+    HALF_COS,
+    HALF_SIN,
+    SPEED,
+    TURN,
+    X,
+    Y,
+    Z,
+    heading_of,
+)
 from gaitsim_fly.flight import (
     ALIVE,
     BUFFER,
@@ -31,22 +43,38 @@ SEEN = 12
 
 
 @njit(inline="always", error_model="numpy")
-def _within(x: Any) -> Any:
+def within(x: Any) -> Any:
     return min(max(x, -1.0), 1.0)
 
 
-@njit(inline="always", error_model="numpy")
-def _see(b: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
-    """Fill the first layer, (inputs, LANES), with the inputs of the network, within ±1."""
+@njit(nogil=True, cache=True, error_model="numpy")
+def see(b: Buffer, g: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
+    """Fill the first layer, (inputs, LANES), with the inputs of the network, within ±1.
+
+    Each is relative to the lane's course, (COURSE, LANES). Relative to a course that rests in
+    the origin and heads along x, they are the world's to the bit.
+    """
     for i in range(LANES):
+        half_cos, half_sin = g[HALF_COS, i], g[HALF_SIN, i]
+        cos, sin = heading_of(half_cos, half_sin)
         r = rotation_matrix(b[3, i], b[4, i], b[5, i], b[6, i])
         spin = spin_of(r, b[10, i], b[11, i], b[12, i], c)
-        sign = 1.0 if b[3, i] >= 0.0 else -1.0  # q and −q are the same rotation
-        for axis in range(3):
-            seen[axis, i] = _within(b[axis, i] / c[POSITION_SCALE])
-            seen[3 + axis, i] = sign * b[4 + axis, i]
-            seen[6 + axis, i] = _within(b[7 + axis, i] / c[VELOCITY_SCALE])
-            seen[9 + axis, i] = _within(spin[axis] / c[SPIN_SCALE])
+        x, y, z = b[0, i] - g[X, i], b[1, i] - g[Y, i], b[2, i] - g[Z, i]
+        seen[0, i] = within((cos * x + sin * y) / c[POSITION_SCALE])
+        seen[1, i] = within((cos * y - sin * x) / c[POSITION_SCALE])
+        seen[2, i] = within(z / c[POSITION_SCALE])
+        w = half_cos * b[3, i] + half_sin * b[6, i]
+        sign = 1.0 if w >= 0.0 else -1.0  # q and −q are the same rotation
+        seen[3, i] = sign * (half_cos * b[4, i] + half_sin * b[5, i])
+        seen[4, i] = sign * (half_cos * b[5, i] - half_sin * b[4, i])
+        seen[5, i] = sign * (half_cos * b[6, i] - half_sin * b[3, i])
+        ahead = cos * b[7, i] + sin * b[8, i] - g[SPEED, i]
+        seen[6, i] = within(ahead / c[VELOCITY_SCALE])
+        seen[7, i] = within((cos * b[8, i] - sin * b[7, i]) / c[VELOCITY_SCALE])
+        seen[8, i] = within((b[9, i] - g[CLIMB, i]) / c[VELOCITY_SCALE])
+        seen[9, i] = within((cos * spin[0] + sin * spin[1]) / c[SPIN_SCALE])
+        seen[10, i] = within((cos * spin[1] - sin * spin[0]) / c[SPIN_SCALE])
+        seen[11, i] = within((spin[2] - g[TURN, i]) / c[SPIN_SCALE])
         for angle in range(seen.shape[0] - SEEN):
             limit = limits[angle % 3]
             seen[SEEN + angle, i] = b[WINGS + angle, i] / limit if limit > 0.0 else 0.0
@@ -73,8 +101,64 @@ def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int
     return bias + outputs.shape[0]
 
 
+@njit(nogil=True, cache=True, error_model="numpy")
+def _answer(
+    weights: Buffer, layers: Any, code: int, seen: Buffer, here: Buffer, there: Buffer
+) -> Any:
+    """Return the outputs of every lane's network, (outputs, LANES), a part of a scratch buffer."""
+    last = len(layers) - 1
+    here[: layers[0]] = seen
+    gene = 0
+    for layer in range(1, last + 1):
+        gene = _layer(
+            weights,
+            gene,
+            here[: layers[layer - 1]],
+            there[: layers[layer]],
+            TANH if layer == last else code,
+        )
+        here, there = there, here
+    return here[: layers[last]]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _mirror(seen: Buffer, mirrored: Buffer) -> None:
+    """Fill what a fly in a mirror between left and right would see, (18, LANES)."""
+    for i in range(LANES):
+        for axis in range(3):
+            side = -1.0 if axis == 1 else 1.0  # vectors of rotation turn the other way
+            mirrored[axis, i] = side * seen[axis, i]
+            mirrored[3 + axis, i] = -side * seen[3 + axis, i]
+            mirrored[6 + axis, i] = side * seen[6 + axis, i]
+            mirrored[9 + axis, i] = -side * seen[9 + axis, i]
+            mirrored[SEEN + axis, i] = seen[SEEN + 3 + axis, i]
+            mirrored[SEEN + 3 + axis, i] = seen[SEEN + axis, i]
+
+
 @njit(inline="always", error_model="numpy")
-def _command(
+def answer(weights: Buffer, layers: Any, code: int, seen: Buffer, outputs: Buffer) -> None:
+    """Fill what the wings are told by every lane's network, ±1 at their limits.
+
+    Args:
+        weights: (genes, LANES).
+        layers: units of each layer, inputs first.
+        code: activation of the hidden layers; the outputs go through tanh.
+        seen: (inputs, LANES).
+        outputs: filled, (3, LANES) for both wings or (6, LANES). Where the network has half as
+            many, the right wing has a copy of it, which sees the fly in a mirror.
+    """
+    widest = layers.max()
+    here, there = np.empty((widest, LANES)), np.empty((widest, LANES))
+    each = layers[-1]
+    outputs[:each] = _answer(weights, layers, code, seen, here, there)
+    if each < len(outputs):
+        mirrored = np.empty((len(seen), LANES))
+        _mirror(seen, mirrored)
+        outputs[each:] = _answer(weights, layers, code, mirrored, here, there)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def command(
     b: Buffer, outputs: Buffer, limits: Buffer, offsets: Buffer, interval: float, speed: float
 ) -> None:
     """Turn the wings to their commands, at rates that bring them there in time."""
@@ -87,7 +171,16 @@ def _command(
             b[RATES + angle, i] = min(max(rate, -speed), speed)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(nogil=True, cache=True, error_model="numpy")
+def _follow(courses: Any, frame: int, first: int, count: int, g: Buffer) -> None:
+    """Fill the courses of `count` lanes, (COURSE, LANES), from the one with number `first` on."""
+    for i in range(LANES):
+        trial = (first + min(i, count - 1)) % len(courses)
+        for k in range(COURSE):
+            g[k, i] = courses[trial, frame, k]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def _arrived(sent: Any, frame: int, late: float, outputs: Buffer) -> None:
     """Replace the outputs of the network by those that have arrived, `late` commands ago.
 
@@ -109,9 +202,10 @@ def _arrived(sent: Any, frame: int, late: float, outputs: Buffer) -> None:
 @njit(nogil=True, cache=True, error_model="numpy")
 def fly(
     genes: NDArray[np.float64],
+    start: NDArray[np.float64],
+    courses: NDArray[np.float64],
     layers: NDArray[np.int64],
     code: int,
-    start: NDArray[np.float64],
     limits: NDArray[np.float64],
     dt: float,
     steps: int,
@@ -128,9 +222,10 @@ def fly(
 
     Args:
         genes: weights of each individual, (individuals, genes).
+        start: state of each trial at the start, (trials, STATE), see `flight`.
+        courses: that each trial follows, (trials, frames, COURSE), see `course`.
         layers: units of each layer, inputs first.
         code: activation of the hidden layers; the outputs go through tanh.
-        start: state of each trial at the start, (trials, STATE), see `flight`.
         limits: of flap, pitch and sweep, (3,) rad.
         dt: time step, s.
         steps: time steps between two commands.
@@ -146,10 +241,10 @@ def fly(
     lanes, frames, trials = states.shape[0], states.shape[1], start.shape[0]
     b = np.zeros((BUFFER, LANES))
     weights = np.empty((genes.shape[1], LANES))
-    widest = layers.max()
-    here, there = np.empty((widest, LANES)), np.empty((widest, LANES))
-    last = len(layers) - 1
-    sent = np.zeros((int(late) + 2, layers[last], LANES))
+    seen = np.empty((layers[0], LANES))
+    outputs = np.empty((layers[0] - SEEN, LANES))
+    sent = np.zeros((int(late) + 2, len(outputs), LANES))
+    g = np.empty((COURSE, LANES))
     for first in range(0, lanes, LANES):
         count = min(LANES, lanes - first)
         b[:] = 0.0
@@ -171,21 +266,13 @@ def fly(
                     lasted[first + i] = frame
             if frame == frames - 1:
                 break
+            _follow(courses, frame, first, count, g)
             if frame == pushed:
                 for axis in range(3):
                     b[VELOCITY + axis] += push[axis]
-            _see(b, limits, here[: layers[0]], c)
-            gene = 0
-            for layer in range(1, last + 1):
-                gene = _layer(
-                    weights,
-                    gene,
-                    here[: layers[layer - 1]],
-                    there[: layers[layer]],
-                    TANH if layer == last else code,
-                )
-                here, there = there, here
+            see(b, g, limits, seen, c)
+            answer(weights, layers, code, seen, outputs)
             if late > 0.0:
-                _arrived(sent, frame, late, here[: layers[last]])
-            _command(b, here[: layers[last]], limits, offsets, steps * dt, c[WING_SPEED])
+                _arrived(sent, frame, late, outputs)
+            command(b, outputs, limits, offsets, steps * dt, c[WING_SPEED])
             step(b, dt, steps, c)

@@ -13,6 +13,7 @@ def starts(
     *,
     offset: float,
     tilt: float,
+    headings: NDArray[np.float64],
     speed: float,
     spin: float,
     planar: bool,
@@ -25,6 +26,7 @@ def starts(
         inertia: moments of inertia, (3,) kg·m².
         offset: largest distance from the origin along each axis, m.
         tilt: largest part of the rotation vector, rad.
+        headings: of the trials, (trials,) rad.
         speed: largest speed, m/s.
         spin: largest angular speed, rad/s.
         planar: whether to draw symmetric starts only: wings that move alike cannot correct
@@ -41,10 +43,24 @@ def starts(
     states[1:, POSITION : POSITION + 3] = offset * draws[:, 0]
     states[1:, ROTATION : ROTATION + 1] = np.cos(half)
     states[1:, ROTATION + 1 : ROTATION + 4] = turn / 2 * np.sinc(half / np.pi)
+    states[:, ROTATION : ROTATION + 4] = _headed(states[:, ROTATION : ROTATION + 4], headings / 2)
     states[1:, VELOCITY : VELOCITY + 3] = speed * draws[:, 2]
     momentum = inertia * (spin * draws[:, 3])  # in the frame of the body
     states[1:, MOMENTUM : MOMENTUM + 3] = _turned(states[1:, ROTATION : ROTATION + 4], momentum)
     return states
+
+
+def headings(trials: int, seed: int, largest: float) -> NDArray[np.float64]:
+    """Return the heading of each trial, (trials,): 0 for the first, drawn for the others, rad."""
+    drawn = np.random.default_rng([seed, 1]).uniform(-1, 1, trials - 1)
+    return np.concatenate([[0.0], largest * drawn])
+
+
+def _headed(quaternions: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn attitudes about the vertical by twice an angle, (trials,) rad."""
+    w, x, y, z = quaternions.T
+    c, s = np.cos(half), np.sin(half)
+    return np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], axis=1)
 
 
 def _turned(quaternions: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,39 @@
+"""The trained controllers that come with the package."""
+
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import as_file, files
+
+import numpy as np
+
+from gaitsim.contracts import Genomes
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """Trained networks.
+
+    Attributes:
+        layers: units of each layer, inputs first.
+        genomes: (genes,) by command.
+        experiments: by command, how it was trained, as TOML.
+    """
+
+    layers: tuple[int, ...]
+    genomes: dict[str, Genomes]
+    experiments: dict[str, str]
+
+
+@cache
+def trained() -> Trained:
+    """Return the networks in `controllers.npz`."""
+    with (
+        as_file(files("gaitsim_fly") / "controllers.npz") as path,
+        np.load(path, allow_pickle=False) as stored,
+    ):
+        names = stored["commands"].tolist()
+        genomes = {name: stored[name] for name in names}
+        for genome in genomes.values():
+            genome.flags.writeable = False
+        experiments = {name: str(stored[f"{name} experiment"]) for name in names}
+        return Trained(tuple(stored["layers"].tolist()), genomes, experiments)

@@ -1,0 +1,65 @@
+"""The course that a fly follows: a point and a heading that move as it is told; compiled.
+
+A network sees the fly from its course: position, attitude, velocity and spin relative to those
+of the course, along the course's heading. So a controller that holds the fly at a point at rest
+sees nothing new on a course that moves, and neither distance nor turns add up in what it sees.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gaitsim_fly.flight import _cos, _sin
+
+# Rows of a course: its point, m; cosine and sine of half its heading, a quaternion's w and z; its
+# speed along its heading and upwards, m/s; its turn to the left, rad/s.
+X, Y, Z, HALF_COS, HALF_SIN, SPEED, CLIMB, TURN, COURSE = range(9)
+
+
+@njit(inline="always", error_model="numpy")
+def heading_of(half_cos: Any, half_sin: Any) -> Any:
+    """Cosine and sine of a heading from those of its half."""
+    return half_cos * half_cos - half_sin * half_sin, 2.0 * half_cos * half_sin
+
+
+@njit(cache=True, error_model="numpy")
+def advance(course: NDArray[np.float64], seconds: float) -> None:
+    """Move a course, (COURSE,), on in place: ahead, then around by less than half a turn."""
+    cos, sin = heading_of(course[HALF_COS], course[HALF_SIN])
+    ahead = course[SPEED] * seconds
+    course[X] += ahead * cos
+    course[Y] += ahead * sin
+    course[Z] += course[CLIMB] * seconds
+    quarter = 0.5 * course[TURN] * seconds
+    c, s = _cos(quarter), _sin(quarter)
+    w = c * course[HALF_COS] - s * course[HALF_SIN]
+    z = c * course[HALF_SIN] + s * course[HALF_COS]
+    scale = 1.0 / np.sqrt(w * w + z * z)
+    course[HALF_COS], course[HALF_SIN] = w * scale, z * scale
+
+
+@njit(cache=True, error_model="numpy")
+def paths(starts: NDArray[np.float64], frames: int, seconds: float) -> NDArray[np.float64]:
+    """Return courses over time, (trials, frames, COURSE), from their starts, (trials, COURSE)."""
+    path = np.empty((len(starts), frames, COURSE))
+    for trial in range(len(starts)):
+        course = starts[trial].copy()
+        for frame in range(frames):
+            path[trial, frame] = course
+            advance(course, seconds)
+    return path
+
+
+def start(headings: NDArray[np.float64], speeds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return courses, (trials, COURSE), that begin in the origin.
+
+    Args:
+        headings: (trials,) rad.
+        speeds: ahead, m/s, upwards, m/s, and around, rad/s, (3,).
+    """
+    courses = np.zeros((len(headings), COURSE))
+    courses[:, HALF_COS], courses[:, HALF_SIN] = np.cos(headings / 2), np.sin(headings / 2)
+    courses[:, SPEED:] = speeds
+    return courses

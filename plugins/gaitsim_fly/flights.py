@@ -1,0 +1,60 @@
+"""The motion of flies: channels from what the compiled flight recorded."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Array, Motion
+from gaitsim_fly import body
+
+
+def flights(
+    frame_rate: float,
+    states: Array,
+    angles: Array,
+    courses: Array,
+    inertia: NDArray[np.float64],
+    failures: Mapping[int, str],
+    **further: Array,
+) -> Motion:
+    """Return the motion of a population.
+
+    Args:
+        frame_rate: frames a second, Hz.
+        states: (population, frames, trials, STATE), see `gaitsim_fly.flight`.
+        angles: wing angles, (population, frames, trials, 6) rad.
+        courses: that they followed, (frames, trials, COURSE), see `gaitsim_fly.course`.
+        inertia: moments of inertia, (3,) kg·m².
+        failures: why a flight became unstable, by individual.
+        further: channels by name.
+    """
+    from gaitsim_fly import course, flight
+
+    position = states[..., flight.POSITION : flight.POSITION + 3]
+    rotation = states[..., flight.ROTATION : flight.ROTATION + 4]
+
+    def angular_velocity() -> dict[str, Array]:
+        turn = body.rotation(rotation)[..., :3, :3]
+        momentum = states[..., flight.MOMENTUM : flight.MOMENTUM + 3]
+        spin = np.einsum("...ji,...j->...i", turn, momentum) / inertia
+        return {"angular_velocity": np.einsum("...ij,...j->...i", turn, spin)}
+
+    def followed() -> dict[str, Array]:
+        heading = 2 * np.arctan2(courses[..., course.HALF_SIN], courses[..., course.HALF_COS])
+        path = np.concatenate([courses[..., : course.Z + 1], heading[..., None]], axis=-1)
+        return {"course": np.broadcast_to(path, (len(states), *path.shape))}
+
+    return Motion(
+        frame_rate,
+        {
+            "position": position,
+            "altitude": position[..., 2],
+            "rotation": rotation,
+            "velocity": states[..., flight.VELOCITY : flight.VELOCITY + 3],
+            "wing_angles": angles,
+            **further,
+        },
+        {("angular_velocity",): angular_velocity, ("course",): followed},
+        failures=dict(failures),
+    )

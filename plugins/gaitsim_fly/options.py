@@ -1,0 +1,189 @@
+"""The fly's options, what they allow, and what follows from them alone."""
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from gaitsim.contracts import WORLD_HELP, Condition, Organism, check_world, option
+from gaitsim_fly.conditions import fly_conditions, wind
+from gaitsim_fly.mechanics import Mechanics
+
+Course = Literal["none", "hover", "climb", "left", "right", "forward"]
+Layer = Annotated[int, Field(ge=1, le=256)]
+
+MOST_STEPS = 2_000_000  # of the simulation, in all trials: about 7 s an individual
+
+
+class FlyOptions(Organism):
+    """A cuboid with two triangular wings in still air: its options."""
+
+    wings: Literal["symmetric", "asymmetric", "mirrored"] = option(
+        "symmetric",
+        "whether both wings do the same, by a network of 15 inputs and 3 outputs; each its own, by "
+        "one of 18 and 6; or each its own, by two copies of one of 18 and 3, of which the right "
+        "wing's sees the fly in a mirror",
+    )
+    hidden: tuple[Layer, ...] = option((20, 20), "units of each hidden layer, at most four layers")
+    activation: Literal["tanh", "sigmoid", "relu", "leaky-relu"] = option(
+        "tanh", "activation of the hidden layers; the outputs always go through tanh"
+    )
+    weight_sigma: float = option(
+        0.5, "standard deviation of the first weights and biases", gt=0, le=10
+    )
+    weight_limit: float = option(5.0, "largest weight and bias", gt=0, le=100)
+
+    duration: float = option(3.0, "length of a flight", unit="s", ge=1e-3, le=600)
+    dt: float = option(0.001, "time step of the simulation", unit="s", ge=1e-6, le=0.1)
+    control_step: float = option(
+        0.01, "time between two commands of the network, a multiple of dt", unit="s", ge=1e-6, le=10
+    )
+    trials: int = option(1, "flights of each individual, from as many start states", ge=1, le=100)
+    trial_seed: int = option(0, "seed of the start states but the first, at rest", ge=0)
+    start_offset: float = option(
+        0.3, "largest distance of a start from the origin along each axis", unit="m", ge=0, le=10
+    )
+    start_tilt: float = option(
+        15.0, "largest turn of a start about each axis", unit="°", ge=0, le=90
+    )
+    start_speed: float = option(
+        0.5, "largest speed of a start along each axis", unit="m/s", ge=0, le=10
+    )
+    start_spin: float = option(
+        1.0, "largest angular speed of a start about each axis", unit="rad/s", ge=0, le=20
+    )
+
+    start_heading: float = option(
+        0.0, "largest heading of a start to either side", unit="°", ge=0, le=180
+    )
+
+    course: Course = option(
+        "none",
+        "what the network sees the fly from: none is the world; otherwise a point and a heading "
+        "that stay, rise, turn or move ahead from where the flight begins",
+    )
+    course_climb: float = option(1.0, "speed of the course climb", unit="m/s", ge=0, le=20)
+    course_turn: float = option(
+        1.5, "speed of the courses left and right", unit="rad/s", ge=0, le=20
+    )
+    course_speed: float = option(1.5, "speed of the course forward", unit="m/s", ge=0, le=20)
+
+    mass: float = option(0.2, "mass, all of it in the body", unit="kg", ge=1e-6, le=100)
+    length: float = option(0.3, "length of the body", unit="m", ge=1e-3, le=10)
+    width: float = option(0.1, "width of the body", unit="m", ge=1e-3, le=10)
+    height: float = option(0.1, "height of the body", unit="m", ge=1e-3, le=10)
+    span: float = option(0.5, "span of a wing, hinge to far edge", unit="m", ge=1e-3, le=10)
+    chord: float = option(0.3, "far edge of a wing's triangle", unit="m", ge=1e-3, le=10)
+    wing_speed: float = option(
+        40.0, "largest angular speed of a wing; 0 locks them", unit="rad/s", ge=0, le=1000
+    )
+    flap_limit: float = option(60.0, "largest flap, up and down", unit="°", ge=0, le=90)
+    pitch_limit: float = option(80.0, "largest pitch, either way", unit="°", ge=0, le=90)
+    sweep_limit: float = option(30.0, "largest sweep, to front and back", unit="°", ge=0, le=90)
+    wing_drag: float = option(1.2, "drag coefficient of a wing face on", ge=0, le=10)
+    body_drag: float = option(1.2, "drag coefficient of the body", ge=0, le=10)
+    air_density: float = option(1.2, "density of the air", unit="kg/m³", ge=0, le=2000)
+    gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
+
+    position_scale: float = option(
+        2.0, "distance that the network sees as 1, the most that it sees", unit="m", ge=1e-3, le=1e6
+    )
+    velocity_scale: float = option(
+        5.0, "speed that the network sees as 1, the most that it sees", unit="m/s", ge=1e-3, le=1e6
+    )
+    spin_scale: float = option(
+        10.0,
+        "angular speed that the network sees as 1, the most that it sees",
+        unit="rad/s",
+        ge=1e-3,
+        le=1e6,
+    )
+
+    world: dict[str, float] = option({}, WORLD_HELP)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        check_world(self.world, self.conditions())
+        if len(self.hidden) > 4:
+            raise ValueError(f"hidden has {len(self.hidden)} layers, at most four are allowed")
+        if not _divides(self.dt, self.control_step):
+            raise ValueError(
+                f"control_step {self.control_step:g} s is not a multiple of dt {self.dt:g} s"
+            )
+        if not _divides(self.control_step, self.duration):
+            raise ValueError(
+                f"duration {self.duration:g} s is not a multiple of control_step "
+                f"{self.control_step:g} s"
+            )
+        if self.frames * self.trials > 1_000_000:
+            raise ValueError(
+                f"{self.trials:,} trials of {self.frames:,} commands are more than a million"
+            )
+        steps = self.trials * round(self.duration / self.dt)
+        if steps > MOST_STEPS:
+            raise ValueError(
+                f"{self.trials:,} trials of {self.duration:g} s in steps of {self.dt:g} s are "
+                f"{steps:,} steps, at most {MOST_STEPS:,} are allowed"
+            )
+        stable = self.mechanics({}).stable_step
+        if self.dt > stable:
+            raise ValueError(
+                f"dt {self.dt:g} s is not stable with these wings: at most "
+                f"{math.floor(stable * 1e6) / 1e6:g} s"
+            )
+        return self
+
+    @property
+    def layers(self) -> tuple[int, ...]:
+        """Units of each layer of the network, inputs first."""
+        inputs = 15 if self.planar else 18
+        return (inputs, *self.hidden, 6 if self.wings == "asymmetric" else 3)
+
+    @property
+    def frames(self) -> int:
+        """Number of commands in a flight, its end included."""
+        return round(self.duration / self.control_step) + 1
+
+    def mechanics(self, world: Mapping[str, float]) -> Mechanics:
+        """Return mass, air and wings in a world, by the names of conditions."""
+        return Mechanics(
+            mass=world.get("mass", 1.0) * self.mass,
+            size=(self.length, self.width, self.height),
+            span=self.span,
+            chord=self.chord,
+            wing_speed=world.get("servo_speed", 1.0) * self.wing_speed,
+            wing_drag=self.wing_drag,
+            body_drag=self.body_drag,
+            air_density=world.get("air_density", self.air_density),
+            gravity=self.gravity,
+            wind=wind(world, planar=self.planar),
+        )
+
+    @property
+    def planar(self) -> bool:
+        """Whether both wings do the same."""
+        return self.wings == "symmetric"
+
+    def conditions(self) -> Mapping[str, Condition]:
+        """What may vary: mass, air, wind, pushes, and how the wings follow their commands."""
+        return fly_conditions(self.air_density)
+
+    def course_speeds(self, course: str) -> NDArray[np.float64]:
+        """Return how a course moves: ahead, m/s, upwards, m/s, and to the left, rad/s, (3,)."""
+        turns = {"left": self.course_turn, "right": -self.course_turn}
+        return np.array(
+            [
+                self.course_speed if course == "forward" else 0.0,
+                self.course_climb if course == "climb" else 0.0,
+                turns.get(course, 0.0),
+            ]
+        )
+
+
+def _divides(part: float, whole: float) -> bool:
+    """Return whether `whole` is a multiple of `part`, up to rounding of floats."""
+    count = whole / part
+    return round(count) >= 1 and math.isclose(count, round(count), rel_tol=1e-9)

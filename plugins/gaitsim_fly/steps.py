@@ -1,0 +1,118 @@
+"""Frames of a fly under command; compiled."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gaitsim_fly.control import SEEN, answer, command, see
+from gaitsim_fly.course import CLIMB, COURSE, SPEED, TURN, X, Y, Z, advance
+from gaitsim_fly.flight import ALIVE, LANES, STATE, WING_SPEED, WINGS, Buffer, step
+
+
+@njit(cache=True, error_model="numpy")
+def _hand_over(shares: NDArray[np.float64], to: int, part: float) -> None:
+    """Raise one share by a part, up to 1; the others keep their proportions, and the sum is 1."""
+    before = shares[to]
+    if before < 1.0:
+        after = min(1.0, before + part)
+        for k in range(len(shares)):
+            shares[k] *= (1.0 - after) / (1.0 - before)
+        shares[to] = after
+
+
+@njit(cache=True, error_model="numpy")
+def _mean(shares: NDArray[np.float64], values: Any) -> Any:
+    """Mean of the first values, one for each controller, weighted by their shares."""
+    total = 0.0
+    for k in range(len(shares)):
+        total += shares[k] * values[k]
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def _hold(course: NDArray[np.float64], b: Buffer, leash: float) -> None:
+    """Pull the course to within a distance of the fly, level and in height."""
+    x, y, z = course[X] - b[X, 0], course[Y] - b[Y, 0], course[Z] - b[Z, 0]
+    away = np.sqrt(x * x + y * y)
+    if away > leash:
+        course[X], course[Y] = b[X, 0] + x * (leash / away), b[Y, 0] + y * (leash / away)
+    course[Z] = b[Z, 0] + min(max(z, -leash), leash)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def steer(
+    commanded: int,
+    weights: Buffer,
+    layers: NDArray[np.int64],
+    code: int,
+    limits: NDArray[np.float64],
+    dt: float,
+    steps: int,
+    c: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    part: float,
+    leash: float,
+    b: Buffer,
+    course: NDArray[np.float64],
+    shares: NDArray[np.float64],
+    states: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    courses: NDArray[np.float64],
+    blends: NDArray[np.float64],
+) -> Any:
+    """Fly one fly on under a command; its lanes differ in their networks alone.
+
+    Args:
+        commanded: index of the command in force, k.
+        weights: of the networks, (genes, LANES): in lane i that of command i modulo commands.
+        layers: units of each layer, inputs first.
+        code: activation of the hidden layers; the outputs go through tanh.
+        limits: of flap, pitch and sweep, (3,) rad.
+        dt: time step, s.
+        steps: time steps in a frame.
+        c: the constants, see `flight`.
+        speeds: of the course under each command, (commands, 3), see `course`.
+        part: of the command that goes to the commanded network in a frame.
+        leash: m, by which the course is away from the fly at most.
+        b: the fly, the same in all lanes, (BUFFER, LANES), advanced in place.
+        course: that it follows, (COURSE,), advanced in place.
+        shares: of the networks in the command, (commands,), sum 1, advanced in place.
+        states: filled, (frames, STATE): at the end of each frame.
+        angles: filled, (frames, 6): the wing angles, rad.
+        courses: filled, (frames, COURSE).
+        blends: filled, (frames, commands): the shares.
+
+    Returns:
+        The number of frames that were stable.
+    """
+    frames, commands = len(states), len(shares)
+    seen = np.empty((layers[0], LANES))
+    outputs = np.empty((layers[0] - SEEN, LANES))
+    g = np.empty((COURSE, LANES))
+    right = np.zeros(6)  # wings are where they are told to be
+    interval = steps * dt
+    lasted = 0
+    for frame in range(frames):
+        _hand_over(shares, commanded, part)
+        for k, row in enumerate((SPEED, CLIMB, TURN)):
+            course[row] = _mean(shares, speeds[:, k])
+        for k in range(COURSE):
+            g[k] = course[k]
+        see(b, g, limits, seen, c)
+        answer(weights, layers, code, seen, outputs)
+        for output in range(len(outputs)):
+            outputs[output] = _mean(shares, outputs[output, :commands])
+        command(b, outputs, limits, right, interval, c[WING_SPEED])
+        step(b, dt, steps, c)
+        advance(course, interval)
+        _hold(course, b, leash)
+        for k in range(STATE):
+            states[frame, k] = b[k, 0]
+        for k in range(6):
+            angles[frame, k] = b[WINGS + k, 0]
+        courses[frame], blends[frame] = course, shares
+        if b[ALIVE, 0] > 0.0:
+            lasted += 1
+    return lasted

@@ -1,0 +1,106 @@
+"""The fly under a person's command."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment
+from gaitsim_fly.controllers import trained
+from gaitsim_fly.organism import Fly
+from gaitsim_fly.steering import BLEND, NAMES, START
+
+
+def fly(**options: Any) -> Fly:
+    return Fly(wings="mirrored", hidden=(12,), **options)
+
+
+def tilt(motion: Any) -> Any:
+    """Angle between the body's axis and upright, (frames,) degrees."""
+    x, y = motion["rotation"][0, :, 0, 1], motion["rotation"][0, :, 0, 2]
+    return np.degrees(np.arccos(np.clip(1 - 2 * (x * x + y * y), -1, 1)))
+
+
+def test_controllers_fit_every_preset_of_steering() -> None:
+    for name in ("fly-steer", *(f"fly-steer-{own}" for own in NAMES if own != "right")):
+        organism = load_experiment(name).organism
+        assert [command.name for command in organism.commands()] == list(NAMES)
+        controllers = organism.controllers()
+        assert {*controllers} == {*NAMES}
+        assert all(len(genome) == organism.genome_space().genes for genome in controllers.values())
+    assert not Fly().commands()
+    assert not Fly(wings="asymmetric", hidden=(12,)).controllers()
+    assert "fly-steer-climb" in trained().experiments["climb"]
+
+
+def test_steering_gives_the_same_bits_however_it_is_cut_and_hands_over_smoothly() -> None:
+    own = fly()
+    whole, cut = (own.steer(own.controllers()) for _ in range(2))
+    first = whole.advance("climb", 30)
+    parts = [cut.advance("climb", frames) for frames in (1, 12, 17)]
+    for name in (*own.channels, "shares"):
+        joined = np.concatenate([part[name] for part in parts], axis=1)
+        assert (joined == first[name]).all(), name
+    shares = first["shares"][0]
+    np.testing.assert_allclose(shares.sum(axis=1), 1, atol=1e-12)
+    assert np.abs(np.diff(shares, axis=0)).max() <= own.control_step / BLEND + 1e-12
+    assert shares[-1, NAMES.index("climb")] == 1
+    assert own.skeleton(first, 0).path.shape == (30, 3)
+    assert own.measures(first)["largest tilt"].values[0] < 90
+
+
+def test_a_network_on_a_course_flies_as_in_move() -> None:
+    own = fly(course="forward", duration=0.5)
+    genome = own.controllers()["forward"]
+    moved = own.move(genome[None])
+    steered = own.steer(dict.fromkeys(NAMES, genome))
+    steered._shares[:] = 0, 0, 0, 0, 1  # type: ignore[attr-defined]
+    motion = steered.advance("forward", 50)
+    np.testing.assert_allclose(
+        motion["position"][0] - [0, 0, START], moved["position"][0, 1:], atol=1e-9
+    )
+    np.testing.assert_allclose(motion["course"][0, :, 0, 0], np.arange(1, 51) * 0.015)
+
+
+def test_a_mirrored_network_turns_right_as_it_turns_left() -> None:
+    left, right = (
+        fly(course=course, duration=0.5).move(fly().controllers()["left"][None])["position"]
+        for course in ("left", "right")
+    )
+    np.testing.assert_allclose(left, right * [1, -1, 1], atol=1e-9)
+
+
+def test_what_cannot_be_steered_is_refused() -> None:
+    own = fly()
+    with pytest.raises(GaitsimError, match="symmetric"):
+        Fly().steer({})
+    with pytest.raises(GaitsimError, match="no controller for the command 'hover'"):
+        own.steer({})
+    with pytest.raises(GaitsimError, match="shape"):
+        own.steer(dict.fromkeys(NAMES, np.zeros(3)))
+    steered = own.steer(own.controllers())
+    with pytest.raises(GaitsimError, match="dive"):
+        steered.advance("dive", 1)
+    with pytest.raises(GaitsimError, match="0 frames"):
+        steered.advance("hover", 0)
+
+
+@pytest.mark.parametrize(
+    ("command", "speeds"),
+    [
+        ("hover", (0, 0, 0)),
+        ("climb", (0, 1, 0)),
+        ("left", (0, 0, 1.5)),
+        ("right", (0, 0, -1.5)),
+        ("forward", (1.5, 0, 0)),
+    ],
+)
+def test_each_command_does_what_it_says(command: str, speeds: Any) -> None:
+    own = fly()
+    steered = own.steer(own.controllers())
+    motion = steered.advance(command, 300)
+    velocity = motion["velocity"][0, 100:, 0].mean(axis=0)
+    yaw = motion["angular_velocity"][0, 100:, 0, 2].mean()
+    np.testing.assert_allclose([velocity[0], velocity[2], yaw], speeds, atol=0.5)
+    assert tilt(motion).max() < 60
