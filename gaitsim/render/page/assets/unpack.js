@@ -15,13 +15,12 @@ function bytesOf(text) {
 }
 
 /**
- * Return inflated bytes.
+ * Return the inflated bytes of raw deflate.
  * @param {Uint8Array} bytes
- * @param {"deflate-raw" | "gzip"} format
  * @returns {Promise<Uint8Array>}
  */
-async function inflate(bytes, format) {
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream(format));
+async function inflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
@@ -33,7 +32,7 @@ async function inflate(bytes, format) {
 async function unpack(packed) {
   const { shape, step } = packed;
   const count = shape.reduce((product, length) => product * length, 1);
-  const bytes = await inflate(bytesOf(packed.data), "deflate-raw");
+  const bytes = await inflate(bytesOf(packed.data));
   if (bytes.length !== 4 * count) throw new Error("The page's data is damaged.");
   const across = shape[0] ? count / shape[0] : 0;
   const values = new Float64Array(count);

@@ -69,29 +69,6 @@ function steadied(path, frameRate, seconds = 0.2) {
   return smooth;
 }
 
-/**
- * Return the corners of the convex hull of points seen from above, counter-clockwise.
- * @param {Point[]} points
- * @returns {Point[]} empty where it has no area
- */
-function hullFromAbove(points) {
-  const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
-  /** @param {Point[]} order */
-  const half = (order) => {
-    /** @type {Point[]} */
-    const corners = [];
-    for (const point of order) {
-      while (corners.length > 1 && turn(corners.at(-2), corners.at(-1), point) <= 0) corners.pop();
-      corners.push(point);
-    }
-    return corners.slice(0, -1);
-  };
-  /** @param {Point} a @param {Point} b @param {Point} c */
-  const turn = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-  const corners = [...half(sorted), ...half(sorted.reverse())];
-  return corners.length > 2 ? corners : [];
-}
-
 /** A box that grows around points. */
 class Box {
   constructor() {
