@@ -2,12 +2,12 @@
 
 import json
 import re
-import shutil
 from html import unescape
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from javascript import CHROMIUM
 
 import gaitsim as gs
 from gaitsim.contracts import Measure, Skeleton
@@ -22,7 +22,6 @@ EVIL = (
     "alert(2)>&lt;\u2028\u2029\x00\x1b[31m\x85\u202e\u2066{policy}]]>\\u003c${alert(3)}`"
 )
 LINE = EVIL.partition("\u2028")[0]  # as a description may be
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 @pytest.fixture(scope="module")

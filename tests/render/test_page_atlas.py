@@ -1,10 +1,10 @@
 """The page of an archive has all its cells, and the gaits that Python computes."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
+from javascript import CHROMIUM
 
 from gaitsim.evaluation.scoring import moved
 from gaitsim.experiment import load_experiment
@@ -15,7 +15,6 @@ from gaitsim.render.page.packing import unpacked
 from gaitsim.render.page.strides import SETTLED, stride_of
 from gaitsim.render.plots.request import NothingToPlotError
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRAWING = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--disable-quic")
 HALF_STEP = np.radians(0.2)
 GRID = "search.plugin=map-elites", "search.axes={ reach = [-3, 3], price = [-1, 0] }"

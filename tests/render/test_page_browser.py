@@ -1,17 +1,16 @@
 """The viewer in Chromium, from a file, with the network blocked."""
 
-import shutil
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from javascript import CHROMIUM
 
 from gaitsim.contracts import Terrain
 from gaitsim.render.page.document import document
 from gaitsim.render.page.packing import packed
 from gaitsim.render.page.player import themes
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = [
     "--no-sandbox",
     "--disable-quic",
