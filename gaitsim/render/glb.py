@@ -8,22 +8,21 @@ Rods and solids are rigid: between frames they turn on the shortest way, as glTF
 interpolation of rotations does.
 """
 
-from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
-from gaitsim.registry import contract_error
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
 from gaitsim.render.gltf.document import STILL, Document
 from gaitsim.render.gltf.ground import ground
 from gaitsim.render.gltf.meshes import Mesh, mesh_of, polyhedron, rod, slab
 from gaitsim.render.gltf.rotations import along, continuous, rigid
+from gaitsim.render.html import made
+from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.scene.pixels import TINT
@@ -58,14 +57,7 @@ def glb(individual: Individual) -> bytes:
     Raises:
         PluginError: the body cannot be drawn.
     """
-    try:
-        clip = Clip(individual.skeleton)
-    except GaitsimError as error:
-        raise contract_error(
-            individual.experiment.entries["organism"],
-            f"has a skeleton that cannot be drawn: {error.what}",
-            error.allowed,
-        ) from None
+    clip = clip_of(individual)
     score = individual.score
     # Not the individual's title, which may tell where a run is on this machine.
     title = f"{individual.name}, {individual.label}" if individual.generation else individual.name
@@ -75,9 +67,7 @@ def glb(individual: Individual) -> bytes:
         "generation": individual.generation,
         "units": {"length": "m", "time": "s", "score": individual.experiment.fitness.unit},
     }
-    return _Body(clip).document.binary(
-        individual.name, f"gaitsim {version('gaitsim')}", title, extras
-    )
+    return _Body(clip).document.binary(individual.name, made(), title, extras)
 
 
 class _Body:

@@ -5,7 +5,6 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
@@ -121,7 +120,7 @@ def _finish(
     shown = {card.name for card in cards}
     missing = [(name, why) for name, why in problems if name not in shown]
     title = f"Gallery of {root.resolve().name or root}"
-    write_bytes(out / INDEX, index(title, cards, missing, f"gaitsim {version('gaitsim')}"))
+    write_bytes(out / INDEX, index(title, cards, missing))
 
 
 def _write_record(out: Path, cards: Iterable[Card], written: Iterable[str]) -> None:

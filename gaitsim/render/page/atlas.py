@@ -11,11 +11,12 @@ from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual, Member
 from gaitsim.registry import plugin_errors
 from gaitsim.render.archive_view import ArchiveView, lowest
+from gaitsim.render.html import made
 from gaitsim.render.page.clips import clip_data
 from gaitsim.render.page.document import asset, document
 from gaitsim.render.page.gaits import gaits_data
 from gaitsim.render.page.packing import Packed, packed
-from gaitsim.render.page.player import made, themes
+from gaitsim.render.page.player import themes
 from gaitsim.render.plots.request import require_kept
 from gaitsim.render.terminal.colour_scale import VIRIDIS
 from gaitsim.runs.files.atomic import write_bytes
@@ -52,7 +53,6 @@ def write_atlas(run: RunSnapshot, path: Path, workers: int | None = None) -> str
         data,
         scripts,
         description=data["description"],
-        made=data["made"],
     )
     write_bytes(path, page)
     gaits = data["gaits"]

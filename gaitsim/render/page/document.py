@@ -3,33 +3,18 @@
 import base64
 import gzip
 import hashlib
-import html
 import json
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from gaitsim.render.html import escaped, head
 from gaitsim.render.page import assets
-from gaitsim.render.terminal.text import visible
 
 _ESCAPED = {ord(char): f"\\u{ord(char):04x}" for char in "<>&\u2028\u2029"}
 
-_PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta name="referrer" content="no-referrer">
-<meta name="generator" content="{made}">
-<title>{title}</title>
-<style>
-{style}
-</style>
-</head>
-<body>
+_PAGE = """{head}<body>
 <main id="gaitsim">
 <h1>{title}</h1>
 <p>{description}</p>
@@ -50,7 +35,6 @@ def document(
     scripts: Iterable[str] = (),
     *,
     description: str = "",
-    made: str = "gaitsim",
 ) -> bytes:
     """Return a page of the viewer, in UTF-8.
 
@@ -63,7 +47,6 @@ def document(
         data: numbers, texts, lists and mappings; numbers are finite.
         scripts: texts of further scripts, such as that of a kind of page.
         description: of the page, as a browser without JavaScript shows it.
-        made: the program that made it.
 
     Raises:
         ValueError: a number is not finite.
@@ -71,16 +54,11 @@ def document(
     boot = asset(assets.BOOT)
     texts = [_viewer(), *map(_enclosed, scripts)]
     hashes = " ".join(f"'sha256-{_digest(text)}'" for text in [*texts, boot])
-    policy = (
-        "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data: blob:; "
-        f"style-src 'unsafe-inline'; script-src {hashes}"
-    )
+    style = "\n".join(asset(name) for name in assets.STYLES)
     page = _PAGE.format(
-        policy=policy,
-        made=_text(made),
-        title=_text(title),
-        description=_text(description),
-        style="\n".join(asset(name) for name in assets.STYLES),
+        head=head(title, f"img-src data: blob:; script-src {hashes}", style),
+        title=escaped(title),
+        description=escaped(description),
         data=_json({"kind": kind, **data}),
         packed="\n".join(
             f'<script type="text/plain" class="packed">{_packed(text)}</script>' for text in texts
@@ -116,11 +94,6 @@ def _packed(text: str) -> str:
 
 def _digest(text: str) -> str:
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
-
-
-def _text(text: str) -> str:
-    """Return a text for HTML; control characters and marks of direction are shown escaped."""
-    return html.escape(visible(text))
 
 
 def _json(data: Mapping[str, Any]) -> str:

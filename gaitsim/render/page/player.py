@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
+from gaitsim.render.html import made
 from gaitsim.render.page.clips import clip_data, number
 from gaitsim.render.page.document import document
 from gaitsim.render.scene.themes import THEMES
@@ -76,9 +76,7 @@ def page(
     data = page_data(individuals, run)
     if embedded:
         data["page"] = {"embedded": True}
-    return document(
-        data["title"], "player", data, description=data["description"], made=data["made"]
-    )
+    return document(data["title"], "player", data, description=data["description"])
 
 
 def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None) -> dict[str, Any]:
@@ -114,11 +112,6 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
 def themes() -> dict[str, Any]:
     """Return the colours of both themes, as pages have them."""
     return {name: asdict(theme) for name, theme in THEMES.items()}
-
-
-def made() -> str:
-    """Return the name and the version of this program."""
-    return f"gaitsim {version('gaitsim')}"
 
 
 def _code(individuals: Sequence[Individual]) -> str:

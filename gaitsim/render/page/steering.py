@@ -11,9 +11,10 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.render.html import made
 from gaitsim.render.page.clips import body_data
 from gaitsim.render.page.document import asset, document
-from gaitsim.render.page.player import made, themes
+from gaitsim.render.page.player import themes
 from gaitsim.render.scene.clip import Clip
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.steering import Drive
@@ -77,5 +78,4 @@ def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
         data,
         ["\n".join(map(asset, SCRIPTS)), own.script],
         description=data["description"],
-        made=data["made"],
     )

@@ -1,0 +1,47 @@
+"""What all HTML files have: a head whose policy allows no request, and escaped texts."""
+
+import html
+from importlib.metadata import version
+
+from gaitsim.render.terminal.text import visible
+
+POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src 'unsafe-inline'"
+"""The content security policy of every page: no script and no request but what is added to it."""
+
+_HEAD = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta name="referrer" content="no-referrer">
+<meta name="generator" content="{made}">
+<title>{title}</title>
+<style>
+{style}
+</style>
+</head>
+"""
+
+
+def head(title: str, allowed: str, style: str) -> str:
+    """Return the beginning of an HTML file, up to its body.
+
+    Args:
+        title: of the page.
+        allowed: what its policy allows besides `POLICY`, such as "img-src data:".
+        style: its style sheet.
+    """
+    policy = f"{POLICY}; {allowed}"
+    return _HEAD.format(policy=policy, made=escaped(made()), title=escaped(title), style=style)
+
+
+def escaped(text: str) -> str:
+    """Return a text for HTML; control characters and marks of direction are shown escaped."""
+    return html.escape(visible(text))
+
+
+def made() -> str:
+    """Return the name and the version of this program."""
+    return f"gaitsim {version('gaitsim')}"
