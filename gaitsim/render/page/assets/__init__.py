@@ -17,6 +17,7 @@ VIEWER = (
     "shadow.js",
     "orbit.js",
     "resolution.js",
+    "readback.js",
     "stage.js",
     "rods.js",
     "facets.js",

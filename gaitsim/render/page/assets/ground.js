@@ -3,7 +3,6 @@
 const DENSE = 40; // pixels between lines that are not visible
 const SPARSE = 420; // and that are drawn in full
 const MOST_LINES = 80; // in each direction
-const FAR = 1e4; // m: how far uneven ground goes on beyond its corners
 
 class Ground {
   /**
@@ -55,12 +54,11 @@ class Ground {
    * @param {number} reach m
    */
   surface(middle, reach) {
-    this.sides ??= this.corners.map((corners) => [
-      (corners[0] ?? 0) - FAR,
-      ...corners,
-      (corners.at(-1) ?? 0) + FAR,
-    ]);
-    const [xs, ys] = this.sides;
+    // No farther than is seen: the depths of great triangles are not exact.
+    const [xs, ys] = this.corners.map((corners, axis) => {
+      const [low, high] = [middle[axis] - reach, middle[axis] + reach];
+      return [Math.min(corners[0] ?? low, low), ...corners, Math.max(corners.at(-1) ?? high, high)];
+    });
     const points = [];
     const slopes = [];
     for (let j = 0; j + 1 < ys.length; j++) {

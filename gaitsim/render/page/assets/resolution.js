@@ -46,11 +46,20 @@ class Resolution {
 }
 
 /**
- * Return whether pictures are drawn by the processor, with no graphics card.
- * @param {WebGL2RenderingContext} context
+ * Return what draws in three dimensions on a canvas; null where nothing does.
+ * @param {HTMLCanvasElement} canvas
+ * @returns {WebGL2RenderingContext | null}
  */
-function drawnByProcessor(context) {
-  const names = context.getExtension("WEBGL_debug_renderer_info");
+function contextOf(canvas) {
+  const wishes = { alpha: false, antialias: false, powerPreference: "high-performance" };
+  return canvas.getContext("webgl2", wishes);
+}
+
+/** Return whether pictures are drawn by the processor, with no graphics card. */
+function drawnByProcessor() {
+  const context = contextOf(document.createElement("canvas"));
+  const names = context?.getExtension("WEBGL_debug_renderer_info");
   const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }

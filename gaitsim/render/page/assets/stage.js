@@ -15,14 +15,14 @@ class Stage {
    * @throws {Error} the browser has no WebGL 2
    */
   constructor(canvas, theme) {
-    const context = canvas.getContext("webgl2", {
-      alpha: false,
-      antialias: false,
-      powerPreference: "high-performance",
-    });
+    this.coarse = drawnByProcessor();
+    const drawn = this.coarse ? document.createElement("canvas") : canvas;
+    const context = contextOf(drawn);
     if (!context) throw new Error("no WebGL");
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, context });
+    this.drawn = drawn;
+    this.readback = this.coarse ? new Readback(context, canvas) : null;
+    this.renderer = new THREE.WebGLRenderer({ canvas: drawn, context });
     this.renderer.autoClear = false;
     this.renderer.debug.checkShaderErrors = false;
     this.scene = new THREE.Scene();
@@ -32,7 +32,6 @@ class Stage {
     this.lines = new Ribbons(1, { polygonOffset: true, polygonOffsetFactor: -2 });
     this.lines.mesh.renderOrder = ORDER.grid;
     this.scene.add(this.lines.mesh);
-    this.coarse = drawnByProcessor(context);
     this.resolution = new Resolution(this.coarse);
     /** @type {Map<Body, Shadow>} */
     this.bodies = new Map();
@@ -43,7 +42,10 @@ class Stage {
     this.theme = theme;
     this.watcher = new ResizeObserver(() => this.resize());
     this.watcher.observe(canvas);
-    canvas.addEventListener("webglcontextrestored", () => this.request());
+    drawn.addEventListener("webglcontextrestored", () => {
+      for (const body of this.bodies.keys()) body.moved = true;
+      this.request();
+    });
     this.resize();
   }
 
@@ -96,7 +98,7 @@ class Stage {
       this.surface.renderOrder = ORDER.surface;
       this.scene.add(this.surface);
     }
-    this.drawn = null;
+    this.seen = null;
     this._paintGround();
     this.request();
   }
@@ -107,10 +109,10 @@ class Stage {
    * @param {number} reach m
    */
   _cut(middle, reach) {
-    const [x, y, far] = this.drawn ?? [0, 0, 0];
+    const [x, y, far] = this.seen ?? [0, 0, 0];
     const away = Math.hypot(x - middle[0], y - middle[1]);
     if (reach + away < far && far < 1.6 * reach) return;
-    this.drawn = [middle[0], middle[1], 1.25 * reach];
+    this.seen = [middle[0], middle[1], 1.25 * reach];
     this.surface.geometry.dispose();
     this.surface.geometry = this.ground.surface(middle, 1.25 * reach);
   }
@@ -174,6 +176,8 @@ class Stage {
   /** @param {number} time ms */
   _next(time) {
     this.asked = null;
+    this.again = this.readback?.busy ?? false;
+    if (this.again) return;
     if (this.step) {
       const seconds = this.last === null ? 0 : (time - this.last) / 1000;
       this.last = time;
@@ -196,7 +200,7 @@ class Stage {
   /** @param {number} ratio pixels of the picture a pixel of the page */
   _sharpen(ratio) {
     const [width, height] = this.orbit.size.map((length) => Math.floor(length * ratio));
-    if (this.canvas.width !== width || this.canvas.height !== height)
+    if (this.drawn.width !== width || this.drawn.height !== height)
       this.renderer.setDrawingBufferSize(...this.orbit.size, ratio);
     const bodies = [...this.bodies.keys()];
     for (const ribbons of [this.lines, ...bodies.flatMap((body) => body.ribbons)])
@@ -210,6 +214,10 @@ class Stage {
   draw(rests = false) {
     const { renderer, scene, orbit } = this;
     const { camera } = orbit;
+    if (this.readback?.busy) {
+      this.again = true;
+      return;
+    }
     clearTimeout(this.resting);
     const finest = this.resolution.finest(orbit.size);
     const ratio = rests ? finest : Math.min(this.resolution.ratio, finest);
@@ -235,6 +243,14 @@ class Stage {
     renderer.setClearColor(parseInt(this._theme.ground.slice(1), 16), 1);
     renderer.clear();
     renderer.render(scene, camera);
+    if (this.readback) this.readback.take(this.drawn.width, this.drawn.height, () => this._shown());
+    else this._shown();
+  }
+
+  /** After a picture is on the page. */
+  _shown() {
+    if (this.again) this.request();
+    this.again = false;
     this.listeners.forEach((listener) => listener());
   }
 
