@@ -187,8 +187,28 @@ def test_ctrl_c_leaves_a_gallery_of_what_was_done(runs, tmp_path, gaitsim, monke
     text = "".join(Reader((tmp_path / "site/index.html").read_bytes()).texts)
     assert "1 run" in text
     assert "the gallery was stopped before it" in text
+    record = json.loads((tmp_path / "site/gallery.json").read_text())
+    assert len(record["files"]) == len(record["runs"]) == 1
     monkeypatch.setattr(site, "write_page", lambda ones, path, run: path.write_text("page"))
     assert "2 runs" in gaitsim("gallery", runs, "--out", "site").stdout
+
+
+def test_links_in_a_gallery_from_others_lead_nowhere(runs, tmp_path):
+    out = tmp_path / "site"
+    write_gallery(runs, out)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "run-b.html").write_text("kept")
+    (elsewhere / "index.html").write_text("kept")
+    for name, target in (("index.html", elsewhere / "index.html"), ("pages", elsewhere)):
+        before = out / name
+        before.rename(tmp_path / "aside")
+        before.symlink_to(target)
+        with pytest.raises(GaitsimError, match="symbolic link"):
+            write_gallery(runs, out)
+        before.unlink()
+        (tmp_path / "aside").rename(before)
+    assert {path.read_text() for path in elsewhere.iterdir()} == {"kept"}
 
 
 def test_mistakes_are_explained(gaitsim, runs):

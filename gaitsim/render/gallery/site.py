@@ -13,7 +13,7 @@ from gaitsim.render.gallery.cards import Card, card_of, read_champion
 from gaitsim.render.gallery.index import index, ranked
 from gaitsim.render.page.player import write_page
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import create_out_folder, list_runs
+from gaitsim.runs.files.folder import check_links, create_out_folder, list_runs
 
 INDEX, RECORD, PAGES = "index.html", "gallery.json", "pages"
 KIND = "gaitsim gallery"
@@ -57,11 +57,14 @@ def write_gallery(
 
     Raises:
         GaitsimError: `out` is not a gallery.
-        RunError: `root` is not a folder, or a file cannot be written.
+        RunError: `root` is not a folder, a link in `out` leads elsewhere, or a file cannot be
+            written.
     """
     before = _own_files(out)
     paths = sorted(list_runs(root), key=lambda path: path.name)
     create_out_folder(out / PAGES)
+    for folder in (out, out / PAGES):
+        check_links(folder, "remove it, or choose another folder")
     _write_record(out, [], before)  # from here on it is a gallery
     begin(len(paths))
     cards: list[Card] = []
@@ -78,10 +81,9 @@ def write_gallery(
             advance()
     except KeyboardInterrupt:
         problems += [(path.name, "the gallery was stopped before it") for path in left]
-        _finish(root, out, cards, problems)
+        _finish(root, out, cards, problems, before)
         raise
-    _finish(root, out, cards, problems)
-    written = {name for card in cards for name in (card.page, card.code_file) if name}
+    written = _finish(root, out, cards, problems, before)
     for name in before - written:
         with suppress(OSError):
             (out / name).unlink()
@@ -115,12 +117,20 @@ def _made(path: Path, out: Path, name: str) -> Card:
 
 
 def _finish(
-    root: Path, out: Path, cards: Iterable[Card], problems: Sequence[tuple[str, str]]
-) -> None:
+    root: Path,
+    out: Path,
+    cards: Sequence[Card],
+    problems: Sequence[tuple[str, str]],
+    before: set[str],
+) -> set[str]:
+    """Write the index and the record, with the files of before; return those of the cards."""
     shown = {card.name for card in cards}
     missing = [(name, why) for name, why in problems if name not in shown]
     title = f"Gallery of {root.resolve().name or root}"
     write_bytes(out / INDEX, index(title, cards, missing))
+    written = {name for card in cards for name in (card.page, card.code_file) if name}
+    _write_record(out, ranked(cards), before | written)
+    return written
 
 
 def _write_record(out: Path, cards: Iterable[Card], written: Iterable[str]) -> None:
