@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import registry
-from gaitsim.contracts import Command, Genomes, Motion, Organism, Skeleton
+from gaitsim.contracts import Command, Genomes, Motion, Organism, Skeleton, Steered
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.gait.trunk import heading, size, trunk
@@ -32,9 +32,14 @@ def commands_of(experiment: Experiment) -> tuple[Command, ...]:
     """
     entry = experiment.entries["organism"]
     with plugin_errors(entry, "naming its commands"):
-        commands = experiment.organism.commands()
-    if len({command.key for command in commands}) < len(commands):
-        raise contract_error(entry, "has two commands with the same key", "a key for each command")
+        commands = tuple(experiment.organism.commands())
+    if not all(isinstance(command, Command) for command in commands):
+        raise contract_error(entry, f"has the commands {commands!r}", "a Command each")
+    for what in ("key", "name"):
+        if len({getattr(command, what) for command in commands}) < len(commands):
+            raise contract_error(
+                entry, f"has two commands with the same {what}", f"a {what} for each command"
+            )
     return commands
 
 
@@ -166,9 +171,19 @@ class Drive:
             GaitsimError: a controller does not fit, or the body fails.
         """
         with plugin_errors(self._entry, "getting ready to be steered"):
-            self._steered = self._organism.steer(self._controllers)
+            steered: object = self._organism.steer(self._controllers)
+        if not isinstance(steered, Steered):
+            raise contract_error(
+                self._entry, f"gave a {type(steered).__name__} to be steered", "a Steered"
+            )
+        with plugin_errors(self._entry, "saying its frame rate"):
+            self.frame_rate = float(steered.frame_rate)
+        if not 0 < self.frame_rate < np.inf:
+            raise contract_error(
+                self._entry, f"has the frame rate {self.frame_rate:g}", "a finite one above 0 Hz"
+            )
+        self._steered = steered
         self.command = self.commands[0]
-        self.frame_rate = float(self._steered.frame_rate)
         self.ending = ""
         self.shares = np.eye(len(self.commands))[0]
         self._frames, self._lag = 0, 0.0

@@ -1,8 +1,10 @@
 """A body under command: its controllers, and its flight by a clock."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from kite import COMMANDS, fly_kites
+from kite import COMMANDS, CONTROLLERS, Kite, fly_kites
 
 from gaitsim.contracts import Motion
 from gaitsim.errors import ContractError, GaitsimError
@@ -72,6 +74,30 @@ def test_the_ground_and_failures_end_a_flight_and_restart_begins_another(kite):
     for seconds in range(7):
         drive.advance_to(seconds)
     assert "the kite tore" in drive.ending
+
+
+@pytest.mark.parametrize(
+    ("method", "given", "says"),
+    [
+        ("commands", ("rise",), r"has the commands \('rise',\)"),
+        ("commands", (COMMANDS[0], replace(COMMANDS[0], key="up")), "with the same name"),
+        ("commands", (COMMANDS[0], replace(COMMANDS[1], key="down")), "with the same key"),
+        ("steer", None, "gave a NoneType to be steered"),
+    ],
+)
+def test_commands_and_bodies_of_other_types_are_reported(
+    kite, puppets, monkeypatch, method, given, says
+):
+    monkeypatch.setattr(puppets.Puppet, method, lambda self, *_: given)
+    with pytest.raises(ContractError, match=says):
+        Drive(kite, CONTROLLERS)
+
+
+@pytest.mark.parametrize("rate", [0.0, np.nan])
+def test_a_frame_rate_that_cannot_be_is_reported(kite, monkeypatch, rate):
+    monkeypatch.setattr(Kite, "frame_rate", rate)
+    with pytest.raises(ContractError, match="frame rate"):
+        Drive(kite, CONTROLLERS)
 
 
 @pytest.mark.parametrize(

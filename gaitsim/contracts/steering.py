@@ -71,7 +71,8 @@ class SteeringPage:
     `gaitsim.registerSteering(function (data) { return { frameRate, commands, advance } })`, where
     `advance(command, frames)` returns `{ends, centre, facts}` of the last of these frames: `ends`
     is a `Float64Array` of both ends of each segment, in the order of `Skeleton.segments`, metres;
-    `centre` is `[x, y, z]`, metres; `facts` are numbers by name, such as an altitude.
+    `centre` is `[x, y, z]`, metres; `facts` are numbers by name, such as an altitude. It may return
+    `shares`, too, how much each controller has of the command, and `failed`, which ends the flight.
 
     Args:
         script: text of the script, which comes from the body's package.
