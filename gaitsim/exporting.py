@@ -31,12 +31,14 @@ class Subject:
     Attributes:
         run: the run on disk; None for an individual on its own.
         individuals: one or more; () for a format of a whole run.
-        advance: is called after each generation that a format of a whole run has written.
+        begin: called with the number of what the format counts.
+        advance: called with a number of these when they are done.
     """
 
     run: RunSnapshot | None
     individuals: tuple[Individual, ...] = ()
-    advance: Callable[[], object] = lambda: None
+    begin: Callable[[int], object] = lambda total: None
+    advance: Callable[[int], object] = lambda done: None
 
 
 Writer = Callable[[Subject, Path, Options], Exported]
@@ -52,6 +54,7 @@ class Format:
         of: what it is made of.
         write: writes it to a path and says what the file holds.
         options: the flags that it takes, besides those of `CHOOSES`.
+        counts: what its writer counts for its progress, in the plural; '' if it is quick.
     """
 
     stem: str
@@ -59,6 +62,7 @@ class Format:
     of: Of
     write: Writer
     options: tuple[str, ...] = ()
+    counts: str = ""
 
     @property
     def takes(self) -> tuple[str, ...]:
@@ -80,7 +84,7 @@ def _write_atlas(subject: Subject, path: Path, _: Options) -> Exported:
     from gaitsim.render.page.atlas import write_atlas
 
     assert subject.run is not None, "a format of a run has one"
-    return Exported(write_atlas(subject.run, path))
+    return Exported(write_atlas(subject.run, path, begin=subject.begin, advance=subject.advance))
 
 
 def _write_glb(subject: Subject, path: Path, _: Options) -> Exported:
@@ -97,6 +101,7 @@ def _write_events(subject: Subject, path: Path, _: Options) -> Exported:
     from gaitsim.render.tensorboard import write_events
 
     assert subject.run is not None  # as for every format of a whole run
+    subject.begin(subject.run.generation)
     notices = write_events(subject.run, path, subject.advance)
     show = f"tensorboard --logdir {shlex.quote(str(path))}"
     return Exported(f"{subject.run.generation:,} generations; to see them: {show}", notices)
@@ -108,9 +113,9 @@ FORMATS: Mapping[str, Format] = {
         for name, ending in ENDINGS.items()
     },
     "html": Format("page", ".html", "individuals", _write_page),
-    "atlas": Format("atlas", ".html", "run", _write_atlas),
+    "atlas": Format("atlas", ".html", "run", _write_atlas, counts="gaits"),
     "glb": Format("body", ".glb", "individual", _write_glb),
-    "tensorboard": Format("tensorboard", "", "run", _write_events),
+    "tensorboard": Format("tensorboard", "", "run", _write_events, counts="generations"),
 }
 """All formats by name, in the order of `gaitsim.choices.ExportFormat`."""
 

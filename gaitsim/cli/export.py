@@ -135,15 +135,16 @@ def export(
     if out is not None and FORMATS[chosen].ending:
         check_folder(out)
     changed = asked_body(damage, world, engine)
-    progress = Progress(chosen, "generations", opened.generation)
-    if whole := FORMATS[chosen].of == "run":
-        subject = Subject(opened, advance=progress.advance)
+    counted = FORMATS[chosen].counts
+    progress = Progress(chosen, counted)
+    if FORMATS[chosen].of == "run":
+        subject = Subject(opened, begin=progress.expect, advance=progress.advance)
     else:
         subject = Subject(
             opened, tuple(changed(opened.individual(one)) for one in asked or (None,))
         )
     path = out or exports_folder(opened.path) / default_name(chosen, subject)
-    with all_or_nothing(), progress if whole else nullcontext():
+    with all_or_nothing(), progress if counted else nullcontext():
         done = FORMATS[chosen].write(subject, path, options)
     wrote(path)
     for text in done.notices:

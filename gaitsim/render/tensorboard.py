@@ -33,7 +33,7 @@ _SLOWEST = 0.01
 
 
 def write_events(
-    run: RunSnapshot, folder: Path, advance: Callable[[], object] = lambda: None
+    run: RunSnapshot, folder: Path, advance: Callable[[int], object] = lambda done: None
 ) -> tuple[str, ...]:
     """Write a run for TensorBoard: its history, options, champion and a moving picture of it.
 
@@ -44,7 +44,7 @@ def write_events(
     Args:
         run: with one generation or more.
         folder: is created where there is none; an earlier file of gaitsim in it is replaced.
-        advance: called after each generation.
+        advance: called with 1 after each generation.
 
     Returns:
         What is left out, and why.
@@ -99,7 +99,9 @@ def tag(column: str) -> str:
     return column
 
 
-def _events(run: RunSnapshot, notices: list[str], advance: Callable[[], object]) -> Iterator[Any]:
+def _events(
+    run: RunSnapshot, notices: list[str], advance: Callable[[int], object]
+) -> Iterator[Any]:
     from tensorboardX.proto.event_pb2 import Event
     from tensorboardX.summary import hparams
 
@@ -117,7 +119,7 @@ def _events(run: RunSnapshot, notices: list[str], advance: Callable[[], object])
     yield Event(wall_time=0.0, summary=start)
     for index, summary in enumerate(_rows(history)):
         yield Event(wall_time=times[index], step=index + 1, summary=summary)
-        advance()
+        advance(1)
     last = float(times[-1])
     if champion is None:
         notices.append("no champion: every individual failed")

@@ -41,8 +41,11 @@ def in_strides(data):
 def test_gaits_of_one_frequency_are_sums_of_two_waves():
     experiment = load_experiment("spider-atlas")
     genomes = experiment.space().random(120, np.random.default_rng(1))
-    data = json.loads(json.dumps(gaits_data(experiment, genomes, workers=1)))
+    counts: list[int] = []
+    found = gaits_data(experiment, genomes, workers=1, begin=counts.append, advance=counts.append)
+    data = json.loads(json.dumps(found))
     assert data["waves"]["shape"] == [2, 300]
+    assert counts[0] == sum(counts[1:]) == 120
     apart = np.abs(in_waves(data, 120) - moved(experiment, genomes)["joint_angles"])
     assert apart.max() <= data["error"] + 1e-12
     assert data["error"] <= EXACT

@@ -1,5 +1,6 @@
 """A page of an archive: a map of its cells, and the gait of each in 3D."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from gaitsim.contracts import Rig
 from gaitsim.errors import RunError
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual, Member
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.render.archive_view import ArchiveView, lowest
 from gaitsim.render.html import made
 from gaitsim.render.page.clips import clip_data
@@ -30,13 +31,22 @@ _OF_FRAMES = ("points", "poses", "centre", "angles", "ground", "measures", "term
 Json = dict[str, Any]
 
 
-def write_atlas(run: RunSnapshot, path: Path, workers: int | None = None) -> str:
+def write_atlas(
+    run: RunSnapshot,
+    path: Path,
+    workers: int | None = None,
+    *,
+    begin: Callable[[int], object] = lambda total: None,
+    advance: Callable[[int], object] = lambda done: None,
+) -> str:
     """Write a page of a run's archive; return what it holds, a line.
 
     Args:
         run: whose search keeps an archive.
         path: the file.
         workers: how many work at a time; None for what suits the body.
+        begin: called with the number of gaits.
+        advance: called with a number of gaits when they are done.
 
     Raises:
         NothingToPlotError: the search keeps no archive.
@@ -45,7 +55,7 @@ def write_atlas(run: RunSnapshot, path: Path, workers: int | None = None) -> str
             the file cannot be written.
     """
     check_folder(path)
-    data = atlas_data(run, workers)
+    data = atlas_data(run, workers, begin=begin, advance=advance)
     scripts = ["\n".join(asset(name) for name in SCRIPTS)]
     page = document(
         data["title"],
@@ -61,7 +71,13 @@ def write_atlas(run: RunSnapshot, path: Path, workers: int | None = None) -> str
     return f"{gaits_of}, {how}, {len(page) / 1e6:.2f} MB, for any browser"
 
 
-def atlas_data(run: RunSnapshot, workers: int | None = None) -> Json:
+def atlas_data(
+    run: RunSnapshot,
+    workers: int | None = None,
+    *,
+    begin: Callable[[int], object] = lambda total: None,
+    advance: Callable[[int], object] = lambda done: None,
+) -> Json:
     """Return the data of a page of a run's archive; see `write_atlas`."""
     best = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
     require_kept(best, "archive")
@@ -74,7 +90,9 @@ def atlas_data(run: RunSnapshot, workers: int | None = None) -> Json:
     best = run.individual(Member(view.best))
     rig = _rig(best)
     low, below = lowest(members.scores)
-    gaits = None if rig is None else gaits_data(best.experiment, members.genomes, workers)
+    gaits = None
+    if rig is not None:
+        gaits = gaits_data(best.experiment, members.genomes, workers, begin=begin, advance=advance)
     name = run.path.resolve().name
     return {
         "title": name,
@@ -99,8 +117,17 @@ def atlas_data(run: RunSnapshot, workers: int | None = None) -> Json:
 
 
 def _rig(individual: Individual) -> Rig | None:
-    with plugin_errors(individual.experiment.entries["organism"], "describing the body's links"):
-        return individual.experiment.organism.rig()
+    """Return the rig of an individual's body; None of a body without.
+
+    Raises:
+        PluginError: the body fails.
+    """
+    entry = individual.experiment.entries["organism"]
+    with plugin_errors(entry, "describing the body's links"):
+        rig: object = individual.experiment.organism.rig()
+    if not (rig is None or isinstance(rig, Rig)):
+        raise contract_error(entry, f"gave a {type(rig).__name__} as its rig", "a Rig or None")
+    return rig
 
 
 def _axis(view: ArchiveView, name: str, unit: str) -> Json:
@@ -129,9 +156,20 @@ def _row(values: Any) -> Packed:
 
 
 def _body(individual: Individual, rig: Rig) -> Json:
-    """Return how a body is drawn, and its rig."""
+    """Return how a body is drawn, and its rig.
+
+    Raises:
+        PluginError: the body cannot be drawn, or its rig is of other joints or segments.
+    """
+    experiment, skeleton = individual.experiment, individual.skeleton
+    if (rig.joints, rig.names) != (experiment.organism.joint_names(), skeleton.names):
+        raise contract_error(
+            experiment.entries["organism"],
+            "has a rig of other joints or segments",
+            "those of joint_names() and of the skeleton, in the same order",
+        )
     clip = {key: value for key, value in clip_data(individual).items() if key not in _OF_FRAMES}
-    contacts = individual.skeleton.contacts
+    contacts = skeleton.contacts
     if clip["feet"]:
         clip["feet"] = {k: v for k, v in clip["feet"].items() if k not in ("points", "touching")}
     index = {link.name: number for number, link in enumerate(rig.links)}

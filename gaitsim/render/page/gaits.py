@@ -80,7 +80,14 @@ def shared_waves(angles: Floats) -> Waves | None:
     return None
 
 
-def gaits_data(experiment: Experiment, genomes: Genomes, workers: int | None = None) -> Json | None:
+def gaits_data(
+    experiment: Experiment,
+    genomes: Genomes,
+    workers: int | None = None,
+    *,
+    begin: Callable[[int], object] = lambda total: None,
+    advance: Callable[[int], object] = lambda done: None,
+) -> Json | None:
     """Return the joint angles of individuals as data of a page; None for a body without.
 
     Where all angles are sums of a few waves, these are stored, and the amounts of each individual:
@@ -91,6 +98,8 @@ def gaits_data(experiment: Experiment, genomes: Genomes, workers: int | None = N
         experiment: whose body moves them.
         genomes: (individuals, genes).
         workers: how many work at a time; None for what suits the body.
+        begin: called with the number of individuals to move, again where each is moved twice.
+        advance: called with a number of individuals when they were moved.
 
     Raises:
         PluginError: the body fails or breaks its contract.
@@ -101,14 +110,19 @@ def gaits_data(experiment: Experiment, genomes: Genomes, workers: int | None = N
     some = genomes[np.unique(np.linspace(0, len(genomes) - 1, SAMPLE).astype(int))]
     angles, rate = _angles(experiment, some)
     shared: Json = {"joints": list(experiment.organism.joint_names()), "frameRate": rate}
-    chunks = np.split(genomes, range(_CHUNK, len(genomes), _CHUNK))
 
     def of_all(work: Callable[..., tuple[Floats, ...]]) -> list[Floats]:
+        parts: list[tuple[Floats, ...]] = []
         with Evaluator(experiment, workers) as evaluator:
-            parts = list(evaluator.map(work, chunks))
+            step = 2 * evaluator.workers * _CHUNK
+            for start in range(0, len(genomes), step):
+                some = genomes[start : start + step]
+                parts += evaluator.map(work, np.split(some, range(_CHUNK, len(some), _CHUNK)))
+                advance(len(some))
         return [np.concatenate(column) for column in zip(*parts, strict=True)]
 
     waves = shared_waves(angles)
+    begin(len(genomes))
     if waves is not None:
         amounts, errors = of_all(partial(_in_waves, waves=waves))
         if errors.max() <= EXACT:
@@ -119,6 +133,7 @@ def gaits_data(experiment: Experiment, genomes: Genomes, workers: int | None = N
                 "error": float(errors.max()),
                 **_compact(amounts.reshape(len(genomes), -1), waves.step),
             }
+        begin(2 * len(genomes))
     periods, lengths, changes, errors = of_all(_in_strides)
     return shared | {
         "form": "strides",
