@@ -1,22 +1,51 @@
 """A fly as data, for the scripts in `assets` that fly it in a web page."""
 
+from collections.abc import Mapping
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitsim.contracts import Genomes, SteeringPage
 from gaitsim_fly import assets, flight
 from gaitsim_fly.mechanics import Mechanics
 
 if TYPE_CHECKING:
     from gaitsim_fly.organism import Fly
 
+SHAPE = ("length", "width", "height", "span", "chord")
+REGISTER = "gaitsim.registerSteering(steeredFly);"
+
+
+def page(fly: "Fly", controllers: Mapping[str, Genomes]) -> SteeringPage:
+    """Return what a web page needs to fly a fly under command.
+
+    Args:
+        fly: the body.
+        controllers: a genome (genes,) for each command.
+    """
+    from gaitsim_fly.steering import BLEND, COMMANDS, LEASH, NAMES, START, fitting
+
+    data = {
+        "own": mechanics_data(fly.mechanics(fly.world)),
+        "control": control_data(fly),
+        "shape": {name: getattr(fly, name) for name in SHAPE},
+        "speeds": [fly.course_speeds(name).tolist() for name in NAMES],
+        "commands": [{"name": one.name, "key": one.key, "help": one.help} for one in COMMANDS],
+        "names": list(NAMES),
+        "controllers": fitting(fly, controllers).tolist(),
+        "interval": fly.control_step,
+        "blend": BLEND,
+        "leash": LEASH,
+        "altitude": START,
+    }
+    return SteeringPage(f"{scripts()}\n{REGISTER}", data)
+
 
 def scripts() -> str:
-    """Return the scripts of `assets` as one, in a scope of its own."""
+    """Return the scripts of `assets` in the order in which they run."""
     files = resources.files(assets)
-    texts = [files.joinpath(name).read_text("utf-8") for name in assets.SCRIPTS]
-    return "\n".join(["(function () {", *texts, "})();"])
+    return "\n".join(files.joinpath(name).read_text("utf-8") for name in assets.SCRIPTS)
 
 
 def mechanics_data(own: Mechanics) -> dict[str, Any]:

@@ -19,7 +19,7 @@ const state = {
 const states = [];
 for (let frame = 0; frame < frames; frame += 1) {
   states.push([...state.position, ...state.rotation, ...state.velocity, ...state.wings]);
-  command(state, outputsOf(genes, see(state, WORLD, control, own), control), control, own);
+  command(state, answer(genes, see(state, WORLD, control, own), control), control, own);
   step(state, control.dt, control.steps, own);
 }
 return { states, alive: state.alive };

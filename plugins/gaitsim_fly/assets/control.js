@@ -15,6 +15,7 @@
  * @property {number} spinScale - rad/s
  */
 
+const SEEN = 12; // numbers that a network sees before the wing angles
 const LEAK = 0.01; // slope of the leaky ReLU below zero
 
 /** The hyperbolic tangent to 1e-13, as `activations.py`: Math.tanh differs between browsers. */
@@ -75,7 +76,7 @@ function see(state, course, control, own) {
   const z = state.position[2] - course.point[2];
   const w = halfCos * q[0] + halfSin * q[3];
   const sign = w >= 0.0 ? 1.0 : -1.0; // q and −q are the same rotation
-  const angles = state.wings.slice(0, control.layers[0] - 12);
+  const angles = state.wings.slice(0, control.layers[0] - SEEN);
   return [
     within((cos * x + sin * y) / positionScale),
     within((cos * y - sin * x) / positionScale),
@@ -114,6 +115,27 @@ function outputsOf(genes, seen, control) {
     here = there;
   }
   return here;
+}
+
+/** What a fly in a mirror between left and right would see. */
+function mirrored(seen) {
+  const inMirror = (first, flipped) => [0, 1, 2].map((axis) =>
+    ((axis === 1) === flipped ? -seen[first + axis] : seen[first + axis]));
+  // Vectors of rotation turn the other way.
+  return [
+    ...inMirror(0, true), ...inMirror(3, false), ...inMirror(6, true), ...inMirror(9, false),
+    ...seen.slice(SEEN + 3), ...seen.slice(SEEN, SEEN + 3),
+  ];
+}
+
+/**
+ * What the wings are told by a network, ±1 at their limits. Where it has half as many outputs as
+ * there are angles, the right wing has a copy of it, which sees the fly in a mirror.
+ */
+function answer(genes, seen, control) {
+  const outputs = outputsOf(genes, seen, control);
+  const missing = seen.length - SEEN > outputs.length;
+  return missing ? [...outputs, ...outputsOf(genes, mirrored(seen), control)] : outputs;
 }
 
 /** Turn the wings to what the outputs command, at rates that bring them there in time. */
