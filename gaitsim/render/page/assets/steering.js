@@ -113,6 +113,9 @@ class Steering {
   /** @param {KeyboardEvent} event @param {boolean} down */
   _pressed(event, down) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
+    // Space presses a button that has the focus, but for those of the commands.
+    const pressed = event.target instanceof Element && event.target.closest("button:not(.key)");
+    if (down && pressed && event.key === " ") return;
     const command = this.commands.find(({ key }) => key === CODES[event.key]);
     const actions = {
       r: () => this.restart(), p: () => this.pause(!this.paused), v: () => this.nextView(),
