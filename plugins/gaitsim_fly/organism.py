@@ -17,6 +17,7 @@ from gaitsim.contracts import (
     RealSpace,
     Skeleton,
     Steered,
+    SteeringPage,
 )
 from gaitsim.network import ACTIVATION_CODES, gene_labels
 from gaitsim_fly.conditions import push, wing_offsets
@@ -193,3 +194,9 @@ class Fly(FlyOptions):
         from gaitsim_fly.steering import SteeredFly
 
         return SteeredFly(self, controllers)
+
+    def steering_page(self, controllers: Mapping[str, Genomes]) -> SteeringPage:
+        """Return script and data by which a page flies it as Python does, to the bit."""
+        from gaitsim_fly.page import page
+
+        return page(self, controllers)

@@ -4,14 +4,14 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from gaitsim_fly.steering import NAMES
-from javascript import call
+from javascript import CHROMIUM, FLAGS, call
 
 from gaitsim.experiment import load_experiment
 from gaitsim.steering import PRESET
 from gaitsim_fly import assets
 from gaitsim_fly.organism import Fly
 from gaitsim_fly.page import control_data, mechanics_data, page, scripts
+from gaitsim_fly.steering import NAMES
 
 FLY = """
 const { own, control, genes, frames } = data;
@@ -72,9 +72,43 @@ def test_it_follows_commands_as_python_does_to_the_bit(wings):
 @pytest.mark.slow
 def test_the_trained_networks_fly_the_same_minute_in_a_page():
     fly = load_experiment(PRESET).organism
-    here, there = commanded(fly, fly.controllers(), 60.0, 7)
-    assert all(np.array_equal(one[0], other[0]) for one, other in zip(here, there, strict=True))
-    assert min(one[1][2::3].min() for one in here) > 0
+    for here, there in zip(*commanded(fly, fly.controllers(), 60.0, 7), strict=True):
+        assert np.array_equal(here[0], there[0])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_keys_steer_the_trained_fly_in_a_browser(gaitsim, tmp_path):
+    playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
+    assert "5 commands" in gaitsim("steer", "--out", "fly.html").stdout
+    address = (tmp_path / "fly.html").as_uri()
+    fly = load_experiment(PRESET).organism
+    steered = fly.steer(fly.controllers())
+    steered.advance("hover", 1)  # as a page begins
+    flown = 1
+    asked, said = [], []
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        opened = browser.new_context(offline=True).new_page()
+        opened.on("request", lambda request: asked.append(request.url))
+        for event in ("console", "pageerror"):
+            opened.on(event, lambda found: said.append(str(found)))
+        opened.goto(address)
+        opened.wait_for_selector(".steering")
+        opened.evaluate("gaitsimPage.restart(); gaitsimPage.pause(true); gaitsimPage.left = 0")
+        for key, command in (("ArrowLeft", "left"), ("Space", "climb"), ("ArrowDown", "hover")):
+            opened.keyboard.down(key)
+            opened.evaluate("gaitsimPage._tick(1)")
+            opened.keyboard.up(key)
+            there = opened.evaluate("[gaitsimPage.frames, ...gaitsimPage.state.centre]")
+            frames = int(there[0]) - flown
+            assert frames == pytest.approx(100, abs=1)
+            motion, flown = steered.advance(command, frames), int(there[0])
+            assert motion["position"][0, -1, 0].tolist() == there[1:]
+        assert opened.evaluate("gaitsimPage.ending") == ""
+        browser.close()
+    assert asked == [address]
+    assert said == []
 
 
 @pytest.mark.parametrize(

@@ -3,15 +3,13 @@
 import re
 
 import pytest
-from javascript import CHROMIUM
+from javascript import CHROMIUM, FLAGS
 from kite import SCRIPT, fly_kites
 
 from gaitsim.contracts import SteeringPage
 from gaitsim.errors import ContractError, GaitsimError
 from gaitsim.render.page.steering import page, write_page
 from gaitsim.steering import controllers_of
-
-FLAGS = "--no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader"
 
 
 @pytest.fixture
@@ -55,7 +53,7 @@ def test_held_keys_and_buttons_steer_until_the_ground(kite, tmp_path):
     address = (tmp_path / "kite.html").as_uri()
     asked, said = [], []
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS.split())
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         opened = browser.new_context(offline=True).new_page()
         opened.on("request", lambda request: asked.append(request.url))
         for event in ("console", "pageerror"):
