@@ -236,6 +236,8 @@ def test_numbers_arrive_within_half_a_step(show):
         "() => Array.from({length: 61}, (_, i) => gaitsimPage.recordings[0].anglesAt(i)[0])"
     )
     assert np.abs(np.array(angles) - np.sin(np.arange(FRAMES) / RATE)).max() <= 1e-6
+    line = shown.page.locator(".curve polyline").get_attribute("points")
+    assert len(line.split()) == 2  # a generation of which all failed has no score, not 0
 
 
 def test_heights_of_a_terrain_are_those_of_python(show):
@@ -284,6 +286,9 @@ def test_it_plays_and_says_so(show):
     assert status.inner_text() == "speed 0.75 times"
     page.get_by_label("Speed").press("End")
     assert status.inner_text() == "speed 2 times"
+    for view in ("side", "top", "oblique"):
+        page.keyboard.press("v")
+        assert status.inner_text() == f"{view} view"
 
 
 def test_nothing_is_drawn_while_it_rests(show):

@@ -1,6 +1,5 @@
 // The page of an atlas: the map of its cells, and the gait of the chosen one in 3D.
 
-
 class Atlas {
   /** @param {object} data of the page @param {HTMLElement} root */
   static async open(data, root) {
@@ -110,10 +109,7 @@ class Atlas {
     try {
       this.stage = new gaitsim.Stage(this.canvas, theme);
     } catch {
-      const words =
-        "This browser cannot draw in three dimensions (WebGL 2 is missing or switched off). " +
-        "The map and the numbers are complete.";
-      this.canvas.replaceWith(element("p", { class: "missing", role: "alert" }, words));
+      gaitsim.withoutPicture(this.canvas, "The map and the numbers are complete.");
       return;
     }
     const { clip } = this.data.body;
@@ -130,15 +126,10 @@ class Atlas {
   }
 
   _actions() {
-    const speeds = [0.1, 0.2, 0.25, 0.5, 0.75, 1, 1.5, 2];
-    const views = ["iso", "side", "top"];
     return {
       play: () => this.play(!this.clock.runs),
       speed: (factor) => this._speed(factor),
-      faster: (steps) => {
-        const at = speeds.indexOf(this.clock.speed) + steps;
-        this._speed(speeds[gaitsim.clamp(at, 0, speeds.length - 1)]);
-      },
+      faster: (steps) => this._speed(gaitsim.speedBeside(this.clock.speed, steps)),
       step: (seconds) => {
         const { now, end } = this.clock;
         this.clock.now = (((now + seconds) % end) + end) % end;
@@ -146,12 +137,7 @@ class Atlas {
       },
       zoom: (factor) => this.stage?.orbit.magnify(factor),
       reset: () => this.stage?.view(this.stage.orbit.name),
-      view: () => {
-        if (!this.stage) return;
-        const next = views[(views.indexOf(this.stage.orbit.name) + 1) % views.length];
-        this.stage.view(next);
-        this.announcer.say(`${next === "iso" ? "oblique" : next} view`);
-      },
+      view: () => gaitsim.nextView(this.stage, this.announcer),
       theme: () => this.themes.toggle(),
       help: () => this.controls?.help.showModal(),
     };

@@ -3,6 +3,27 @@
 const SPEEDS = [0.1, 0.2, 0.25, 0.5, 0.75, 1, 1.5, 2];
 const NAMES = { iso: "oblique", side: "side", top: "top" };
 
+/**
+ * Return the speed that is so many steps from another.
+ * @param {number} speed one of SPEEDS
+ * @param {number} steps
+ */
+const speedBeside = (speed, steps) =>
+  SPEEDS[clamp(SPEEDS.indexOf(speed) + steps, 0, SPEEDS.length - 1)];
+
+/**
+ * Show the view after the one that a stage has, and say which.
+ * @param {Stage | undefined} stage
+ * @param {Announcer} announcer
+ */
+function nextView(stage, announcer) {
+  if (!stage) return;
+  const names = Object.keys(VIEWS);
+  const next = names[(names.indexOf(stage.orbit.name) + 1) % names.length];
+  stage.view(next);
+  announcer.say(`${NAMES[next]} view`);
+}
+
 /** A clock that runs, rests, and begins again at its end. */
 class Clock {
   /** @param {number} seconds at which it begins again */

@@ -58,6 +58,16 @@ function button(label, face, click, key = "") {
 }
 
 /**
+ * Say in a canvas's place that the browser cannot draw on it.
+ * @param {HTMLCanvasElement} canvas
+ * @param {string} rest what the page has all the same
+ */
+function withoutPicture(canvas, rest) {
+  const words = `This browser cannot draw in three dimensions (WebGL 2 is missing or switched off). ${rest}`;
+  canvas.replaceWith(element("p", { class: "missing", role: "alert" }, words));
+}
+
+/**
  * Return a number as people read it, with four digits at most.
  * @param {number} value
  * @param {number} digits

@@ -15,7 +15,8 @@
 //   new gaitsim.Ground(null, floor, null)       level ground
 //   new gaitsim.Box().add(x, y, z, radius)      a box that grows around points
 //   gaitsim.Themes, Announcer, Timeline, Controls, Clock, element, drawing, button, icon, numeral,
-//     lengthText, secondsText, listenToKeys, panelOf: parts of the page, see their files
+//     lengthText, secondsText, withoutPicture, listenToKeys, speedBeside, nextView, panelOf: parts of
+//     the page, see their files
 //
 // `theme` is data.theme.light or data.theme.dark.
 
@@ -54,7 +55,10 @@ globalThis.gaitsim = Object.freeze({
   button,
   icon,
   listenToKeys,
+  nextView,
   panelOf,
+  speedBeside,
+  withoutPicture,
   Announcer,
   Body,
   Box,

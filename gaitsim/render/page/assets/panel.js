@@ -120,8 +120,7 @@ function glossaryOf(clips) {
 
 /** Return the best score by generation, with the generations that are shown. */
 function curveOf({ curve, clips }) {
-  const best = (curve?.best ?? []).map(Number);
-  const points = best
+  const points = (curve?.best ?? [])
     .map((score, i) => [curve.generation[i], score])
     .filter(([, score]) => Number.isFinite(score));
   if (points.length < 2) return null;

@@ -54,10 +54,7 @@ class Player {
     try {
       this.stage = new Stage(this.canvas, theme);
     } catch {
-      const words_ =
-        "This browser cannot draw in three dimensions (WebGL 2 is missing or switched off). " +
-        "The numbers and the footfalls are complete.";
-      this.canvas.replaceWith(element("p", { class: "missing", role: "alert" }, words_));
+      withoutPicture(this.canvas, "The numbers and the footfalls are complete.");
       this.place.remove();
       this.controls.tools.remove();
       return;
@@ -116,28 +113,17 @@ class Player {
     return {
       play: () => this.play(!this.clock.runs),
       speed: (factor) => this.speed(factor),
-      faster: (steps) => {
-        const at = SPEEDS.indexOf(this.clock.speed) + steps;
-        this.speed(SPEEDS[clamp(at, 0, SPEEDS.length - 1)]);
-      },
+      faster: (steps) => this.speed(speedBeside(this.clock.speed, steps)),
       step: (seconds) => this.seek(clamp(this.clock.now + seconds, 0, this.clock.end)),
       zoom: (factor) => this.stage?.orbit.magnify(factor),
       reset: () => this.stage?.view(this.stage.orbit.name),
-      view: () => this._nextView(),
+      view: () => nextView(this.stage, this.announcer),
       theme: () => {
         this.themes.toggle();
         this.announcer.say(`${this.themes.name} theme`);
       },
       help: () => this.controls.help.showModal(),
     };
-  }
-
-  _nextView() {
-    if (!this.stage) return;
-    const names = Object.keys(VIEWS);
-    const next = names[(names.indexOf(this.stage.orbit.name) + 1) % names.length];
-    this.stage.view(next);
-    this.announcer.say(`${NAMES[next]} view`);
   }
 
   /** @param {boolean} runs */
