@@ -18,7 +18,6 @@ from gaitsim.render.glb import glb, write_glb
 from gaitsim.render.scene import Clip
 
 SPIDER = load_experiment("spider")
-RNG = np.random.default_rng(5)
 BODIES = [
     ("spider", {}),
     *(
@@ -66,7 +65,8 @@ def test_feet_and_ends_are_where_the_skeleton_has_them_at_any_time(preset, optio
     individual = drawn(preset, options)
     skeleton, gltf = individual.skeleton, Gltf(glb(individual))
     anatomy, last = Clip(skeleton).anatomy, len(skeleton.segments) - 1
-    places = [0, last, *RNG.uniform(0, last, 20), *RNG.integers(0, last, 5)]
+    chance = np.random.default_rng(5)
+    places = [0, last, *chance.uniform(0, last, 20), *chance.integers(0, last, 5)]
     for place in places:
         time, segments = place / skeleton.frame_rate, mixed(skeleton.segments, place)
         found = gltf.placed(gltf.numbers("centre")[0], [[0, 0, 0]], time)
