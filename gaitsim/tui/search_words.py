@@ -130,6 +130,8 @@ SEARCH: dict[str, Search] = {
         "challenge share copy clipboard verify score", _SHOWN, "Code", "In a replay: C."
     ),
     "replay.laboratory": Search("damage lost leg remove broken adapt", _SHOWN),
+    "steering.restart": Search("again start fly"),
+    "steering.view": Search("camera behind side above"),
     "lab.adapt": Search("search trial error recover map gaussian bayesian"),
     "lab.stop": Search("cancel end"),
     "lab.joint": Search("stuck weak slow damage"),
