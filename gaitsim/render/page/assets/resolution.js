@@ -30,9 +30,11 @@ class Resolution {
    * @param {number[]} size
    */
   adapt(seconds, size) {
-    if (seconds > 0 && seconds < 0.5) this.paces.push(seconds);
-    if (this.paces.length < 12) return;
-    const usual = this.paces.sort((a, b) => a - b)[8];
+    if (seconds > 0 && seconds < 1) this.paces.push(seconds);
+    const whole = this.paces.reduce((sum, pace) => sum + pace, 0);
+    if (this.paces.length < 12 && !(this.paces.length > 3 && whole > 0.8)) return;
+    this.paces.sort((a, b) => a - b);
+    const usual = this.paces[Math.floor(0.7 * this.paces.length)];
     this.paces = [];
     if (usual < SLOW) return;
     const ratio = Math.min(this.ratio, this.finest(size));
