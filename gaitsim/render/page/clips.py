@@ -10,11 +10,11 @@ from gaitsim.contracts import Skeleton, Solid, Terrain
 from gaitsim.gait.files.writer import gait_of
 from gaitsim.individual import Individual
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
+from gaitsim.render.gltf.meshes import mesh_of
 from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.page.packing import LARGEST, packed
 from gaitsim.render.plots.labels import score_words
 from gaitsim.render.scene.clip import Clip
-from gaitsim.render.scene.shapes import hull_faces
 
 STEP = 1e-5  # m, of places, and of the components of a quaternion
 FINEST = 20_000  # steps in the span of a body at least, so that small ones are smooth
@@ -164,23 +164,15 @@ def _solids(skeleton: Skeleton, poses: NDArray[Any], step: float) -> Json:
 
 
 def _mesh(solid: Solid, step: float) -> Json:
-    """Return the corners and the triangles of a mesh's hull; none of another shape or a sheet."""
+    """Return the corners and the triangles of a mesh's hull; none of another shape."""
     if solid.vertices is None:
         return {"vertices": [], "faces": []}
-    points = solid.vertices.astype(np.float64)
-    faces = hull_faces(points)
-    used, corners = np.unique(np.concatenate([[0], *faces]).astype(int), return_inverse=True)
-    starts = np.cumsum([1, *(len(face) for face in faces)])
-    triangles = [
-        [int(corners[start]), int(corners[start + i]), int(corners[start + i + 1])]
-        for start, face in zip(starts[:-1].tolist(), faces, strict=True)
-        for i in range(1, len(face) - 1)
-    ]
-    rounded = np.rint(points[used] / step) * step
+    mesh = mesh_of(solid)
+    rounded = np.rint(mesh.points / step) * step
     digits = max(0, math.ceil(-math.log10(step)) + 1)
     return {
         "vertices": [[round(x, digits) for x in point] for point in rounded.tolist()],
-        "faces": triangles,
+        "faces": mesh.triangles.tolist(),
     }
 
 
