@@ -142,3 +142,19 @@ def unknown(
         remedy=nearest(name, names),
         key=key,
     )
+
+
+def not_installed(what: str, package: str | None, extra: str, *, where: str = "") -> GaitsimError:
+    """Return the error of a package of an extra of gaitsim that is not installed.
+
+    Args:
+        what: what needs it.
+        package: its name.
+        extra: name of the extra.
+        where: as of `GaitsimError`.
+    """
+    return GaitsimError(
+        f"{what} needs the package {package}, which is not installed",
+        where=where,
+        remedy=f"pip install 'gaitsim[{extra}]'",
+    )

@@ -11,7 +11,7 @@ import typer
 
 from gaitsim.cli.console import notice
 from gaitsim.cli.tui import Root, ThemeName
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, not_installed
 from gaitsim.tui.themes import check_theme
 
 
@@ -49,10 +49,7 @@ def serve(
     try:
         from gaitsim.tui.web import WebServer, is_loopback, listening
     except ModuleNotFoundError as error:
-        raise GaitsimError(
-            f"'gaitsim serve' needs the package {error.name}, which is not installed",
-            remedy="pip install 'gaitsim[serve]'",
-        ) from None
+        raise not_installed("'gaitsim serve'", error.name, "serve") from None
     chosen = check_theme(theme, where="--theme") if theme else None
     chosen_token = _token(token)
     with listening(host, port) as socket:

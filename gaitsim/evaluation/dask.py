@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, not_installed
 from gaitsim.evaluation.executors import (
     MAX_ATTEMPTS,
     Executor,
@@ -276,10 +276,7 @@ def _distributed() -> Any:
     try:
         import distributed
     except ModuleNotFoundError:
-        raise GaitsimError(
-            "--dask needs the package distributed, which is not installed",
-            remedy="pip install 'gaitsim[dask]'",
-        ) from None
+        raise not_installed("--dask", "distributed", "dask") from None
     return distributed
 
 

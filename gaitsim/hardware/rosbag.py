@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import RunError, not_installed
 from gaitsim.gait.files.writer import check_parent
 from gaitsim.hardware.trajectory import Trajectory
 from gaitsim.runs.files.atomic import sync_folder, writing
@@ -52,11 +52,7 @@ def check_installed() -> None:
     try:
         import rosbags.rosbag2  # noqa: F401
     except ImportError as error:
-        raise GaitsimError(
-            f"a rosbag2 needs the package {error.name}, which is not installed",
-            where="--format rosbag2",
-            remedy="pip install 'gaitsim[ros]'",
-        ) from None
+        raise not_installed("a rosbag2", error.name, "ros", where="--format rosbag2") from None
 
 
 def _fill(writer: Any, store: Any, trajectory: Trajectory) -> None:

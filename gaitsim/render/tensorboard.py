@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import GaitsimError, RunError, not_installed
 from gaitsim.gait.files.writer import check_parent
 from gaitsim.individual import Individual
 from gaitsim.runs.files.atomic import replacing, writing
@@ -82,10 +82,8 @@ def check_installed() -> None:
     try:
         import tensorboardX  # noqa: F401
     except ImportError as error:
-        raise GaitsimError(
-            f"an event file needs the package {error.name}, which is not installed",
-            where="--format tensorboard",
-            remedy="pip install 'gaitsim[tensorboard]'",
+        raise not_installed(
+            "an event file", error.name, "tensorboard", where="--format tensorboard"
         ) from None
 
 
