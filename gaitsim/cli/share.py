@@ -36,5 +36,5 @@ def share(run: RunName, generation: BestOf = None, member: MemberOf = None) -> N
         size += ", too long for most chats: send it as a file"
     notice(
         f"{individual.title}, score {individual.score!r}: {size}. "
-        "Anyone can play it with: gaitsim verify CODE"
+        "Anyone can check it with: gaitsim verify CODE"
     )

@@ -4,7 +4,7 @@
 
 The number after 'gaitsim' is the format. The length is that of all bytes, so that a code that was
 cut short says so. The checksum is the beginning of the SHA-256 of all bytes before it. White space
-within a code is ignored, and so is that chats write '—' for two hyphens.
+within a code is ignored, and so are quotes around it, and that chats write '—' for two hyphens.
 """
 
 import base64
@@ -24,6 +24,7 @@ LARGEST = 16_000_000  # bytes of its content: an experiment of 2 MB, and a genom
 _LENGTH, _CHECKSUM = 4, 6  # bytes
 _HEAD = re.compile(r"gaitsim([0-9]{1,4})-", re.IGNORECASE)
 _CHARACTERS = frozenset(ascii_letters + digits + "-_")
+_AROUND = "`'\"<>"  # marks that chats and mails put around a text
 _RAW = -zlib.MAX_WBITS  # no header, no checksum of zlib's own
 
 WHERE = "the challenge code"
@@ -32,7 +33,7 @@ COPY = "copy the whole code again, from 'gaitsim' to its last character"
 
 def looks_like_code(text: str) -> bool:
     """Return whether a text begins as a challenge code does, of any format."""
-    return _HEAD.match(text.lstrip()) is not None
+    return _HEAD.match(text.lstrip().lstrip(_AROUND)) is not None
 
 
 def encode(content: bytes) -> str:
@@ -63,7 +64,7 @@ def decode(text: str) -> bytes:
     """
     if len(text) > 2 * LONGEST:
         raise _damaged(f"it is longer than any, {len(text):,} characters")
-    code = "".join(text.split()).replace("—", "--")
+    code = "".join(text.split()).strip(_AROUND).replace("—", "--")
     head = _HEAD.match(code)
     if head is None:
         raise GaitsimError(

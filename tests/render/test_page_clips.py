@@ -53,6 +53,8 @@ def test_a_clip_is_the_motion_of_the_individual(spider_run):
     assert clip["angles"]["names"] == list(spider.experiment.organism.joint_names())
     assert clip["score"] == spider.score
     assert {one["name"]: one["value"] for one in clip["terms"]} == dict(spider.scored_terms)
+    # The term 'yaw' is a part of the score; the measure 'yaw' is an angle.
+    assert {one["unit"] for one in clip["terms"]} == {clip["unit"]}
 
 
 @pytest.mark.parametrize("height", [3.0, 0.0])

@@ -93,6 +93,8 @@ def test_white_space_and_long_dashes_do_not_matter(millipede):
     code = millipede.code
     broken = " \n".join(code[at : at + 10] for at in range(0, len(code), 10)) + "\r\n"
     assert Challenge.read(f"\n {broken}").score == millipede.score
+    assert codes.looks_like_code(f"`{code}`")
+    assert Challenge.read(f"`{code}`\n").score == Challenge.read(f'"{code}"').score
     content = next(c for n in range(10_000) if "--" in codes.encode(c := str(n).encode()))
     assert codes.decode(codes.encode(content).replace("--", "—")) == content
 

@@ -42,7 +42,7 @@ def clip_data(individual: Individual) -> Json:
         "unit": individual.experiment.fitness.unit,
         "angles": _angles(individual),
         "terms": [
-            {"name": name, "value": number(value), "unit": individual.unit_of(name)}
+            {"name": name, "value": number(value), "unit": individual.experiment.fitness.unit}
             for name, value in individual.scored_terms.items()
         ],
         "measures": [

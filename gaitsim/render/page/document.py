@@ -18,7 +18,7 @@ _PAGE = """{head}<body>
 <main id="gaitsim">
 <h1>{title}</h1>
 <p>{description}</p>
-<noscript><p>This page moves with JavaScript, which is switched off.</p></noscript>
+<noscript><p>The motion and the numbers need JavaScript, which is switched off.</p></noscript>
 </main>
 <script type="application/json" id="data">{data}</script>
 {packed}

@@ -36,8 +36,9 @@ class Player {
     );
     const deck = element("section", { class: "deck", "aria-label": "Time" }, this.timeline.root);
     deck.prepend(this.controls.root);
-    const embedded = data.page?.embedded ? " embedded" : "";
-    this.root = element("div", { class: `player${embedded}` }, this.view_, deck, panelOf(data, this.announcer));
+    const kinds_ = [data.page?.embedded && "embedded", recordings.length > 2 && "several"];
+    const class_ = ["player", ...kinds_].filter(Boolean).join(" ");
+    this.root = element("div", { class: class_ }, this.view_, deck, panelOf(data, this.announcer));
     root.replaceChildren(this.root, this.announcer.root);
     this._open();
     listenToKeys(does);
@@ -217,14 +218,19 @@ class Player {
     const choices = this.recordings.map(({ clip }, number) =>
       element(
         "button",
-        { type: "button", "aria-pressed": String(number === this.selected), click: () => this.select(number) },
+        {
+          type: "button",
+          "aria-label": `${clip.tag || clip.title}, score ${numeral(clip.score)}`,
+          "aria-pressed": String(number === this.selected),
+          click: () => this.select(number),
+        },
         dotOf(number),
         element("bdi", {}, clip.tag || clip.title),
         element("small", {}, numeral(clip.score)),
       ),
     );
     this.choices = choices;
-    const label = "Bodies; a press shows the footfalls";
+    const label = "Bodies: press one to show its footfalls";
     return element("div", { class: "legend", role: "group", "aria-label": label }, ...choices);
   }
 
