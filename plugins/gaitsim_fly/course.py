@@ -41,15 +41,54 @@ def advance(course: NDArray[np.float64], seconds: float) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def paths(starts: NDArray[np.float64], frames: int, seconds: float) -> NDArray[np.float64]:
-    """Return courses over time, (trials, frames, COURSE), from their starts, (trials, COURSE)."""
-    path = np.empty((len(starts), frames, COURSE))
-    for trial in range(len(starts)):
+def paths(
+    starts: NDArray[np.float64], speeds: NDArray[np.float64], seconds: float
+) -> NDArray[np.float64]:
+    """Return courses over time, (trials, frames, COURSE).
+
+    Args:
+        starts: (trials, COURSE).
+        speeds: ahead, m/s, upwards, m/s, and around, rad/s, in each frame, (trials, frames, 3).
+        seconds: from one frame to the next.
+    """
+    trials, frames, _ = speeds.shape
+    path = np.empty((trials, frames, COURSE))
+    for trial in range(trials):
         course = starts[trial].copy()
         for frame in range(frames):
+            course[SPEED:] = speeds[trial, frame]
             path[trial, frame] = course
             advance(course, seconds)
     return path
+
+
+def changing(
+    own: NDArray[np.float64],
+    others: NDArray[np.float64],
+    shape: tuple[int, int],
+    mean: float,
+    seed: int,
+) -> NDArray[np.float64]:
+    """Return the speeds of courses that change to another one and back, (trials, frames, 3).
+
+    Between two changes lie from a half to one and a half of their mean.
+
+    Args:
+        own: speeds of the course that every second part follows, the first one included, (3,).
+        others: those of the courses among which the other parts draw, (courses, 3).
+        shape: trials and frames.
+        mean: number of frames between two changes.
+        seed: of the draws.
+    """
+    speeds = np.empty((*shape, 3))
+    for trial in range(shape[0]):
+        rng = np.random.default_rng([seed, 2, trial])
+        frame, drawn = 0, False
+        while frame < shape[1]:
+            end = frame + max(1, round(mean * rng.uniform(0.5, 1.5)))
+            speeds[trial, frame:end] = others[rng.integers(len(others))] if drawn else own
+            frame, drawn = end, not drawn
+    return speeds
 
 
 def start(headings: NDArray[np.float64], speeds: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from gaitsim_fly.conditions import fly_conditions, wind
 from gaitsim_fly.mechanics import Mechanics
 
 Course = Literal["none", "hover", "climb", "left", "right", "forward"]
+COURSES = get_args(Course)[1:]
 Layer = Annotated[int, Field(ge=1, le=256)]
 
 MOST_STEPS = 2_000_000  # of the simulation, in all trials: about 7 s an individual
@@ -65,7 +66,14 @@ class FlyOptions(Organism):
         "what the network sees the fly from: none is the world; otherwise a point and a heading "
         "that stay, rise, turn or move ahead from where the flight begins",
     )
-    course_climb: float = option(1.0, "speed of the course climb", unit="m/s", ge=0, le=20)
+    course_changes: float = option(
+        0.0,
+        "mean time between changes to another of the courses or back, as under command; 0 for none",
+        unit="s",
+        ge=0,
+        le=600,
+    )
+    course_climb: float = option(0.5, "speed of the course climb", unit="m/s", ge=0, le=20)
     course_turn: float = option(
         1.5, "speed of the courses left and right", unit="rad/s", ge=0, le=20
     )

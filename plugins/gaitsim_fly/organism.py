@@ -24,7 +24,7 @@ from gaitsim_fly.conditions import push, wing_offsets
 from gaitsim_fly.flights import flights
 from gaitsim_fly.measures import measures
 from gaitsim_fly.mechanics import Mechanics
-from gaitsim_fly.options import FlyOptions
+from gaitsim_fly.options import COURSES, FlyOptions
 from gaitsim_fly.skeleton import skeleton
 from gaitsim_fly.starts import headings, starts
 
@@ -82,8 +82,16 @@ class Fly(FlyOptions):
         from gaitsim_fly import course
 
         headings = np.zeros(self.trials) if self.course == "none" else self._headings()
-        begun = course.start(headings, self.course_speeds(self.course))
-        return course.paths(begun, self.frames, self.control_step)
+        own = self.course_speeds(self.course)
+        shape = self.trials, self.frames
+        speeds = np.broadcast_to(own, (*shape, 3))
+        if self.course_changes and self.course != "none":
+            others = np.array([self.course_speeds(name) for name in COURSES])
+            mean = self.course_changes / self.control_step
+            speeds = course.changing(own, others, shape, mean, self.trial_seed)
+        return course.paths(
+            course.start(headings, own), np.ascontiguousarray(speeds), self.control_step
+        )
 
     def move(self, genomes: Genomes) -> Motion:
         """Fly every trial of every individual."""
