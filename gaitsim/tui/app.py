@@ -375,7 +375,7 @@ class GaitsimApp(ViKeys):
     async def _hand_over(self, file: Path) -> None:
         from gaitsim.tui.opener import hand_over
 
-        await hand_over(self, file)
+        await hand_over(self, file, made=True)
 
 
 async def _may_leave(screen: Screen[Any]) -> bool:

@@ -28,6 +28,8 @@ OPENED = frozenset(
         "txt",
     )
 )
+ACTIVE = frozenset({".html", ".svg"})
+"""Of these, those that may hold scripts: opened only where this app had them made."""
 PATIENCE = 3.0  # seconds after which an opener that still runs is taken to show the file
 
 
@@ -62,16 +64,23 @@ async def open_file(file: Path) -> bool:
         return False
 
 
-async def hand_over(app: App[Any], file: Path) -> None:
+async def hand_over(app: App[Any], file: Path, *, made: bool = False) -> None:
     """Open a file; without a program for it, copy its path.
 
-    In a browser, download it, or open it in another tab if it is a page.
+    In a browser, download it, or open it in another tab, apart from the app, if it is a page.
+
+    Args:
+        app: that asks for it.
+        file: to be opened.
+        made: whether a task of this app made it. A run may come from others, with pages of theirs.
     """
     if not file.is_file():
         app.notify(f"{file} is gone", severity="error", markup=False)
     elif app.is_web:
         show = getattr(app._driver, "show_page", None) if file.suffix == ".html" else None
         download(app, [file]) if show is None else show(file)
+    elif file.suffix.lower() in ACTIVE and not made:
+        copy_paths(app, [file], "It may hold scripts, and was not made here; its path is copied")
     elif await open_file(file):
         app.notify(str(file), title="Opened", markup=False)
     else:

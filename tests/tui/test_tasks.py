@@ -18,7 +18,7 @@ from gaitsim.contracts import Channel
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.exporting import FORMATS
 from gaitsim.registry import options
-from gaitsim.tui.opener import open_file
+from gaitsim.tui.opener import hand_over, open_file
 from gaitsim.tui.products import PRODUCTS, lacking
 from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task, Tasks
@@ -334,6 +334,11 @@ class TestMaking:
             task = Task(("export",), state="done", files=[page], opens=True)
             driver.app._task_changed(task)
             await driver.until(lambda: "No program to open it" in driver.told())
+            monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ("true",))
+            await hand_over(driver.app, page)  # one that came with a run
+            await driver.until(lambda: "not made here" in driver.told())
+            assert "Opened" not in driver.told()
+            assert driver.app.clipboard == str(page.absolute())
             shown = []
             monkeypatch.setattr(type(driver.app), "is_web", True)
             driver.app._driver.show_page = shown.append

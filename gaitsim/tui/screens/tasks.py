@@ -152,7 +152,7 @@ shows the list.
         if len(task.files) > 1 and folder.name == EXPORTS:
             self.gaitsim.open_files(folder.parent)
         else:
-            await hand_over(self.app, task.files[0])
+            await hand_over(self.app, task.files[0], made=True)
 
     def action_copy_result(self) -> None:
         """Copy the paths of the files that it wrote, one a line."""
