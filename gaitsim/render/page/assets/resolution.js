@@ -1,6 +1,8 @@
 // How finely pictures are drawn: edges are smooth by more pixels than the page has, fewer where
 // pictures are slow.
 
+const FIRST = 8; // pictures that do not count
+const TRIES = 4;
 const SLOW = 1 / 33; // s a frame: slower ones lower the resolution
 const COARSEST = 0.6; // pixels of the picture a pixel of the page
 const FINEST = 2;
@@ -12,7 +14,9 @@ class Resolution {
   constructor(coarse) {
     /** Pixels of the picture a pixel of the page while something moves. */
     this.ratio = coarse ? 1 : Infinity;
-    this.paces = [];
+    this.most = this.ratio;
+    this.tries = TRIES;
+    this.rest();
   }
 
   /**
@@ -25,25 +29,29 @@ class Resolution {
   }
 
   /**
-   * Lower it where pictures are slow.
+   * Lower it where pictures are slow; raise it where they are fast again, a few times.
    * @param {number} seconds since the last picture
    * @param {number[]} size
    */
   adapt(seconds, size) {
-    if (seconds > 0 && seconds < 1) this.paces.push(seconds);
+    if (this.skipped++ < FIRST || seconds > 1) return;
+    this.paces.push(seconds);
     const whole = this.paces.reduce((sum, pace) => sum + pace, 0);
-    if (this.paces.length < 12 && !(this.paces.length > 3 && whole > 0.8)) return;
+    if (this.paces.length < 16 && !(this.paces.length > 3 && whole > 0.8)) return;
     this.paces.sort((a, b) => a - b);
-    const usual = this.paces[Math.floor(0.7 * this.paces.length)];
+    const usual = this.paces[Math.floor(0.6 * this.paces.length)];
     this.paces = [];
-    if (usual < SLOW) return;
-    const ratio = Math.min(this.ratio, this.finest(size));
-    this.ratio = Math.max(COARSEST, ratio * clamp(SLOW / usual, 0.6, 0.85));
+    if (usual > SLOW) {
+      const ratio = Math.min(this.ratio, this.finest(size));
+      this.ratio = Math.max(COARSEST, ratio * clamp(SLOW / usual, 0.7, 0.88));
+    } else if (usual < 0.6 * SLOW && this.ratio < this.most && this.tries-- > 0)
+      this.ratio = Math.min(this.most, 1.2 * this.ratio);
   }
 
-  /** Forget how long pictures took. */
+  /** Forget how long pictures took: the first ones after a rest are slow. */
   rest() {
     this.paces = [];
+    this.skipped = 0;
   }
 }
 
