@@ -78,7 +78,7 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
         bodies = steered_bodies()
         how = " with these options" if entry.name in bodies else ""
         raise GaitsimError(
-            f"nobody can steer the body {entry.name!r}{how}: it has no commands",
+            f"the body {entry.name!r}{how} cannot be steered: it has no commands",
             where=f"experiment {experiment.name}",
             allowed=f"a body with commands: {', '.join(bodies) or 'none is installed'}",
             remedy=f"the preset {PRESET} has commands",

@@ -19,7 +19,7 @@ def kite(puppet, puppets, monkeypatch):
 
 
 def test_a_body_without_commands_is_refused_and_others_are_named(puppet):
-    with pytest.raises(GaitsimError, match="nobody can steer the body 'puppet'"):
+    with pytest.raises(GaitsimError, match="'puppet' cannot be steered"):
         controllers_of(puppet(), {})
 
 

@@ -187,7 +187,7 @@ class Organism(Plugin):
             GaitsimError: nobody can steer this body, or a controller is missing or does not fit.
         """
         raise GaitsimError(
-            f"nobody can steer the body {type(self).__name__}",
+            f"the body {type(self).__name__} cannot be steered",
             allowed="a body with the methods commands(), controllers() and steer()",
         )
 

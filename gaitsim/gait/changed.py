@@ -56,7 +56,7 @@ def in_engine(individual: Individual, engine: str) -> Individual:
     experiment = individual.experiment
     if "engine" not in type(experiment.organism).model_fields:
         raise GaitsimError(
-            f"the body {experiment.entries['organism'].name!r} has one engine alone",
+            f"the body {experiment.entries['organism'].name!r} has only one engine",
             where=f"--engine {engine}",
             allowed="a body with the option engine, such as the robot",
         )

@@ -77,11 +77,11 @@ def check_start(experiment: Experiment, start: Champion, where: str) -> None:
     wrong = genome_mismatch(experiment, start.genome[None], start.experiment, "the genome")
     if wrong:
         raise RunError(
-            f"{wrong}; so no run can begin with it",
+            f"{wrong}, so a run cannot start from it",
             where=where,
             allowed=expected_genomes(experiment),
-            remedy="begin with an individual of the same body, its options that shape the "
-            "genome being the same, too",
+            remedy="start from an individual of the same body, with the same options that shape "
+            "the genome",
         )
 
 

@@ -100,7 +100,7 @@ def _bytes(body: str, before: int) -> bytes:
     # The last character may hold bits that no byte has.
     whole = len(data) > _LENGTH + _CHECKSUM and _text(data) == body
     if not whole or _checksum(data[:-_CHECKSUM]) != data[-_CHECKSUM:]:
-        raise _damaged("its checksum does not fit, so that a character or more were changed")
+        raise _damaged("its checksum does not match: at least one character was changed")
     return data[_LENGTH:-_CHECKSUM]
 
 

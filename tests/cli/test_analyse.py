@@ -283,7 +283,7 @@ def test_a_body_with_one_world_is_not_judged(gaitsim):
 
 
 def test_a_gait_is_played_in_a_second_engine(gaitsim, spider):
-    assert "one engine alone" in gaitsim("play", "spider", "--engine", "bullet", code=2).stderr
+    assert "only one engine" in gaitsim("play", "spider", "--engine", "bullet", code=2).stderr
     pytest.importorskip("pybullet")
     gaitsim("run", "quadruped", *SMALL, "--set", "organism.duration=0.5")
     found = strict(gaitsim("analyse", "quadruped", "--engine", "bullet", "--json").stdout)

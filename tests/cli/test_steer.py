@@ -15,7 +15,7 @@ def test_it_needs_a_terminal(gaitsim):
 
 def test_a_body_without_commands_is_refused_and_others_are_named(gaitsim, terminal):
     said = gaitsim("steer", "spider", code=2).stderr
-    assert "nobody can steer the body 'spider'" in said
+    assert "'spider' cannot be steered" in said
     assert "a body with commands" in said
 
 

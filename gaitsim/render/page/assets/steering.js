@@ -162,7 +162,7 @@ class Steering {
   /** @param {boolean} paused */
   pause(paused) {
     this.paused = paused;
-    const label = paused ? "Go on" : "Pause";
+    const label = paused ? "Resume" : "Pause";
     this.pauser.setAttribute("aria-label", label);
     this.pauser.title = `${label} (p)`;
     this.pauser.replaceChildren(icon(paused ? "play" : "pause"));
