@@ -14,6 +14,7 @@ VIEWER = (
     "shading.js",
     "ribbons.js",
     "ground.js",
+    "grid.js",
     "shadow.js",
     "orbit.js",
     "resolution.js",

@@ -68,11 +68,7 @@ class Ribbons {
       centre: { value: new THREE.Vector3() },
       reach: { value: 1e9 },
     };
-    this.geometry = new THREE.InstancedBufferGeometry();
-    const corners = new Float32Array([0, -1, 1, -1, 1, 1, 0, 1]);
-    this.geometry.setAttribute("corner", new THREE.BufferAttribute(corners, 2));
-    this.geometry.setIndex([0, 1, 2, 0, 2, 3]);
-    this.geometry.instanceCount = 0;
+    this.geometry = new THREE.BufferGeometry();
     this.mesh = new THREE.Mesh(
       this.geometry,
       material(RIBBON_VERTEX, RIBBON_FRAGMENT, this.uniforms, {
@@ -119,23 +115,40 @@ class Ribbons {
     const count = strengths.length;
     if (count > this.room) this._grow(count);
     const { from, to, strength } = this.geometry.attributes;
-    for (let i = 0; i < count; i++) {
-      for (let axis = 0; axis < 3; axis++) {
-        from.array[3 * i + axis] = ends[6 * i + axis];
-        to.array[3 * i + axis] = ends[6 * i + 3 + axis];
+    for (let i = 0; i < count; i++)
+      for (let corner = 4 * i; corner < 4 * i + 4; corner++) {
+        for (let axis = 0; axis < 3; axis++) {
+          from.array[3 * corner + axis] = ends[6 * i + axis];
+          to.array[3 * corner + axis] = ends[6 * i + 3 + axis];
+        }
+        strength.array[corner] = strengths[i];
       }
-      strength.array[i] = strengths[i];
-    }
     from.needsUpdate = to.needsUpdate = strength.needsUpdate = true;
-    this.geometry.instanceCount = count;
+    this.geometry.setDrawRange(0, 6 * count);
   }
 
-  /** @param {number} count */
+  /**
+   * Make room for lines: four corners each. Instances would be fewer numbers, but twenty times as
+   * slow where the processor draws.
+   * @param {number} count
+   */
   _grow(count) {
     this.room = Math.ceil(1.5 * count);
     this.geometry.dispose();
+    const corners = [];
+    const index = [];
+    for (let i = 0; i < this.room; i++) {
+      corners.push(0, -1, 1, -1, 1, 1, 0, 1);
+      index.push(...[0, 1, 2, 0, 2, 3].map((corner) => 4 * i + corner));
+    }
+    const set = (name, values, size) =>
+      this.geometry.setAttribute(name, new THREE.BufferAttribute(values, size));
+    set("corner", new Float32Array(corners), 2);
     for (const [name, size] of [["from", 3], ["to", 3], ["strength", 1]])
-      this.geometry.setAttribute(name, instanced(this.room, size));
+      set(name, new Float32Array(4 * this.room * size), size).attributes[name].setUsage(
+        THREE.DynamicDrawUsage,
+      );
+    this.geometry.setIndex(index);
   }
 }
 

@@ -29,9 +29,8 @@ class Stage {
     this.scene.matrixWorldAutoUpdate = false;
     this.orbit = new Orbit(canvas, () => this.request());
     this.ground = new Ground(null, 0, null);
-    this.lines = new Ribbons(1, { polygonOffset: true, polygonOffsetFactor: -2 });
-    this.lines.mesh.renderOrder = ORDER.grid;
-    this.scene.add(this.lines.mesh);
+    this.grid = new Grid();
+    this.scene.add(this.grid.mesh);
     this.resolution = new Resolution(this.coarse);
     /** @type {Map<Body, Shadow>} */
     this.bodies = new Map();
@@ -52,7 +51,7 @@ class Stage {
   /** @param {object} theme */
   set theme(theme) {
     this._theme = theme;
-    this.lines.colour = theme.grid;
+    this.grid.colour = theme.grid;
     this._paintGround();
     for (const [body, shadow] of this.bodies) body.theme = shadow.theme = theme;
     this.request();
@@ -88,8 +87,8 @@ class Stage {
       this.surfaceColours = {
         haze: { value: new THREE.Vector3() },
         dark: { value: new THREE.Vector3() },
-        centre: this.lines.uniforms.centre,
-        reach: this.lines.uniforms.reach,
+        centre: this.grid.uniforms.centre,
+        reach: this.grid.uniforms.reach,
       };
       const paint = material(GROUND_VERTEX, GROUND_FRAGMENT, this.surfaceColours);
       paint.side = THREE.DoubleSide;
@@ -203,7 +202,7 @@ class Stage {
     if (this.drawn.width !== width || this.drawn.height !== height)
       this.renderer.setDrawingBufferSize(...this.orbit.size, ratio);
     const bodies = [...this.bodies.keys()];
-    for (const ribbons of [this.lines, ...bodies.flatMap((body) => body.ribbons)])
+    for (const ribbons of [this.grid, ...bodies.flatMap((body) => body.ribbons)])
       ribbons.resize(width, height, ratio);
   }
 
@@ -225,9 +224,7 @@ class Stage {
     if (!this.step && ratio < finest) this.resting = setTimeout(() => this.draw(true), REST);
     const [middle, reach] = this._drawnGround();
     orbit.place(reach);
-    this.lines.fade(middle, reach);
-    const { ends, strengths } = gridLines(this.ground, middle, this._scaleAt(middle), reach);
-    this.lines.set(ends, strengths);
+    this.grid.show(this.ground, middle, this._scaleAt(middle), reach);
     if (this.surface) this._cut(middle, reach);
     scene.updateMatrixWorld();
     renderer.setClearColor(0, 0);
