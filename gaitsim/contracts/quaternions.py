@@ -1,5 +1,7 @@
 """Unit quaternions (w, x, y, z)."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,3 +32,11 @@ def turn_about(axis: Floats, angles: Floats) -> Floats:
     """Return the turns about a unit axis, (3,), by angles (…,) rad, as quaternions (…, 4)."""
     half = np.asarray(angles)[..., None] / 2
     return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
+
+
+def turn_about_axis(axis: int, angle: float) -> tuple[float, float, float, float]:
+    """Return the turn about x, y or z, 0 to 2, by an angle, rad, as for `Link.rotation`."""
+    turn = [math.cos(angle / 2), 0.0, 0.0, 0.0]
+    turn[1 + axis] = math.sin(angle / 2)
+    w, x, y, z = turn
+    return w, x, y, z

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from gaitsim.contracts import Link, Rig
+from gaitsim.contracts.quaternions import turn_about_axis
 from gaitsim_spider import body
 from gaitsim_spider.damage import Anatomy
 
@@ -37,13 +38,15 @@ def rig(left: Anatomy) -> Rig:
         outward = side * (math.pi / 2 - float(body.AZIMUTH[leg]))
         up = (0.0, -1.0, 0.0)
         links += [
-            Link(coxa, TRUNK, hip, _turn(2, outward), coxa, (0.0, 0.0, -side)),
-            Link(femur, coxa, (body.COXA, 0.0, 0.0), _turn(1, -body.FEMUR_PITCH), femur, up),
+            Link(coxa, TRUNK, hip, turn_about_axis(2, outward), coxa, (0.0, 0.0, -side)),
+            Link(
+                femur, coxa, (body.COXA, 0.0, 0.0), turn_about_axis(1, -body.FEMUR_PITCH), femur, up
+            ),
             Link(
                 tibia,
                 femur,
                 (body.FEMUR, 0.0, 0.0),
-                _turn(1, body.FEMUR_PITCH - body.TIBIA_PITCH),
+                turn_about_axis(1, body.FEMUR_PITCH - body.TIBIA_PITCH),
                 tibia,
                 up,
             ),
@@ -65,11 +68,3 @@ def rig(left: Anatomy) -> Rig:
         body.LEGS,
         damaged=left.damaged,
     )
-
-
-def _turn(axis: int, angle: float) -> tuple[float, float, float, float]:
-    """Return the turn about x, y or z by an angle, rad, as a quaternion."""
-    turn = [math.cos(angle / 2), 0.0, 0.0, 0.0]
-    turn[1 + axis] = math.sin(angle / 2)
-    w, x, y, z = turn
-    return w, x, y, z

@@ -1,10 +1,9 @@
 """The walker as a tree of links."""
 
-import math
-
 import numpy as np
 
 from gaitsim.contracts import Link, Rig
+from gaitsim.contracts.quaternions import turn_about_axis
 from gaitsim_walker import body
 from gaitsim_walker.body import LIMB, Plan
 
@@ -25,12 +24,19 @@ def rig(plan: Plan) -> Rig:
         x, z = leg.hip
         bend = way * body.BEND
         links += [
-            Link(thigh, TRUNK, (x, 0.0, z), _turn(-bend), f"{leg.name} hip", (0.0, -1.0, 0.0)),
+            Link(
+                thigh,
+                TRUNK,
+                (x, 0.0, z),
+                turn_about_axis(1, -bend),
+                f"{leg.name} hip",
+                (0.0, -1.0, 0.0),
+            ),
             Link(
                 shank,
                 thigh,
                 (0.0, 0.0, -LIMB),
-                _turn(2 * bend),
+                turn_about_axis(1, 2 * bend),
                 f"{leg.name} knee",
                 (0.0, way, 0.0),
             ),
@@ -48,8 +54,3 @@ def rig(plan: Plan) -> Rig:
         tuple(f"{leg.name} shank" for leg in plan.legs),
         tuple(leg.name for leg in plan.legs),
     )
-
-
-def _turn(pitch: float) -> tuple[float, float, float, float]:
-    """Return the turn about y by an angle, rad, as a quaternion."""
-    return math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0

@@ -4,11 +4,6 @@ const REACH = 0.75; // how far the ground is drawn, in diagonals of the picture
 const REST = 250; // ms after which a picture that rests is drawn as fine as it may be
 
 class Stage {
-  /** Whether the browser can draw in three dimensions. */
-  static available() {
-    return typeof WebGL2RenderingContext !== "undefined";
-  }
-
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {object} theme see gaitsim/render/scene/themes.py
