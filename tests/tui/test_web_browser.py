@@ -134,12 +134,12 @@ def test_a_page_opens_in_another_tab_apart_from_the_app(serve, browser, walk):
     tab = opened.value
     tab.on("console", lambda message: seen.append(message.text))
     tab.on("request", lambda request: asked.append(request.url))
-    tab.wait_for_function("globalThis.gaitsimPage !== undefined")
+    tab.wait_for_selector("canvas")
     page = address.partition("?")[0]
     assert tab.url.startswith(f"{page}pages/")
     assert tab.evaluate("[globalThis.origin, window.opener]") == ["null", None]
     tab.reload()
-    tab.wait_for_function("globalThis.gaitsimPage !== undefined")
+    tab.wait_for_selector("canvas")
     assert {url for url in asked if not url.startswith("about:")} == {tab.url}
     assert [said for said in seen if "GL Driver Message" not in said] == []  # without a GPU
 
