@@ -139,6 +139,38 @@ class Experiment(ReprMixin):
         """
         return space_of(self.entries["organism"], self.organism)
 
+    def sections(self) -> dict[str, BaseModel]:
+        """The options that have a part in the result, by their section of the file."""
+        found: dict[str, BaseModel] = {"evolution": self.evolution}
+        if self.search.several:
+            found["islands"] = self.islands
+        if WORLD in type(self.organism).model_fields:
+            found["worlds"] = self.worlds
+        if self.reality is not None:
+            found[TRANSFERABILITY] = self.transferability
+        return found | {kind: self.plugin(kind) for kind in self.kinds}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The experiment as values for JSON: what `to_toml` writes, without its comments.
+
+        Raises:
+            PluginError: a plugin has an option whose value JSON cannot hold.
+        """
+        found: dict[str, Any] = {
+            "schema": SCHEMA,
+            "name": self.name,
+            "description": self.description,
+            "seed": self.seed,
+        }
+        for name, model in self.sections().items():
+            entry = self.entries.get(name)
+            if entry is None:
+                found[name] = options.values(model)
+                continue
+            with plugin_errors(entry, "writing its options"):
+                found[name] = {PLUGIN: entry.name, **options.values(model)}
+        return found
+
     def to_toml(self, *, brief: bool = False) -> str:
         """The experiment as TOML, every option written out with what it means.
 
@@ -155,17 +187,13 @@ class Experiment(ReprMixin):
         document["name"] = self.name
         document["description"] = self.description
         document["seed"] = self.seed
-        document["evolution"] = _table(self.evolution, {}, brief)
-        if self.search.several:
-            document["islands"] = _table(self.islands, {}, brief)
-        if WORLD in type(self.organism).model_fields:
-            document["worlds"] = _table(self.worlds, {}, brief)
-        if self.reality is not None:
-            document[TRANSFERABILITY] = _table(self.transferability, {}, brief)
-        for kind in self.kinds:
-            entry = self.entries[kind]
+        for name, model in self.sections().items():
+            entry = self.entries.get(name)
+            if entry is None:
+                document[name] = _table(model, {}, brief)
+                continue
             with plugin_errors(entry, "writing its options"):
-                document[kind] = _table(self.plugin(kind), {PLUGIN: entry.name}, brief)
+                document[name] = _table(model, {PLUGIN: entry.name}, brief)
         return tomlkit.dumps(document)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:

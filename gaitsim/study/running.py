@@ -1,8 +1,6 @@
 """Run a study cell by cell; it can be stopped at any time and resumes with the missing cells."""
 
-import hashlib
 import io
-import json
 import math
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -17,12 +15,11 @@ from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
 from gaitsim.opening import read_regular
-from gaitsim.registry import options
-from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.drafts import sweep
 from gaitsim.runs.files.folder import own_folder
 from gaitsim.study.file import Cell, Study
+from gaitsim.study.keys import result_key
 
 CELLS = "cells"
 
@@ -158,10 +155,6 @@ def _work(experiment: Experiment) -> int:
 
 def _file(folder: Path, study: Study, cell: Cell) -> Path:
     """Return the file of a cell's result, named after everything that the result depends on."""
-    experiment = cell.experiment
-    generations = recorded(experiment, study.record_every).tolist()
-    models = [experiment.evolution, experiment.islands, *map(experiment.plugin, experiment.kinds)]
-    given = [experiment.seed, *map(options.values, models), versions(experiment)]
-    parts = [given, study.repeats, generations]
-    digest = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
-    return folder / CELLS / f"{cell.index:06d}-{digest}.npy"
+    generations = recorded(cell.experiment, study.record_every).tolist()
+    key = result_key(cell.experiment, study.repeats, generations)
+    return folder / CELLS / f"{cell.index:06d}-{key}.npy"
