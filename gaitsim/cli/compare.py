@@ -9,6 +9,7 @@ import typer
 from gaitsim.choices import PlotFormat
 from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.compare_worlds import rank_runs
+from gaitsim.cli.completion import preset_names
 from gaitsim.cli.console import notice, output, print_json, print_table, wrote
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.judging import check_worlds
@@ -47,6 +48,7 @@ def compare(
         typer.Argument(
             help="Two or more presets, TOML files or robots' files; with --worlds, runs.",
             metavar="NAME|FILE",
+            autocompletion=preset_names,
         ),
     ],
     repeats: Annotated[int, typer.Option(min=2, max=100_000, help="Repeats of each.")] = 30,

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from gaitsim.choices import Axis, Quantity, Theme
 from gaitsim.cli.cells import LINES, lines
+from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.render.plots.overlay import plot_overlay
@@ -34,7 +35,10 @@ WIDEST = 100  # columns of them
 
 def differences(
     runs: Annotated[
-        list[str], typer.Argument(help="Runs under runs/, or their folders.", metavar="RUN")
+        list[str],
+        typer.Argument(
+            help="Runs under runs/, or their folders.", metavar="RUN", autocompletion=run_names
+        ),
     ],
     quantity: Annotated[Quantity, typer.Option(help="Quantity to show.")] = "best",
     by: Annotated[

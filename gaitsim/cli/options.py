@@ -5,13 +5,21 @@ from typing import Annotated
 
 import typer
 
-RunName = Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")]
+from gaitsim.cli import completion
+
+RunName = Annotated[
+    str,
+    typer.Argument(
+        help="Name of a run under runs/, or its folder.", autocompletion=completion.run_names
+    ),
+]
 RunOrCode = Annotated[
     str,
     typer.Argument(
         metavar="RUN|CODE",
         help="Name of a run under runs/, or its folder; or a challenge code, a file that holds "
         "one, or '-' for standard input.",
+        autocompletion=completion.run_names,
     ),
 ]
 BestOf = Annotated[
@@ -66,6 +74,7 @@ ExperimentName = Annotated[
     typer.Argument(
         help="A preset's name, or the path of a TOML file, or of a robot's file, such as URDF.",
         metavar="NAME|FILE",
+        autocompletion=completion.preset_names,
     ),
 ]
 Generations = Annotated[int | None, typer.Option(help="How many generations.")]
@@ -78,6 +87,7 @@ From = Annotated[
         metavar="FILE|RUN[@N]|CODE",
         help="Start from an individual: a champion's file, a run's champion, the best of a "
         "run's generation N, or that of a challenge code. The others are its mutations.",
+        autocompletion=completion.run_names,
     ),
 ]
 RunFolder = Annotated[Path | None, typer.Option(help="Folder of the run. Default: runs/<name>.")]

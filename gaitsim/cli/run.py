@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli.codes import given_challenge
+from gaitsim.cli.completion import preset_names
 from gaitsim.cli.options import (
     Dask,
     Detach,
@@ -29,6 +30,7 @@ def run(
             help="A preset's name, or the path of a TOML file, or of a robot's file, such as URDF. "
             "Default: the experiment of the code after --from.",
             metavar="NAME|FILE",
+            autocompletion=preset_names,
         ),
     ] = None,
     generations: Generations = None,

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import confirm, echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError
@@ -20,7 +21,11 @@ def runs(
     root: Annotated[Path, typer.Argument(help="Folder that holds the runs.")] = Path("runs"),
     delete: Annotated[
         list[str] | None,
-        typer.Option(metavar="RUN", help="Delete a run with all its files; may be repeated."),
+        typer.Option(
+            metavar="RUN",
+            help="Delete a run with all its files; may be repeated.",
+            autocompletion=run_names,
+        ),
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Delete without asking.")] = False,
     json: Json = False,

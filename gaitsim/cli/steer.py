@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from gaitsim.cli.completion import preset_names
 from gaitsim.cli.options import Set
 from gaitsim.cli.tui import check_terminal, run_app
 from gaitsim.errors import GaitsimError
@@ -21,6 +22,7 @@ def steer(
         typer.Argument(
             help="A preset's name or an experiment file, whose body has commands.",
             metavar="[NAME|FILE]",
+            autocompletion=preset_names,
             show_default=True,
         ),
     ] = PRESET,

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli import INTERRUPTED
+from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import echo, notice, print_json, status
 from gaitsim.cli.detaching import at_rest, find_evolved
 from gaitsim.cli.options import Json
@@ -23,7 +24,11 @@ from gaitsim.runs.snapshot import RunSnapshot
 def stop(
     runs: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[RUN]…", help="Runs; with --all, folders that hold runs."),
+        typer.Argument(
+            metavar="[RUN]…",
+            help="Runs; with --all, folders that hold runs.",
+            autocompletion=run_names,
+        ),
     ] = None,
     all_: Annotated[
         bool, typer.Option("--all", help="All runs in the background, or those in these folders.")

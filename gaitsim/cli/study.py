@@ -10,6 +10,7 @@ import typer
 
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.cluster import cluster, warn
+from gaitsim.cli.completion import study_names
 from gaitsim.cli.console import notice, output, print_table, wrote
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Dask, Workers
@@ -30,6 +31,7 @@ def study(
         typer.Argument(
             help="Name of a study, the path of a TOML file, or the folder of a study to continue.",
             metavar="NAME|FILE|FOLDER",
+            autocompletion=study_names,
         ),
     ],
     workers: Workers = None,

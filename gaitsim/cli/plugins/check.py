@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
+from gaitsim.cli.completion import plugin_names
 from gaitsim.cli.console import output, print_json
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json
@@ -21,6 +22,7 @@ def check(
         str | None,
         typer.Argument(
             metavar="NAME|FOLDER",
+            autocompletion=plugin_names,
             help="A plugin, a package, or the folder of a package, installed or not. "
             "Default: everything installed.",
             show_default=False,

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
+from gaitsim.cli.completion import plugin_names
 from gaitsim.cli.console import output, print_table
 from gaitsim.cli.facts import print_facts
 from gaitsim.contracts import Organism
@@ -15,7 +16,10 @@ from gaitsim.registry import KINDS, entries, find, load_class, options
 
 
 def show(
-    name: Annotated[str, typer.Argument(help="Name of a plugin, such as spider-walk.")],
+    name: Annotated[
+        str,
+        typer.Argument(help="Name of a plugin, such as spider-walk.", autocompletion=plugin_names),
+    ],
 ) -> None:
     """Show a plugin's options, and the channels and conditions of a body.
 

@@ -1,0 +1,109 @@
+"""What a shell is offered at Tab, by the variables that its completion script sets."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from gaitsim.cli.app import app
+
+
+@pytest.fixture
+def offered(tmp_path, puppets, monkeypatch, capsys):
+    """Returns what bash is offered for the last word of a command line."""
+    monkeypatch.chdir(tmp_path)
+
+    def complete(*words):
+        monkeypatch.setenv("COMP_WORDS", " ".join(["gaitsim", *words]))
+        monkeypatch.setenv("COMP_CWORD", str(len(words)))
+        monkeypatch.setenv("_GAITSIM_COMPLETE", "complete_bash")
+        with pytest.raises(SystemExit) as ended:
+            get_command(app).main([], prog_name="gaitsim")
+        assert not ended.value.code
+        return capsys.readouterr().out.split("\n")[:-1]
+
+    return complete
+
+
+@pytest.fixture
+def run_folders(tmp_path):
+    """Makes folders of runs with the names that are given."""
+
+    def make(*names):
+        for name in names:
+            folder = tmp_path / "runs" / name
+            folder.mkdir(parents=True)
+            (folder / "experiment.toml").touch()
+
+    return make
+
+
+def test_commands_flags_and_choices_are_offered(offered):
+    assert offered("pl") == ["plot", "play", "plugins"]
+    assert offered("plugins", "sh") == ["show"]
+    assert offered("video", "spider", "--fp") == ["--fps"]
+    assert offered("plot", "spider", "--kind", "fo") == ["footfall"]
+    assert "--out" in offered("plot", "spider", "--kind", "nonsense", "--o")
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (["run", "hexapod-a"], "hexapod-atlas"),
+        (["compare", "spider", "spider-c"], "spider-cma"),
+        (["experiments", "show", "walker-w"], "walker-worlds"),
+        (["steer", "fly-st"], "fly-steer"),
+        (["study", "millipede-o"], "millipede-operators"),
+        (["plugins", "show", "trunc"], "truncation"),
+        (["plugins", "check", "pupp"], "puppet"),
+    ],
+)
+def test_installed_names_are_offered(offered, words, name):
+    assert name in offered(*words)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["show"],
+        ["verify"],
+        ["differences", "first"],
+        ["stop"],
+        ["runs", "--delete"],
+        ["run", "spider", "--from"],
+    ],
+)
+def test_runs_are_offered(offered, run_folders, words):
+    run_folders("first", "second.b-2")
+    assert set(offered(*words, "")) == {"first", "second.b-2"}
+    assert offered(*words, "s") == ["second.b-2"]
+
+
+def test_names_that_a_shell_would_expand_are_not_offered(offered, run_folders):
+    run_folders("good", "$(touch x)", "`touch x`", "a b", "*", "q'", 'd"', "-o", ";x", "a\nb")
+    assert offered("show", "") == ["good"]
+
+
+def test_a_broken_folder_of_runs_offers_nothing(offered, tmp_path):
+    (tmp_path / "runs").touch()
+    assert offered("show", "") == [""]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
+def test_the_script_of_bash_completes(tmp_path, run_folders):
+    run_folders("first")
+    program = Path(sys.executable).with_name("gaitsim")
+    script = (
+        f'gaitsim() {{ "{program}" "$@"; }}; PATH="{program.parent}:$PATH"\n'
+        'eval "$(_GAITSIM_COMPLETE=source_bash gaitsim)"\n'
+        "COMP_WORDS=(gaitsim show f); COMP_CWORD=2; _gaitsim_completion gaitsim\n"
+        'echo "${COMPREPLY[@]}"\n'
+    )
+    shown = subprocess.run(
+        ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert shown.stdout == "first\n"
