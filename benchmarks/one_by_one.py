@@ -50,7 +50,7 @@ class OneByOne:
 
 def _recur(genome: NDArray[np.float32]) -> NDArray[np.float32]:
     """Joint angles, (frames, 24)."""
-    weight, bias = np.split(genome, 2)
+    weight, bias = genome.reshape(-1, 2).T
     step_limit, angle_limit = np.float32(body.STEP_LIMIT), np.float32(body.ANGLE_LIMIT)
     angles = np.zeros((body.FRAMES, len(body.JOINTS)), np.float32)
     for frame in range(1, body.FRAMES):

@@ -55,8 +55,14 @@ def largest_amplitude(frequency: float) -> float:
     return float(amplitude_limit(frequency, body.ANGLE_LIMIT, speed_limit))
 
 
+@cache
 def _recurrence_groups(_frequency: float, _symmetric: bool) -> tuple[GeneGroup, ...]:
-    return (GeneGroup("weight", body.JOINTS, -4.0, 4.0), GeneGroup("bias", body.JOINTS, -0.2, 0.2))
+    """Weight and bias of each joint side by side, so that half a genome is half a spider."""
+    return tuple(
+        GeneGroup(name, (joint,), -largest, largest)
+        for joint in body.JOINTS
+        for name, largest in (("weight", 4.0), ("bias", 0.2))
+    )
 
 
 def _recurrence(genomes: Genomes, _frequency: float, _groups: tuple[GeneGroup, ...]) -> Angles:

@@ -14,15 +14,17 @@ def recur(
     """θ ← clip(θ + clip(w θ + b, ±step_limit), ±angle_limit), beginning with 0.
 
     Args:
-        genomes: (population, 2 × joints) float32: all weights, then all biases.
+        genomes: (population, 2 × joints) float32: weight and bias of each joint in turn.
         step_limit: radians a frame, float32.
         angle_limit: radians, float32.
         angles: filled, (population, joints, frames) float32, radians.
     """
     population, joints, frames = angles.shape
-    now = np.empty(joints, dtype=np.float32)
+    numbers = np.empty((3, joints), dtype=np.float32)
+    weight, bias, now = numbers[0], numbers[1], numbers[2]
     for individual in range(population):
-        weight, bias = genomes[individual, :joints], genomes[individual, joints:]
+        # Copied, as vector instructions load neighbours.
+        weight[:], bias[:] = genomes[individual, ::2], genomes[individual, 1::2]
         now[:] = np.float32(0.0)
         for frame in range(frames):
             # Joints innermost: the map is serial in time, but not across joints.

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gaitsim.experiment import load_experiment
 from gaitsim_spider import body
 from gaitsim_spider.encodings import ENCODINGS, largest_amplitude
 from gaitsim_spider.organism import Spider
@@ -77,8 +78,21 @@ def test_the_recurrence_is_the_source_s_map_step_by_step() -> None:
     theta = np.zeros((5, 24))
     for frame in range(300):
         np.testing.assert_allclose(angles[:, frame], theta, atol=2e-5)
-        step = np.clip(genomes[:, :24] * angles[:, frame] + genomes[:, 24:], -0.0872665, 0.0872665)
+        step = np.clip(genomes[:, ::2] * angles[:, frame] + genomes[:, 1::2], -0.0872665, 0.0872665)
         theta = np.clip(angles[:, frame] + step, -0.5235988, 0.5235988)
+
+
+def test_a_child_of_the_recurrence_has_its_mother_s_left_legs_and_its_father_s_right_ones() -> None:
+    experiment = load_experiment("spider-recurrence")
+    spider, space = experiment.organism, experiment.space()
+    mother, father = space.random(2, np.random.default_rng(3))[:, None]
+    child = experiment.crossover.cross(mother, father, space, np.random.default_rng(4))
+    moved = {
+        name: spider.move(genome)["joint_angles"][0]
+        for name, genome in (("mother", mother), ("father", father), ("child", child))
+    }
+    left = [joint.startswith("L") for joint in spider.joint_names()]
+    np.testing.assert_array_equal(moved["child"], np.where(left, moved["mother"], moved["father"]))
 
 
 def test_the_recurrence_ends_at_rest_or_in_a_flip_flop() -> None:
