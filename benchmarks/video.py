@@ -14,7 +14,8 @@ from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 from gaitsim.render.scene import Clip, Scene
-from gaitsim.render.video import RenderSettings, Video
+from gaitsim.render.settings import RenderSettings
+from gaitsim.render.video import Video
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter

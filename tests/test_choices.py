@@ -6,7 +6,7 @@ import pytest
 
 from gaitsim import choices, exporting, network
 from gaitsim.imitation import learning
-from gaitsim.render import scene, video
+from gaitsim.render import scene, settings
 from gaitsim.render.plots import style
 from gaitsim.render.plots.kinds import KINDS
 from gaitsim.render.terminal.view import NAMED
@@ -20,8 +20,8 @@ from gaitsim.render.terminal.view import NAMED
         (choices.Theme, scene.THEMES),
         (choices.VideoView, scene.VIEWS),
         (choices.TerminalView, NAMED),
-        (choices.VideoFormat, video.FPS),
-        (choices.VideoFormat, video.SIZES),
+        (choices.VideoFormat, settings.FPS),
+        (choices.VideoFormat, settings.SIZES),
         (choices.TrainingPreset, learning.SETTINGS),
         (choices.ExportFormat, exporting.FORMATS),
     ],

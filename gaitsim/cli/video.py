@@ -11,8 +11,9 @@ from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, Ru
 from gaitsim.cli.parsing import asked_body, asked_individuals, file_format, pixels
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
+from gaitsim.render.settings import FORMATS, RenderSettings
 from gaitsim.render.tempo import speed_words
-from gaitsim.render.video import FORMATS, RenderSettings, Video
+from gaitsim.render.video import Video
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 

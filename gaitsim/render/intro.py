@@ -1,24 +1,32 @@
-"""The fitness curve that a video begins with."""
+"""The figure that a video begins with."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitsim.render.scene import THEMES, Picture
-from gaitsim.runs.snapshot import RunSnapshot
 
-MARGIN = 0.05  # around the curve, of the smaller side
-_LETTERS = 95.0  # dots an inch of the fitness curve, for letters that can be read
-_WIDTHS = 3.4, 5.6  # inches of the fitness curve: all its words fit, and are not lost in it
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from gaitsim.render.plots.style import Theme
+
+    Draw = Callable[[Theme, tuple[float, float]], Figure]
+    """Draws a figure of a theme and a size, width and height in inches."""
+
+MARGIN = 0.05  # around the figure, of the smaller side
+_LETTERS = 95.0  # dots an inch of the figure, for letters that can be read
+_WIDTHS = 3.4, 5.6  # inches of the figure: all its words fit, and are not lost in it
 
 
-def fitness_picture(run: RunSnapshot, size: tuple[int, int], theme: str) -> Picture:
-    """Draw the fitness curve in the size, pixels, and the colours of a video."""
+def figure_picture(draw: "Draw", size: tuple[int, int], theme: str) -> Picture:
+    """Draw a figure in the size, pixels, and the colours of a video."""
     from io import BytesIO
 
     from matplotlib.image import imread
 
-    from gaitsim.render.plots.fitness import fitness_figure
     from gaitsim.render.plots.style import THEMES as PLOT_THEMES
     from gaitsim.render.plots.style import picture
 
@@ -28,7 +36,7 @@ def fitness_picture(run: RunSnapshot, size: tuple[int, int], theme: str) -> Pict
     colours = replace(PLOT_THEMES[theme], background=THEMES[theme].ground)
     # A hundredth more, as what is a whole number but for rounding is cut down to one.
     inches = ((width - 2 * edge + 0.01) / dots, (height - 2 * edge + 0.01) / dots)
-    drawn = picture(fitness_figure(run, colours, inches), "png", colours, dots)
+    drawn = picture(draw(colours, inches), "png", colours, dots)
     curve = np.round(imread(BytesIO(drawn)) * 255).astype(np.uint8)
     framed = np.empty((height, width, 4), dtype=np.uint8)
     framed[:] = curve[0, -1]

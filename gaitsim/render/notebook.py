@@ -193,7 +193,8 @@ class RunViews:
         Raises:
             GaitsimError: it cannot be made so, or not be written.
         """
-        from gaitsim.render.video import RenderSettings, Video
+        from gaitsim.render.settings import RenderSettings
+        from gaitsim.render.video import Video
 
         path = Path(path)
         theme = "dark" if dark else "light"

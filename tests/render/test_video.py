@@ -13,8 +13,9 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.render.encoder import encode, palette
 from gaitsim.render.scene import THEMES, Scene
+from gaitsim.render.settings import RenderSettings
 from gaitsim.render.tempo import rhythm
-from gaitsim.render.video import RenderSettings, Video
+from gaitsim.render.video import Video
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -1,0 +1,147 @@
+"""Films: a curve, then one or several bodies as they move."""
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.render.encoder import encode
+from gaitsim.render.intro import figure_picture
+from gaitsim.render.scene import THEMES, Picture, Scene
+from gaitsim.render.scene.clip import Clip
+from gaitsim.render.settings import SPEEDS, RenderSettings
+from gaitsim.render.tempo import ALIASED, rhythm, shows, speed_words, usual_speed
+
+if TYPE_CHECKING:
+    from gaitsim.render.intro import Draw
+
+INTRO, CROSSFADE = 1.5, 0.4  # seconds, the latter the last of the former
+ORBIT = 10.0  # seconds that a turn around the body takes at least
+
+
+class Film:
+    """A film of one body, or of several side by side, after a curve.
+
+    Args:
+        clips: what it shows.
+        settings: size, speed, view and colours.
+        heading: the first line, and the parts of the second.
+        curve: draws the figure that the film begins with.
+        leader: the clip that stays in sight where they are too far apart to show all.
+
+    Attributes:
+        speed: of the motion, 1 is real time.
+    """
+
+    def __init__(
+        self,
+        clips: Sequence[Clip],
+        settings: RenderSettings,
+        heading: tuple[str, Sequence[str]],
+        curve: "Draw",
+        leader: int = 0,
+    ) -> None:
+        self.settings, self._figure = settings, curve
+        # A motion whose frames all have a picture is shown as it is.
+        fast = [clip.skeleton for clip in clips if clip.skeleton.frame_rate > settings.rate]
+        self._rhythm = max(map(rhythm, fast), default=0.0)
+        self.speed = settings.speed or self._usual_speed
+        title, details = heading
+        slowed = (speed_words(self.speed),) if self.speed != 1 else ()
+        self.scene = Scene(
+            clips,
+            settings.pixels,
+            settings.view,
+            settings.theme,
+            (title, "   ".join((*details, *slowed))),
+            leader=leader,
+        )
+        ratio = float(settings.rate) / self.speed
+        # What is a frame but for rounding is one.
+        self._moving = int(self.scene.seconds * ratio + 1e-6) + 1
+        self._intro = round(INTRO * settings.rate) if settings.intro else 0
+
+    def __len__(self) -> int:
+        """Return the number of pictures."""
+        return self._intro + self._moving
+
+    @property
+    def _usual_speed(self) -> float:
+        return usual_speed(self._rhythm, float(self.settings.rate), SPEEDS[0])
+
+    @property
+    def caution(self) -> str:
+        """Why this speed is too fast for the pictures, and what to try; '' where it is not."""
+        rate = float(self.settings.rate)
+        if shows(self._rhythm, rate, self.speed, ALIASED):
+            return ""
+        return (
+            f"At a speed of {self.speed:g}, {rate:g} pictures a second cannot show a body that "
+            f"moves to and fro {self._rhythm:.3g} times a second: "
+            f"{rate / (self._rhythm * self.speed):.2g} pictures each. "
+            f"Try a speed of {self._usual_speed:g}."
+        )
+
+    def write(self, path: Path, advance: Callable[[], object] = lambda: None) -> None:
+        """Write the video, picture by picture.
+
+        Args:
+            path: the file.
+            advance: called after each picture.
+
+        Raises:
+            RunError: the file cannot be written.
+        """
+        check_folder(path)
+        samples = self._samples() if self.settings.format == "gif" else ()
+
+        def pictures() -> Iterator[Picture]:
+            for picture in self.pictures():
+                yield picture
+                advance()
+
+        encode(
+            pictures(),
+            path,
+            format=self.settings.format,
+            size=self.settings.pixels,
+            fps=self.settings.rate,
+            samples=samples,
+            exact=THEMES[self.settings.theme].exact,
+        )
+
+    def pictures(self) -> Iterator[Picture]:
+        """Yield the pictures one at a time."""
+        if self._intro:
+            curve, first = self._curve(), self._draw(0)
+            fading = min(round(CROSSFADE * self.settings.rate), self._intro)
+            for number in range(self._intro):
+                share = max(number + 1 - (self._intro - fading), 0) / (fading + 1)
+                yield _mixed(curve, first, share)
+        for number in range(self._moving):
+            yield self._draw(number)
+
+    def _draw(self, number: int) -> Picture:
+        """Draw a picture, counted from the end of the intro."""
+        shown = number / float(self.settings.rate)
+        turn = 360 / max(self._moving / float(self.settings.rate), ORBIT)
+        return self.scene.draw(
+            shown * self.speed, turn * shown if self.settings.view == "orbit" else 0.0
+        )
+
+    def _samples(self) -> list[Picture]:
+        """Return pictures with all colours of the video."""
+        numbers = {0, self._moving // 3, 2 * self._moving // 3, self._moving - 1}
+        moving = [self._draw(number) for number in sorted(numbers)]
+        return [*moving, self._curve()] if self._intro else moving
+
+    def _curve(self) -> Picture:
+        return figure_picture(self._figure, self.settings.pixels, self.settings.theme)
+
+
+def _mixed(one: Picture, other: Picture, share: float) -> Picture:
+    if not share:
+        return one
+    return np.round(one * np.float32(1 - share) + other * np.float32(share)).astype(np.uint8)
