@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from gaitsim.experiment import load_atlas as load_atlas
     from gaitsim.experiment import load_experiment as load_experiment
     from gaitsim.exporting import export as export
+    from gaitsim.imitation.imitating import imitate as imitate
     from gaitsim.individual import Individual as Individual
     from gaitsim.individual import Member as Member
     from gaitsim.sharing.challenge import Challenge as Challenge
@@ -36,6 +37,7 @@ _PLACES = {
     "compare": "gaitsim.comparing",
     "evolve": "gaitsim.api",
     "export": "gaitsim.exporting",
+    "imitate": "gaitsim.imitation.imitating",
     "load": "gaitsim.api",
     "load_atlas": "gaitsim.experiment",
     "load_experiment": "gaitsim.experiment",
@@ -56,6 +58,7 @@ __all__ = [
     "compare",
     "evolve",
     "export",
+    "imitate",
     "load",
     "load_atlas",
     "load_experiment",

@@ -9,25 +9,42 @@ from typing import Annotated, Any
 import typer
 
 from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPreset
+from gaitsim.cli import completion
 from gaitsim.cli.console import notice, print_json, status, wrote
 from gaitsim.cli.imitation_view import print_results
 from gaitsim.cli.interrupts import all_or_nothing
-from gaitsim.cli.options import BestOf, Json, MemberOf, RunName
+from gaitsim.cli.options import BestOf, Json, MemberOf
 from gaitsim.cli.parsing import which
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.imitation.imitating import Result, learnable_gait
-from gaitsim.imitation.imitating import imitate as imitated
+from gaitsim.evaluation.playing import require_play
+from gaitsim.imitation.expert import Expert, find_expert
+from gaitsim.imitation.film import imitation_film
+from gaitsim.imitation.imitating import Result, imitate_expert
 from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS, Settings, prepare
 from gaitsim.imitation.results import files_of, to_dict, write_results
-from gaitsim.individual import Individual
-from gaitsim.runs.files.folder import check_out_folder, create_out_folder, exports_folder, find_run
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.files.folder import check_out_folder, create_out_folder
 
 
 def imitate(
-    run: RunName,
+    run: Annotated[
+        str,
+        typer.Argument(
+            metavar="RUN|GAIT",
+            help="Name of a run under runs/, or its folder; or a gait file: .mat, .npz or .csv.",
+            autocompletion=completion.run_names,
+        ),
+    ],
     generation: BestOf = None,
     member: MemberOf = None,
+    body: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE|RUN",
+            help="Body of a gait file: a preset, an experiment or robot's file, or a run's folder. "
+            "Default: of the run whose export it is, else of the preset with joints of its names.",
+            autocompletion=completion.preset_names,
+        ),
+    ] = None,
     settings: Annotated[
         TrainingPreset,
         typer.Option(
@@ -58,16 +75,23 @@ def imitate(
         bool,
         typer.Option("--compare-activations", help="Train with all four, and plot their errors."),
     ] = False,
+    video: Annotated[
+        bool,
+        typer.Option(
+            "--video", help="Make a video, too: the error, then the imitator beside its expert."
+        ),
+    ] = False,
     format: Annotated[GaitFormat, typer.Option(help="Of the imitator's gait file.")] = "mat",
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder to write to; created if missing. Default: the run's exports folder."
+            help="Folder to write to; created if missing. Default: the run's exports folder, or "
+            "that of the gait file."
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Train a network that imitates the champion, and let it walk by itself.
+    """Train a network that imitates the champion, or a gait file, and let it walk by itself.
 
     From each frame of joint angles it learns the next; then it plays as many frames from the
     first one, and is evaluated like its expert. Ctrl-C stops, and nothing is written.
@@ -79,8 +103,13 @@ def imitate(
     gaitsim imitate spider --settings steady --seed 3
 
     gaitsim imitate spider --compare-activations --output same
+
+    gaitsim imitate spider --video
+
+    gaitsim export spider --out bestGait.mat
+
+    gaitsim imitate bestGait.mat --body spider
     """
-    opened = RunSnapshot(find_run(run))
     if out is not None:
         check_out_folder(out)
     given: Mapping[str, Any] = {
@@ -94,35 +123,48 @@ def imitate(
     chosen = replace(
         SETTINGS[settings], **{name: value for name, value in given.items() if value is not None}
     )
-    expert = opened.individual(which(generation, member))
-    learnable_gait(expert)  # before the training compiles its kernel
+    expert = find_expert(run, body, which(generation, member))
+    if expert.body and not json:
+        notice(f"The gait is played on the body of {expert.body}; --body takes another.")
+    if video:
+        require_play(expert.experiment)
+    files = files_of(
+        out or expert.folder(),
+        format,
+        several=compare_activations,
+        video=video,
+        gait=expert.file,
+    )
     names = [chosen.activation]
     if compare_activations:
         names += [name for name in ACTIVATIONS if name != chosen.activation]
-    results = _train(expert, [replace(chosen, activation=name) for name in names], quiet=json)
-    if out is not None:
-        create_out_folder(out)
-    files = files_of(out or exports_folder(opened.path), format, compare_activations)
+    with all_or_nothing():
+        results = _train(expert, [replace(chosen, activation=name) for name in names], quiet=json)
+        if out is not None:
+            create_out_folder(out)
+        if video:
+            film = imitation_film(results[0])
+            with Progress(files["video"].name, "pictures", len(film)) as progress:
+                film.write(files["video"], progress.advance)
     write_results(results, files)
     wrote(*files.values())
     if json:
         print_json(to_dict(results, files))
     else:
-        print_results(results, files, preset=settings)
+        print_results(results, files, settings, body)
 
 
-def _train(expert: Individual, every: list[Settings], quiet: bool) -> list[Result]:
+def _train(expert: Expert, every: list[Settings], quiet: bool) -> list[Result]:
     """Train with each of the settings, with a progress bar."""
     found: list[Result] = []
-    with all_or_nothing():
-        start = time.monotonic()
-        with status("Preparing: the first training compiles its kernel …"):
-            prepare()
-        if time.monotonic() - start > 1 and not quiet:
-            notice("Prepared; the compiled kernel is kept for the next training.")
-        for settings in every:
-            label = f"learning, {settings.activation}"
-            log = "" if quiet else f"{label}: {settings.epochs} epochs"
-            with Progress(label, "epochs", settings.epochs, log=log) as progress:
-                found.append(imitated(expert, settings, progress.advance))
+    start = time.monotonic()
+    with status("Preparing: the first training compiles its kernel …"):
+        prepare()
+    if time.monotonic() - start > 1 and not quiet:
+        notice("Prepared; the compiled kernel is kept for the next training.")
+    for settings in every:
+        label = f"learning, {settings.activation}"
+        log = "" if quiet else f"{label}: {settings.epochs} epochs"
+        with Progress(label, "epochs", settings.epochs, log=log) as progress:
+            found.append(imitate_expert(expert, settings, progress.advance))
     return found

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from math import degrees, sqrt
-from pathlib import Path
 
 from gaitsim.cli.console import notice, output, print_table
 from gaitsim.imitation.imitating import Result
@@ -14,11 +13,19 @@ from gaitsim.runs.files.folder import command
 ENOUGH = 0.9  # of the way forward
 
 
-def print_results(results: Sequence[Result], files: Files, preset: str = "") -> None:
-    """Print expert and imitator side by side, both errors, and the files."""
+def print_results(
+    results: Sequence[Result], files: Files, preset: str = "", body: str | None = None
+) -> None:
+    """Print expert and imitator side by side, both errors, and the files.
+
+    Args:
+        results: the first is printed in full.
+        files: that were written.
+        preset: of the training's settings.
+        body: that was asked for.
+    """
     first, console = results[0], output()
     expert = first.expert
-    run = expert.source or Path(expert.name)
     sizes = first.imitation.imitator.network.sizes
     console.print(
         f"{expert.title}: imitator, "
@@ -44,12 +51,14 @@ def print_results(results: Sequence[Result], files: Files, preset: str = "") -> 
             "of angle or speed"
         )
         console.print()
-        _print_side_by_side(expert, first.played)
+        assert expert.individual is not None, "a body that plays the imitator plays its expert"
+        _print_side_by_side(expert.individual, first.played)
         kept = first.forward_kept
         if kept is not None:
             console.print(f"It keeps {kept:.1%} of its expert's way forward.")
             if kept < ENOUGH and preset != "steady":
-                again = command("imitate", run, "--settings", "steady")
+                words = ("--body", body) if body else ()
+                again = command("imitate", expert.source, *words, "--settings", "steady")
                 notice(f"A gait that lasts may need another training: {again}")
     if len(results) > 1:
         console.print()

@@ -1,18 +1,29 @@
-"""Imitate an individual: train a network, let it play on its own, and evaluate what it plays."""
+"""Imitate a gait: train a network, let it play on its own, and evaluate what it plays."""
 
 import math
+import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError
+from gaitsim.choices import GaitFormat, TrainingPreset
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.evaluation.playing import play
-from gaitsim.gait.files.writer import Gait, gait_of
+from gaitsim.gait.files.writer import gait_of
+from gaitsim.imitation.expert import Expert, expert_of, find_expert
 from gaitsim.imitation.file import Imitation
-from gaitsim.imitation.learning import Settings, learn
-from gaitsim.individual import Individual
+from gaitsim.imitation.learning import SETTINGS, Settings, learn
+from gaitsim.individual import Individual, Member
+from gaitsim.render.notebook import RunViews
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from gaitsim.imitation.results import Files
 
 TOLERANCE = 1e-6  # rad: smaller differences are rounding, not limits
 _FORWARD = "forward"  # the measure of the way that a body walks
@@ -24,7 +35,7 @@ class Result:
 
     Attributes:
         settings: of the training.
-        expert: the individual that the network imitates.
+        expert: the gait that the network imitates.
         imitation: the network and the gait that it plays.
         errors: mean squared error of the next frame after each epoch, (epochs,), rad².
         one_step: the same after the last epoch.
@@ -35,7 +46,7 @@ class Result:
     """
 
     settings: Settings
-    expert: Individual
+    expert: Expert
     imitation: Imitation
     errors: NDArray[np.float64]
     one_step: float
@@ -44,47 +55,118 @@ class Result:
     beyond_limits: int | None
 
     @property
+    def heading(self) -> str:
+        """Whose imitator it is, and its activation, for figures."""
+        return f"imitator of {self.expert.heading}, {self.settings.activation}"
+
+    @property
     def forward_kept(self) -> float | None:
         """The share of the expert's way forward, where the body measures it and it is positive."""
-        whole = self.expert.measures.get(_FORWARD)
-        if self.played is None or whole is None or whole <= 0:
+        if self.played is None or self.expert.individual is None:
             return None
+        whole = self.expert.individual.measures.get(_FORWARD)
         reached = self.played.measures.get(_FORWARD)
-        return None if reached is None else reached / whole
+        if whole is None or whole <= 0 or reached is None:
+            return None
+        return reached / whole
+
+    def save(self, folder: str | Path, format: GaitFormat = "mat") -> "Files":
+        """Write the network, its gait and a plot of its error, as `gaitsim imitate` does.
+
+        Args:
+            folder: created if missing.
+            format: of the gait file, 'mat', 'npz' or 'csv'.
+
+        Returns:
+            The files, by what they hold.
+
+        Raises:
+            GaitsimError: there is no such format, or a file would replace the gait file that the
+                network imitates.
+            RunError: a file cannot be written.
+        """
+        from gaitsim.imitation.results import files_of, write_results
+        from gaitsim.runs.files.folder import create_out_folder
+
+        if format not in get_args(GaitFormat):
+            raise unknown("format", format, get_args(GaitFormat))
+        files = files_of(Path(folder), format, gait=self.expert.file)
+        create_out_folder(Path(folder))
+        write_results([self], files)
+        return files
+
+    def video(
+        self,
+        path: str | Path,
+        *,
+        view: str = "iso",
+        size: tuple[int, int] | None = None,
+        fps: float | None = None,
+        speed: float | None = None,
+        dark: bool = False,
+        intro: bool = True,
+    ) -> Path:
+        """Write a video of the imitator beside its expert, as `gaitsim imitate --video` does.
+
+        Args:
+            path: the file, MP4 or GIF by its ending.
+            view: 'iso', 'side', 'top' or 'orbit'.
+            size: width and height, pixels.
+            fps: pictures a second.
+            speed: of the motion; 0.1 is slow motion.
+            dark: on a dark ground.
+            intro: whether it begins with the error over the training.
+
+        Returns:
+            The file.
+
+        Raises:
+            GaitsimError: the body cannot play joint angles, or the video cannot be made so or
+                not be written.
+        """
+        from gaitsim.imitation.film import imitation_film
+        from gaitsim.render.settings import RenderSettings
+
+        path, theme = Path(path), "dark" if dark else "light"
+        settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
+        film = imitation_film(self, settings)
+        if film.caution:
+            warnings.warn(film.caution, stacklevel=2)
+        film.write(path)
+        return path
+
+    def plot(self, *, dark: bool = False) -> "Figure":
+        """Return a figure of the error over the training."""
+        from gaitsim.render.notebook import shown_in_notebooks
+        from gaitsim.render.plots.imitation import errors_figure
+        from gaitsim.render.plots.style import DARK, LIGHT
+
+        theme = DARK if dark else LIGHT
+        figure = errors_figure({self.settings.activation: self.errors}, self.heading, theme)
+        return shown_in_notebooks(figure, theme)
 
 
-def learnable_gait(expert: Individual) -> Gait:
-    """Return the gait of an individual.
-
-    Raises:
-        GaitsimError: its body has no joint angles, or they cannot be learnt.
-        PluginError: the body breaks its contract.
-    """
-    gait = gait_of(expert)
-    if len(gait.angles) < 2 or not np.isfinite(gait.angles).all():
-        raise GaitsimError(
-            f"the gait of generation {expert.generation} cannot be learnt",
-            where=str(expert.source),
-            allowed="two frames or more, all angles finite",
-        )
-    return gait
-
-
-def imitate(
-    expert: Individual, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
+def imitate_expert(
+    expert: Expert, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
 ) -> Result:
     """Train a network, let it play as many frames on its own, and evaluate it.
 
+    Args:
+        expert: the gait.
+        settings: of the training.
+        progress: called with the number of epochs since the last call.
+
     Raises:
-        GaitsimError: the expert has no gait to learn, or the training diverged.
+        GaitsimError: the training diverged.
         PluginError: the body or the fitness breaks its contract.
     """
-    gait, experiment = learnable_gait(expert), expert.experiment
+    gait, experiment = expert.gait, expert.experiment
     imitator, errors = learn(gait.angles, settings, progress)
     commanded = imitator.free_run(gait.angles[0], len(gait.angles))
     performed, played, beyond = replace(gait, angles=commanded, score=math.nan), None, None
     if experiment.organism.can_play:
-        played = Individual.of_motion(experiment, play(experiment, commanded[None]))
+        motion = play(experiment, commanded[None])
+        played = Individual.of_motion(experiment, motion, expert.source)
         performed = replace(gait, angles=gait_of(played).angles, score=played.score)
         beyond = int(np.count_nonzero(np.abs(performed.angles - commanded) > TOLERANCE))
     return Result(
@@ -97,3 +179,53 @@ def imitate(
         played=played,
         beyond_limits=beyond,
     )
+
+
+def imitate(
+    source: str | Path | RunViews | Individual,
+    settings: TrainingPreset | Settings = "source",
+    *,
+    body: str | Path | None = None,
+    generation: int | None = None,
+    member: int | None = None,
+    **changes: Any,
+) -> Result:
+    """Train a network that imitates a champion or a gait file, as `gaitsim imitate` does.
+
+    Args:
+        source: a run, its name or folder; a gait file, `.mat`, `.npz` or `.csv`; an individual.
+        settings: 'source', 'steady' or an object of `Settings`.
+        body: of a gait file: a preset's name, the path of an experiment or of a robot's file, or
+            a run's folder. None finds it as the command does.
+        generation: of a run, whose best; None for the best of all.
+        member: of a run, a member of its front or archive instead, from 1.
+        **changes: of the settings, such as `epochs=3000` or `seed=1`.
+
+    Raises:
+        GaitsimError: there is no such run, file, individual or setting, or the gait cannot be
+            learnt.
+        PluginError: the body or the fitness breaks its contract.
+    """
+    if isinstance(settings, str):
+        if settings not in SETTINGS:
+            raise unknown("settings", settings, SETTINGS)
+        settings = SETTINGS[settings]
+    known = [field.name for field in fields(Settings)]
+    for name in changes:
+        if name not in known:
+            raise unknown("setting of imitate()", name, known)
+    if generation is not None and member is not None:
+        raise GaitsimError("imitate() takes a generation or a member, not both", where="arguments")
+    which = generation if member is None else Member(member)
+    if isinstance(source, Individual):
+        if body is not None or which is not None:
+            raise GaitsimError(
+                "an individual has a body of its own, and is one of its run",
+                where="arguments",
+                remedy="leave body, generation and member out",
+            )
+        expert = expert_of(source)
+    else:
+        path = source.path if isinstance(source, RunViews) else source
+        expert = find_expert(str(path), None if body is None else str(body), which)
+    return imitate_expert(expert, replace(settings, **changes))

@@ -1,20 +1,27 @@
 """Train a network on a gait."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.choices import Activation
-from gaitsim.errors import GaitsimError
+from gaitsim.choices import Activation, OutputActivation
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import ACTIVATION_CODES, Network
 
-ACTIVATIONS = get_args(Activation)
+ACTIVATIONS, OUTPUTS = get_args(Activation), get_args(OutputActivation)
 CHUNK = 20  # epochs between two calls of `progress`: some hundredths of a second
 _WEIGHTS, _ORDER, _NOISE = range(3)  # purposes of randomness
+_RANGES: Mapping[str, tuple[Any, float, float]] = {
+    "hidden": (int, 1, 4096),
+    "epochs": (int, 1, 1_000_000),
+    "learning_rate": (int | float, 1e-9, 10),
+    "noise": (int | float, 0, 10),
+    "seed": (int, 0, 2**128),
+}
 
 
 @dataclass(frozen=True)
@@ -32,6 +39,9 @@ class Settings:
         normalise: whether the network sees angles from the middle of each joint's range, over
             the largest range; otherwise radians.
         seed: of the first weights, the order of the pairs, and the noise.
+
+    Raises:
+        GaitsimError: a value is not allowed.
     """
 
     activation: str = "leaky-relu"
@@ -43,6 +53,20 @@ class Settings:
     noise: float = 0.0
     normalise: bool = False
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name, known in (("activation", ACTIVATIONS), ("output", OUTPUTS)):
+            if getattr(self, name) not in known:
+                raise unknown(name, getattr(self, name), known)
+        for name, (kind, low, high) in _RANGES.items():
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:
+                noun = "a whole number" if kind is int else "a number"
+                raise GaitsimError(
+                    f"invalid {name} of an imitator: {value!r:.80}",
+                    key=name,
+                    allowed=f"{noun}, {low:,} to {high:,}",
+                )
 
 
 SETTINGS = {

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import write_gait
 from gaitsim.imitation.file import save_imitator
 from gaitsim.imitation.imitating import Result
@@ -13,8 +14,21 @@ from gaitsim.individual import Individual
 Files = Mapping[str, Path]
 
 
-def files_of(folder: Path, format: str, several: bool) -> Files:
-    """Return the files to write, by what they hold."""
+def files_of(
+    folder: Path, format: str, *, several: bool = False, video: bool = False, gait: Path | None
+) -> Files:
+    """Return the files to write, by what they hold.
+
+    Args:
+        folder: to write to.
+        format: of the imitator's gait file.
+        several: whether the errors of several trainings are plotted.
+        video: whether there is a video.
+        gait: the gait file that is imitated, which is not replaced.
+
+    Raises:
+        GaitsimError: one of them is the gait file.
+    """
     files = {
         "imitator": folder / "imitator.npz",
         "gait": folder / f"imitator-gait.{format}",
@@ -22,6 +36,13 @@ def files_of(folder: Path, format: str, several: bool) -> Files:
     }
     if several:
         files["activations"] = folder / "imitator-activations.png"
+    if video:
+        files["video"] = folder / "imitator.mp4"
+    if gait is not None and any(path.absolute() == gait.absolute() for path in files.values()):
+        raise GaitsimError(
+            f"the imitator's files would replace {gait}, which it imitates",
+            remedy="give another folder: --out FOLDER",
+        )
     return files
 
 
@@ -32,27 +53,27 @@ def write_results(results: Sequence[Result], files: Files) -> None:
         RunError: a file cannot be written.
     """
     from gaitsim.render.plots.imitation import errors_figure
-    from gaitsim.render.plots.labels import heading_of_run
     from gaitsim.render.plots.style import save
 
     first = results[0]
     save_imitator(first.imitation, files["imitator"])
     write_gait(first.imitation.gait, files["gait"], files["gait"].suffix[1:])
-    heading = f"imitator of {heading_of_run(first.expert.name, first.expert.experiment)}"
     errors = {result.settings.activation: result.errors for result in results}
     one = {first.settings.activation: first.errors}
-    save(errors_figure(one, f"{heading}, {first.settings.activation}"), files["error"])
+    save(errors_figure(one, first.heading), files["error"])
     if "activations" in files:
-        save(errors_figure(errors, heading), files["activations"])
+        save(errors_figure(errors, f"imitator of {first.expert.heading}"), files["activations"])
 
 
 def to_dict(results: Sequence[Result], files: Files) -> dict[str, Any]:
     """Return the first result, and those of the other activations, for JSON."""
     expert = results[0].expert
     found = {
-        "run": str(expert.source),
-        "generation": expert.generation,
-        "expert": _performance(expert),
+        "run": None if expert.file else str(expert.source),
+        "gait": str(expert.file) if expert.file else None,
+        "body": expert.body or None,
+        "generation": expert.gait.generation or None,
+        "expert": _performance(expert.individual),
         **_result(results[0]),
         "files": {what: str(path) for what, path in files.items()},
     }
@@ -68,12 +89,14 @@ def _result(result: Result) -> dict[str, Any]:
         "free_running_mse": result.free_running,
         "beyond_limits": result.beyond_limits,
         "angles": result.imitation.commanded.size,
-        "imitator": _performance(result.played) if result.played else None,
+        "imitator": _performance(result.played),
         "forward_kept": result.forward_kept,
     }
 
 
-def _performance(individual: Individual) -> dict[str, object]:
+def _performance(individual: Individual | None) -> dict[str, object] | None:
+    if individual is None:
+        return None
     return {
         "score": individual.score,
         "terms": dict(individual.terms),

@@ -157,7 +157,7 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
     """
     from gaitsim.gait.files.writer import gait_of
     from gaitsim.hardware.exporting import check_bag
-    from gaitsim.imitation.imitating import learnable_gait
+    from gaitsim.imitation.expert import expert_of
     from gaitsim.render.individual_clip import clip_of
     from gaitsim.render.plots.kinds import KINDS
     from gaitsim.render.plots.request import require_kept
@@ -178,7 +178,7 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
         Events: lambda _: check_installed(),
         Page: clip_of,
         Archive: partial(require_kept, kept="archive"),
-        Imitator: learnable_gait,
+        Imitator: expert_of,
     }
     found = {}
     for product in PRODUCTS:

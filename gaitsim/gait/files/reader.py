@@ -19,8 +19,10 @@ from gaitsim.gait.files.matlab import read_matlab
 from gaitsim.gait.perturbations import Angles
 from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
+from gaitsim.registry import plugin_errors
 from gaitsim.toml import literal, shortened
 
+SUFFIXES = (".csv", ".npz", ".mat")
 LARGEST = 64 * 2**20  # bytes, of a file and of what is packed in it
 MOST_FRAMES = 10_000  # footfalls of more take long: the time grows with their square
 MOST_JOINTS = 1000
@@ -67,7 +69,7 @@ class GaitFile:
         raise GaitsimError(
             f"{self.path} holds {self.angles.shape[1]} joints{named}, which are not this body's",
             allowed=f"{len(joints)} joints: {', '.join(joints[:4])} …",
-            remedy="take a gait of the same body",
+            remedy="take a gait of the same body, or the body of this gait",
         )
 
 
@@ -78,13 +80,29 @@ def individual_of(file: GaitFile, experiment: Experiment) -> Individual:
         GaitsimError: the body cannot play it, or it has other joints or would take too long.
         PluginError: the body or the fitness fails.
     """
-    require_play(experiment)
-    angles = file.in_order(experiment.organism.joint_names())
-    if file.frame_rate is not None:
-        rate = play(experiment, angles[None, :2]).frame_rate
-        if abs(file.frame_rate / rate - 1) > _SAME_RATE:
-            angles = _resampled(file, angles, file.frame_rate, rate)
+    angles = fitted(file, experiment)
     return Individual.of_motion(experiment, play(experiment, angles[None]), file.path)
+
+
+def fitted(file: GaitFile, experiment: Experiment) -> Angles:
+    """Return the angles in the order of a body's joints, at its frame rate.
+
+    Angles at the frame rate of the body are those of the file, to the bit.
+
+    Raises:
+        GaitsimError: the body cannot play them, or they have other joints or would take too long.
+        PluginError: the body fails.
+    """
+    require_play(experiment)
+    with plugin_errors(experiment.entries["organism"], "naming its joints"):
+        joints = tuple(experiment.organism.joint_names())
+    angles = file.in_order(joints)
+    if file.frame_rate is None:
+        return angles
+    rate = play(experiment, angles[None, :2]).frame_rate
+    if abs(file.frame_rate / rate - 1) <= _SAME_RATE:
+        return angles
+    return _resampled(file, angles, file.frame_rate, rate)
 
 
 def _resampled(file: GaitFile, angles: Angles, given: float, rate: float) -> Angles:
@@ -107,14 +125,14 @@ def read_gait(path: Path) -> GaitFile:
     Raises:
         GaitsimError: it cannot be read, is too large, or holds no gait.
     """
-    reader = {".csv": _csv, ".npz": _npz, ".mat": _mat}.get(path.suffix.lower())
-    if reader is None:
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
         raise GaitsimError(f"{path} has no suffix of a gait file", allowed=_ALLOWED)
     data = read_bounded(path, LARGEST)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of values and headers that are refused below
-            return _checked(path, reader(data))
+            return _checked(path, _READERS[suffix](data))
     except GaitsimError:
         raise
     # Foreign bytes can make the readers raise anything.
@@ -207,3 +225,6 @@ def _csv(data: bytes) -> Mapping[str, Any]:
         return fields
     seconds = float(table[-1, 0] - table[0, 0])
     return {**fields, "frame_rate": (len(table) - 1) / seconds if seconds else np.inf}
+
+
+_READERS = dict(zip(SUFFIXES, (_csv, _npz, _mat), strict=True))

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 def errors_figure(
-    errors: Mapping[str, NDArray[np.float64]], heading: str, theme: Theme = LIGHT
+    errors: Mapping[str, NDArray[np.float64]],
+    heading: str,
+    theme: Theme = LIGHT,
+    size: tuple[float, float] = (WIDTH, 2.4),
 ) -> "Figure":
     """Plot mean squared errors over the epochs, on a logarithmic scale.
 
@@ -22,12 +25,13 @@ def errors_figure(
         errors: by label, each (epochs,), rad².
         heading: of the figure.
         theme: its colours.
+        size: width and height, inches.
     """
     from matplotlib.figure import Figure
     from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
     with styled(theme):
-        figure = Figure(figsize=(WIDTH, 2.4))
+        figure = Figure(figsize=size)
         axes = figure.subplots()
         for index, (label, values) in enumerate(errors.items()):
             epochs = np.arange(1, len(values) + 1)

@@ -1,0 +1,201 @@
+"""The gait that a network imitates: of an individual, or from a gait file."""
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim import registry
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.playing import play, require_play
+from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.gait.files.reader import SUFFIXES, GaitFile, fitted, read_gait
+from gaitsim.gait.files.writer import Gait, gait_of
+from gaitsim.individual import Asked, Individual
+from gaitsim.registry import plugin_errors
+from gaitsim.render.plots.labels import heading_of_run
+from gaitsim.runs.files.folder import EXPORTS, exports_folder, find_run, holds_run
+from gaitsim.runs.snapshot import RunSnapshot
+
+_BODY = "name the body: --body PRESET, FILE or RUN; in Python, body="
+
+
+@dataclass(frozen=True, eq=False)
+class Expert:
+    """A gait to learn.
+
+    Attributes:
+        gait: its angles are those that the network learns; of a file, as the file has them.
+        experiment: whose body and fitness evaluate expert and imitator.
+        individual: the expert on that body; None for a gait file where the body cannot play.
+        source: folder of the run, or the gait file; None where nothing is recorded.
+        body: where the body of a gait file comes from, such as 'preset spider'; '' otherwise.
+    """
+
+    gait: Gait
+    experiment: Experiment
+    individual: Individual | None
+    source: Path | None
+    body: str = ""
+
+    @property
+    def file(self) -> Path | None:
+        """The gait file; None where the expert is an individual of a search."""
+        return None if self.gait.generation else self.source
+
+    @property
+    def title(self) -> str:
+        """Which gait it is, in words."""
+        if self.individual is not None:
+            return self.individual.title
+        return f"{self.source} on the {self.experiment.entries['organism'].name}"
+
+    @property
+    def name(self) -> str:
+        """The name of the run's folder or of the gait file; else of the experiment."""
+        return self.source.resolve().name if self.source else self.experiment.name
+
+    @property
+    def heading(self) -> str:
+        """Its name and, of a run, its experiment's name and seed, for figures."""
+        return self.name if self.file else heading_of_run(self.name, self.experiment)
+
+    def folder(self) -> Path:
+        """Return the folder for what is made of it: the run's exports, or that of the file.
+
+        Raises:
+            RunError: the run's folder cannot be created.
+        """
+        if self.file is None:
+            return exports_folder(self.source or Path())
+        run = _run_around(self.file)
+        return exports_folder(run) if run else self.file.parent
+
+
+def find_expert(reference: str, body: str | None = None, which: Asked = None) -> Expert:
+    """Return the gait of a run's champion, or of a gait file.
+
+    Args:
+        reference: a run's name or folder, or the path of a gait file.
+        body: of a gait file: a preset's name, the path of an experiment, a robot's file or a
+            run's folder. None finds it: the file lies in a run's exports folder, or names its
+            joints as the body of a preset does.
+        which: an individual of the run.
+
+    Raises:
+        GaitsimError: there is no such run, file or individual, the file has other joints, or its
+            body is not known.
+    """
+    if not is_gait_file(reference):
+        if body is not None:
+            raise GaitsimError(
+                f"{reference} is a run, which has a body of its own",
+                where="--body",
+                remedy="leave it out, or give a gait file",
+            )
+        return expert_of(RunSnapshot(find_run(reference)).individual(which))
+    if which is not None:
+        raise GaitsimError(
+            f"{reference} is a gait file: it has neither generations nor members",
+            remedy="leave --generation and --member out, or give a run",
+        )
+    return expert_of_file(read_gait(Path(reference)), body)
+
+
+def is_gait_file(reference: str) -> bool:
+    """Return whether a reference is a gait file, rather than a run."""
+    # os.path, unlike pathlib, answers for names that no file can have, too.
+    if os.path.isdir(reference):  # noqa: PTH112
+        return False
+    return Path(reference).suffix.lower() in SUFFIXES or os.path.isfile(reference)  # noqa: PTH113
+
+
+def expert_of(individual: Individual) -> Expert:
+    """Return the gait of an individual as an expert.
+
+    Raises:
+        GaitsimError: its body has no joint angles, or they cannot be learnt.
+        PluginError: the body breaks its contract.
+    """
+    gait = gait_of(individual)
+    if len(gait.angles) < 2 or not np.isfinite(gait.angles).all():
+        raise GaitsimError(
+            f"the gait of generation {individual.generation} cannot be learnt",
+            where=str(individual.source),
+            allowed="two frames or more, all angles finite",
+        )
+    return Expert(gait, individual.experiment, individual, individual.source)
+
+
+def expert_of_file(file: GaitFile, body: str | None = None) -> Expert:
+    """Return the gait of a file as an expert, played on a body where this can play.
+
+    Angles at another frame rate than the body's are interpolated to that of the body.
+
+    Raises:
+        GaitsimError: the body is not known, has other joints or no joint angles, or the file
+            lacks the frame rate that a body without play() needs.
+        PluginError: the body or the fitness fails.
+    """
+    experiment, named = _body(file, body)
+    organism, entry = experiment.organism, experiment.entries["organism"]
+    if "joint_angles" not in organism.channels:
+        require_play(experiment)
+    if organism.can_play:
+        angles = fitted(file, experiment)
+        individual = Individual.of_motion(experiment, play(experiment, angles[None]), file.path)
+        gait = replace(gait_of(individual), angles=angles)
+        return Expert(gait, experiment, individual, file.path, named)
+    with plugin_errors(entry, "naming its joints"):
+        joints, rest = tuple(organism.joint_names()), np.asarray(organism.standing_pose())
+    if file.frame_rate is None:
+        raise GaitsimError(
+            f"{file.path} has no frame rate, and {entry} cannot play joint angles at its own",
+            allowed="a .mat or .npz with frameRate, Hz, or a .csv with time_s, s",
+        )
+    gait = Gait(file.in_order(joints), joints, file.frame_rate, 0, math.nan, rest)
+    return Expert(gait, experiment, None, file.path, named)
+
+
+def _body(file: GaitFile, body: str | None) -> tuple[Experiment, str]:
+    """Return the experiment with the body of a gait, and where it comes from, in words."""
+    if body is not None and holds_run(Path(body)):
+        return RunSnapshot(Path(body)).experiment, f"the run {body}"
+    if body is not None:
+        return load_experiment(body), body
+    if run := _run_around(file.path):
+        return RunSnapshot(run).experiment, f"the run {run}"
+    if not file.joint_names:
+        raise GaitsimError(
+            f"{file.path} does not name its {file.angles.shape[1]} joints, so its body is unknown",
+            remedy=_BODY,
+        )
+    for name in sorted(registry.entries(registry.EXPERIMENTS)):
+        try:
+            experiment = load_experiment(name)
+            joints = _joints(experiment)
+        except GaitsimError:  # a plugin that fails, or is not installed completely
+            continue
+        if sorted(joints) == sorted(file.joint_names):
+            return experiment, f"the preset {name}"
+    raise GaitsimError(
+        f"{file.path} holds joints that no preset's body has: {', '.join(file.joint_names[:4])} …",
+        remedy=_BODY,
+    )
+
+
+def _joints(experiment: Experiment) -> Sequence[str]:
+    organism = experiment.organism
+    if "joint_angles" not in organism.channels:
+        return ()
+    with plugin_errors(experiment.entries["organism"], "naming its joints"):
+        return [str(name) for name in organism.joint_names()]
+
+
+def _run_around(file: Path) -> Path | None:
+    """Return the run in whose exports folder a file lies."""
+    folder = file.absolute().parent
+    return folder.parent if folder.name == EXPORTS and holds_run(folder.parent) else None

@@ -1,0 +1,48 @@
+"""A video of an imitator: its error over the training, then how it walks beside its expert."""
+
+from functools import partial
+
+from gaitsim.evaluation.playing import require_play
+from gaitsim.imitation.imitating import Result
+from gaitsim.individual import Individual
+from gaitsim.render.film import Film
+from gaitsim.render.individual_clip import clip_of
+from gaitsim.render.plots.imitation import errors_figure
+from gaitsim.render.plots.labels import score_words
+from gaitsim.render.scene.clip import Clip
+from gaitsim.render.settings import RenderSettings
+
+
+def imitation_film(result: Result, settings: RenderSettings | None = None) -> Film:
+    """Return the video of an imitator beside its expert, after the error of the training.
+
+    Args:
+        result: of the training.
+        settings: size, speed, view and colours; the defaults of `RenderSettings` for None.
+
+    Raises:
+        GaitsimError: the body cannot play joint angles.
+        PluginError: the body cannot be drawn.
+    """
+    expert, training = result.expert, result.settings
+    require_play(expert.experiment)
+    assert expert.individual is not None, "a body that plays the imitator plays its expert"
+    assert result.played is not None, "checked above"
+    sizes = "-".join(map(str, result.imitation.imitator.network.sizes))
+    generation = "" if expert.file else f", {expert.individual.label}"
+    clips = [
+        _clip(expert.individual, "expert", generation),
+        _clip(result.played, "imitator"),
+    ]
+    errors = {training.activation: result.errors}
+    return Film(
+        clips,
+        settings or RenderSettings(),
+        (f"imitator of {expert.name}", (f"network {sizes}, {training.activation}",)),
+        partial(errors_figure, errors, result.heading),
+        leader=1,
+    )
+
+
+def _clip(individual: Individual, role: str, which: str = "") -> Clip:
+    return clip_of(individual, role + which, score_words(individual), tag=role)

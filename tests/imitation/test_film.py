@@ -1,0 +1,62 @@
+"""The video of an imitator: the error of its training, then both bodies."""
+
+import av
+import numpy as np
+import pytest
+
+import gaitsim as gs
+from gaitsim.experiment import load_experiment
+from gaitsim.imitation.film import imitation_film
+from gaitsim.imitation.imitating import imitate_expert
+from gaitsim.individual import Individual
+from gaitsim.render.settings import RenderSettings
+
+
+@pytest.fixture(scope="module")
+def result():
+    experiment = load_experiment("spider")
+    genome = experiment.space().random(1, np.random.default_rng(3))[0]
+    return gs.imitate(Individual(experiment, 0.0, {}, 1, genome), epochs=2)
+
+
+def test_it_begins_with_the_error_and_shows_both(result):
+    film = imitation_film(result, RenderSettings(size=(320, 240), fps=2, speed=5))
+    curve, *_ = film.pictures()
+    assert curve.shape == (240, 320, 4)
+    bare = imitation_film(result, RenderSettings(size=(320, 240), fps=2, speed=5, intro=False))
+    assert len(film) == len(bare) + 3  # 1.5 s
+    assert len(bare.scene.world.clips) == 2
+    assert [clip.tag for clip in bare.scene.world.clips] == ["expert", "imitator"]
+    learnt = imitate_expert(result.expert, gs.imitate(result.expert.individual, epochs=3).settings)
+    other, *_ = imitation_film(learnt, film.settings).pictures()
+    assert not np.array_equal(curve, other)  # of another training
+
+
+@pytest.mark.slow
+def test_python_and_the_command_write_it(result, tmp_path, monkeypatch, gaitsim):
+    monkeypatch.chdir(tmp_path)
+    path = result.video("small.gif", size=(160, 120), fps=8, dark=True)
+    assert path.stat().st_size > 1000
+    gs.export(result.expert.individual, "bestGait.npz")
+    said = gaitsim("imitate", "bestGait.npz", "--body", "spider", "--epochs", 2, "--video")
+    assert "imitator.mp4" in said.stdout
+    with av.open("imitator.mp4") as container:
+        shown = container.streams.video[0]
+        assert (shown.width, shown.height) == (1280, 720)
+        assert sum(1 for _ in container.decode(shown)) == 345
+
+
+def test_ctrl_c_in_the_video_writes_nothing(result, tmp_path, monkeypatch, gaitsim):
+    from gaitsim.render.film import Film
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    gs.export(result.expert.individual, "bestGait.npz")
+    monkeypatch.setattr(Film, "_draw", interrupted)
+    said = gaitsim(
+        "imitate", "bestGait.npz", "--body", "spider", "--epochs", 2, "--video", code=130
+    )
+    assert "nothing was written" in said.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["bestGait.npz"]
