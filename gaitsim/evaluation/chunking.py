@@ -3,9 +3,10 @@
     local:   first + (n − 1) · more
     remote:  latency + chunks · task + rounds · (first + (n / chunks − 1) · more)
 
-with rounds = chunks / workers, at least 1. All are measured during the run: `first` and `more`
-of the body, as the first individual costs more than each further one if a body moves whole
-arrays; `latency` and `task` of the workers, by tasks that do nothing.
+with rounds = chunks / workers, at least 1. All are measured: `first` and `more` of the body, as
+the first individual costs more than each further one if a body moves whole arrays, by batches
+before the first generation and by each generation; `latency` and `task` of the workers, by tasks
+that do nothing.
 """
 
 import time
@@ -27,6 +28,10 @@ DOUBT = 0.1
 single measurement is many times too long."""
 
 PINGS = 32  # empty tasks, to measure the workers
+
+BATCHES = (3, 24, 192)  # individuals in batches that are timed before the first population
+CERTAIN = 0.05
+"""Seconds of a batch that one interruption by another program does not double."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +75,8 @@ class CostModel:
 
     Attributes:
         first: of the first individual, fixed costs of a call included.
-        more: of each further individual.
-        known: whether `more` was measured: whether a batch was timed.
+        more: of each further individual; 0 until a batch was timed.
+        known: whether a batch was timed.
     """
 
     def __init__(self) -> None:
@@ -81,7 +86,10 @@ class CostModel:
     def learn(self, individuals: float, seconds: float, workers: int = 1) -> None:
         """Learn from a measurement; later ones count for more, as genomes change.
 
-        A lower one replaces the former: other load on the machine only adds to it.
+        A lower one replaces the former: other load on the machine only adds to it. Up to twice
+        the expected time is taken for such load, which slows the first individual, too: else a
+        body that moves whole arrays would seem to gain by workers as soon as others want the
+        cores.
 
         Args:
             individuals: how many were evaluated.
@@ -91,15 +99,19 @@ class CostModel:
         if individuals <= 1:
             self.first = min(self.first, seconds) if self.first else seconds
             return
+        expected = self.seconds(individuals, workers)
+        if self.known and expected < seconds <= 2 * expected:
+            slower = (1 + seconds / expected) / 2
+            self.first, self.more = slower * self.first, slower * self.more
+            return
         self.first = min(self.first, seconds)
         more = (seconds - self.first) * workers / (individuals - 1)
         self.more = min(more, (self.more + more) / 2) if self.known else more
         self.known = True
 
     def seconds(self, individuals: float, workers: int = 1) -> float:
-        """Return the expected time; its upper bound while only one individual was timed."""
-        more = self.more if self.known else self.first
-        return self.first + (individuals - 1) * more / workers
+        """Return the expected time; its lower bound while only one individual was timed."""
+        return self.first + (individuals - 1) * self.more / workers
 
 
 @dataclass(frozen=True)
@@ -198,17 +210,28 @@ class Scheduler:
         plan = best_plan(individuals, self.remote.workers, self.cost_model, overhead)
         return plan if plan.seconds <= GAIN * self.local_seconds(individuals) else None
 
-    def trial(self, individuals: int) -> int:
-        """Return how many individuals to evaluate here first, to learn what many take; or 0.
+    def time_batches(self, seconds: Callable[[int], float], individuals: int) -> None:
+        """Learn before the first population whether many individuals take longer than one.
 
-        The time of one individual is no guide: a body that moves whole arrays takes as long
-        over a hundred. Even if it does not, the trial takes no longer than workers to start.
+        The time of one is no guide: a body that moves whole arrays takes as long over a hundred,
+        and workers would repeat its fixed costs. So workers get the first population only if a
+        batch took twice as long as one individual; else that population tells.
+
+        Args:
+            seconds: evaluates so many individuals here and returns how long it took.
+            individuals: size of the first population, of which a batch is an eighth at most.
         """
-        first = self.cost_model.first
-        if self.cost_model.known or self.local_seconds(individuals) < STARTUP or first >= STARTUP:
-            return 0
-        size = max(2, int(STARTUP / first))
-        return size if size < individuals else 0
+        first = seconds(1)
+        self.cost_model.learn(1, first)
+        if individuals * first < STARTUP:
+            return  # workers cannot start sooner than this process is done
+        batch, taken = 1, first
+        for batch in (size for size in BATCHES if 8 * size <= individuals):
+            taken = seconds(batch)
+            if taken >= max(2 * first, CERTAIN):
+                break
+        if taken >= 2 * first:
+            self.cost_model.learn(batch, taken)
 
     def chunks(self, individuals: int) -> int:
         """Return into how many chunks to cut a population; 1 keeps it in this process.
@@ -231,15 +254,8 @@ class Scheduler:
         return chunks
 
     def _decide(self, individuals: int) -> int:
-        if not self.cost_model.known and self.local_seconds(individuals) < STARTUP:
-            return 1
         plan = self.plan(individuals)
         if plan is None:
             return 1
         self._lost += self.local_seconds(individuals) - plan.seconds
-        if self._lost <= self._threshold:
-            return 1
-        if not self.cost_model.known:
-            # If a chunk takes as long as an individual, each worker pays that once.
-            return min(plan.chunks, max(2, self.remote.workers))
-        return plan.chunks
+        return plan.chunks if self._lost > self._threshold else 1

@@ -101,8 +101,11 @@ class Evaluator:
         if self._own is not None:
             self._own.close()
 
-    def prepare(self) -> None:
+    def prepare(self, individuals: int | None = None) -> None:
         """Do once what the first generation would otherwise pay for, such as compiling.
+
+        Args:
+            individuals: size of the first population; None for that of the experiment.
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
@@ -113,9 +116,12 @@ class Evaluator:
             self._on_warning(warning)
         if self._scheduler is not None:
             self._scheduler.remote.check([self.experiment])
-            start = time.perf_counter()
-            prepare(self.experiment)  # once more, without compiling
-            self._scheduler.cost_model.learn(1, time.perf_counter() - start)
+            self._scheduler.time_batches(self._seconds, individuals or self.experiment.individuals)
+
+    def _seconds(self, individuals: int) -> float:
+        start = time.perf_counter()
+        prepare(self.experiment, individuals)
+        return time.perf_counter() - start
 
     def evaluate(self, genomes: Genomes, generation: int = 1) -> Evaluation:
         """Score genomes, (population, genes), in the worlds of a generation.
@@ -128,18 +134,15 @@ class Evaluator:
         scheduler = self._scheduler
         if scheduler is None:
             return self._evaluate_locally(genomes, generation)
-        trial = scheduler.trial(len(genomes))
-        first = [self._evaluate_locally(genomes[:trial], generation)] if trial else []
-        rest = genomes[trial:]
         with self._lost_workers_named():
-            chunks = scheduler.chunks(len(rest))
+            chunks = scheduler.chunks(len(genomes))
         if chunks == 1:
-            return joined(self.experiment, [*first, self._evaluate_locally(rest, generation)])
-        populations = np.split(rest, cuts(len(rest), chunks, self.workers))
+            return self._evaluate_locally(genomes, generation)
+        populations = np.split(genomes, cuts(len(genomes), chunks, self.workers))
         results = self._map_remotely(scheduler, partial(_timed, generation), populations)
         seconds = sum(seconds for seconds, _ in results)
-        scheduler.cost_model.learn(len(rest) / len(results), seconds / len(results))
-        return joined(self.experiment, [*first, *(part for _, part in results)])
+        scheduler.cost_model.learn(len(genomes) / len(results), seconds / len(results))
+        return joined(self.experiment, [part for _, part in results])
 
     def _evaluate_locally(self, genomes: Genomes, generation: int) -> Evaluation:
         start = time.perf_counter()

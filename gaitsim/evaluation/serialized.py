@@ -52,8 +52,9 @@ def _parsed(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
     return experiment
 
 
-def prepare(experiment: Experiment) -> None:
-    """Evaluate one genome so that this process compiles or loads its kernels."""
+def prepare(experiment: Experiment, individuals: int = 1) -> None:
+    """Evaluate random genomes so that this process compiles or loads its kernels."""
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):
-        genome = experiment.organism.genome_space().random(1, np.random.default_rng(0))
-    evaluate(experiment, genome)
+        space = experiment.organism.genome_space()
+        genomes = space.random(individuals, np.random.default_rng(0))
+    evaluate(experiment, genomes)

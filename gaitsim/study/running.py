@@ -61,7 +61,7 @@ def repeat_experiment(
     kept = set(recorded(experiment, every).tolist())
     best = []
     with Evaluator(experiment, workers, on_warning, cluster) as evaluator:
-        evaluator.prepare()
+        evaluator.prepare(repeats * experiment.individuals)
         for number, scores in enumerate(evolve_repeats(experiment, evaluator.evaluate, repeats), 1):
             if number in kept:
                 best.append(scores)

@@ -38,7 +38,7 @@ def test_the_cost_model_goes_through_the_measurements():
     made = CostModel()
     made.learn(1, 3.0)
     made.learn(1, 2.0)
-    assert made.seconds(10) == 20  # the most that it can be
+    assert made.seconds(10) == 2  # the least that it can be
     made.learn(11, 7.0)
     assert made.known
     assert [made.seconds(number) for number in (1, 11, 21)] == [2, 7, 12]
@@ -48,6 +48,16 @@ def test_the_cost_model_goes_through_the_measurements():
     assert made.more == pytest.approx(0.1)
     made.learn(5, 1.0)
     assert (made.first, made.more) == (1.0, 0.0)
+
+
+def test_other_load_slows_the_first_individual_as_well_as_the_rest():
+    made = cost_model(0.5, 0.001)
+    alone = made.seconds(100)
+    for _ in range(20):
+        made.learn(100, 1.8 * alone)
+    assert made.seconds(100) == pytest.approx(1.8 * alone)
+    assert made.more / made.first == pytest.approx(0.002)
+    assert best_plan(100, 2, made, FREE).seconds > GAIN * made.seconds(100)
 
 
 def test_times_of_several_threads_are_converted_to_one():
@@ -137,14 +147,6 @@ def test_one_measurement_on_a_busy_machine_starts_no_workers():
     assert [doubtful.chunks(100) for _ in range(100)] == [1] * 100
 
 
-def test_after_one_individual_only_long_work_is_shared():
-    made = Scheduler(1, Workers(2), wanted=True)
-    made.cost_model.learn(1, STARTUP / 200)
-    assert made.chunks(100) == 1
-    made.cost_model.learn(1, STARTUP / 200)
-    assert made.chunks(1000) > 1
-
-
 def test_a_single_individual_is_not_cut():
     assert scheduler(100.0, 100.0).chunks(1) == 1
 
@@ -159,19 +161,53 @@ def test_workers_start_once_they_would_have_paid():
     assert scheduler(1.0, 1.0, wanted=False).chunks(100) > 1  # at once, as it is so much
 
 
+def batches(first, more, individuals, slow=()):
+    """A scheduler that timed batches, and their sizes; those in `slow` took twice as long."""
+    made, sizes = Scheduler(1, Workers(2), wanted=True), []
+
+    def seconds(size):
+        sizes.append(size)
+        return (first + (size - 1) * more) * (2 if size in slow else 1)
+
+    made.overhead = FAST
+    made.time_batches(seconds, individuals)
+    return made, sizes
+
+
 @pytest.mark.parametrize(
-    ("first", "individuals", "trial"),
+    ("first", "more", "individuals", "sizes"),
     [
-        (STARTUP / 5, 100, 5),
-        (STARTUP / 1.5, 100, 2),
-        (STARTUP / 5, 4, 0),  # all of them take no longer
-        (STARTUP, 100, 0),  # even one takes longer than workers to start
-        (STARTUP / 200, 100, 0),
+        (0.01, 0.01, 100, [1]),  # workers would start when it is done
+        (0.1, 0.1, 100, [1, 3]),
+        (2.0, 2.0, 100, [1, 3]),
+        (0.1, 0.1, 20, [1]),  # three of so few would not be a small part
+        (0.001, 0.001, 2000, [1, 3, 24, 192]),  # one interruption outweighs a short batch
+        (0.01, 0.01, 2000, [1, 3, 24]),
     ],
 )
-def test_a_trial_takes_no_longer_than_workers_to_start(first, individuals, trial):
-    made = Scheduler(1, Workers(2), wanted=True)
-    made.cost_model.learn(1, first)
-    assert made.trial(individuals) == trial
-    made.cost_model.learn(5, 2 * first)
-    assert made.trial(individuals) == 0
+def test_a_body_that_loops_is_shared_after_a_small_batch(first, more, individuals, sizes):
+    made, timed = batches(first, more, individuals)
+    assert timed == sizes
+    assert (made.chunks(individuals) > 1) == (len(sizes) > 1)
+
+
+@pytest.mark.parametrize("first", [0.009, 0.05, 0.3, 1.5])
+@pytest.mark.parametrize("individuals", [100, 500, 2000])
+@pytest.mark.parametrize("part", [0, 1e-4])
+def test_a_body_that_moves_whole_arrays_keeps_its_first_population(first, individuals, part):
+    made, sizes = batches(first, first * part, individuals)
+    assert len(sizes) <= 4
+    assert made.chunks(individuals) == 1
+
+
+def test_one_short_batch_that_is_interrupted_starts_no_workers():
+    made, sizes = batches(0.009, 0, 2000, slow={3})
+    assert sizes == [1, 3, 24, 192]
+    assert made.chunks(2000) == 1
+
+
+def test_a_body_that_turns_out_to_loop_is_shared_after_its_first_population():
+    made, _ = batches(0.1, 0.1, 20)
+    assert made.chunks(20) == 1
+    made.cost_model.learn(20, 2.0)
+    assert made.chunks(20) > 1
