@@ -97,6 +97,7 @@ def stage() -> None:
             page = ROOT / source.removeprefix("../")
             (STAGE / name).write_text(inward(page.read_text(), page.parent))
     shutil.copy(ROOT / "docs_build" / "site.css", STAGE)
+    shutil.copytree(ROOT / "docs_build" / "fonts", STAGE / "fonts")
     (STAGE / "commands.md").write_text(commands.page())
     (STAGE / "parts.md").write_text(parts.page())
     for name, (heading, objects) in API.items():

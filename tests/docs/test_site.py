@@ -49,6 +49,21 @@ def test_links_that_leave_the_folder_lead_to_pages(
     assert build.inward(text, ROOT) == "[a](tui.md#keys) [b](https://x.org) [c](#d) e"
 
 
+def test_every_character_of_an_equation_is_in_the_font(monkeypatch: pytest.MonkeyPatch) -> None:
+    font = module("font", monkeypatch)
+    assert font.FONT.stat().st_size < 150_000
+    assert "SIL OPEN FONT LICENSE" in font.FONT.with_suffix(".LICENSE").read_text()
+    assert font.missing("<math><mi>h</mi><mi>θ</mi><mo>&#x0003C;</mo><mi>sin</mi></math>") == ""
+    assert font.missing("<mi>x</mi><mtext>步 態</mtext>") == "態步"
+    pytest.importorskip("latex2mathml")  # of the extra `docs`: elsewhere the build finds them
+    mathml = module("mathml", monkeypatch)
+    for page in (ROOT / "docs").glob("*.md"):
+        for source in re.findall(r"^```math\n(.*?)^```$", page.read_text(), re.DOTALL | re.M):
+            assert "<math" in mathml.block(source, "math", "", {}, None)
+    with pytest.raises(Exception, match="步"):
+        mathml.block(r"\text{步} + 1", "math", "", {}, None)
+
+
 def test_every_command_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     commands = module("commands", monkeypatch)
     page = commands.page()
