@@ -11,7 +11,14 @@ if TYPE_CHECKING:
     from gaitsim.api import view as view
     from gaitsim.comparing import Comparison as Comparison
     from gaitsim.comparing import compare as compare
+    from gaitsim.contracts import BitSpace as BitSpace
+    from gaitsim.contracts import Fitness as Fitness
+    from gaitsim.contracts import Motion as Motion
+    from gaitsim.contracts import Organism as Organism
+    from gaitsim.contracts import RealSpace as RealSpace
     from gaitsim.errors import GaitsimError as GaitsimError
+    from gaitsim.evaluating import evaluate as evaluate
+    from gaitsim.evaluation import Evaluation as Evaluation
     from gaitsim.evolution import Generation as Generation
     from gaitsim.experiment import Experiment as Experiment
     from gaitsim.experiment import load_atlas as load_atlas
@@ -25,16 +32,23 @@ if TYPE_CHECKING:
 
 # Looked up when first asked for: `gaitsim --help` needs none of it, nor NumPy.
 _PLACES = {
+    "BitSpace": "gaitsim.contracts",
     "Challenge": "gaitsim.sharing.challenge",
     "Comparison": "gaitsim.comparing",
+    "Evaluation": "gaitsim.evaluation",
     "Experiment": "gaitsim.experiment",
+    "Fitness": "gaitsim.contracts",
     "GaitsimError": "gaitsim.errors",
     "Generation": "gaitsim.evolution",
     "Individual": "gaitsim.individual",
     "Member": "gaitsim.individual",
+    "Motion": "gaitsim.contracts",
+    "Organism": "gaitsim.contracts",
+    "RealSpace": "gaitsim.contracts",
     "Run": "gaitsim.api",
     "Search": "gaitsim.api",
     "compare": "gaitsim.comparing",
+    "evaluate": "gaitsim.evaluating",
     "evolve": "gaitsim.api",
     "export": "gaitsim.exporting",
     "imitate": "gaitsim.imitation.imitating",
@@ -46,16 +60,23 @@ _PLACES = {
     "view": "gaitsim.api",
 }
 __all__ = [
+    "BitSpace",
     "Challenge",
     "Comparison",
+    "Evaluation",
     "Experiment",
+    "Fitness",
     "GaitsimError",
     "Generation",
     "Individual",
     "Member",
+    "Motion",
+    "Organism",
+    "RealSpace",
     "Run",
     "Search",
     "compare",
+    "evaluate",
     "evolve",
     "export",
     "imitate",

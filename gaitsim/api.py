@@ -3,7 +3,6 @@
 `import gaitsim as gs` has all of it. It calls the same functions as the command line.
 """
 
-import warnings
 from collections.abc import Generator, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
@@ -13,17 +12,21 @@ from numpy.typing import NDArray
 
 from gaitsim import evolution
 from gaitsim.adaptation.of_run import RunAdaptations
+from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
+from gaitsim.contracts import GenomeSpace
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.worlds import Ranges, World
 from gaitsim.evolution import Generation, island_map
-from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
+from gaitsim.experiment import Experiment, Overrides
+from gaitsim.experiment.in_python import check_belongs, python_experiment, resumed_options
 from gaitsim.gait.changed import with_world
 from gaitsim.gait.judgement import Judgement
 from gaitsim.gait.unseen import judge
 from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
+from gaitsim.registry.python_giving import given_options
 from gaitsim.render.notebook import RunViews, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, find_run
@@ -35,13 +38,15 @@ from gaitsim.sharing.challenge import code_of
 
 __all__ = ["Individual", "Member", "Run", "Search", "evolve", "load", "picture", "view"]
 
-ARGUMENTS = "arguments"  # where options come from, for messages
 Generations = Generator[Generation, None, None]
 
 
 def evolve(
-    experiment: str | Path | Experiment,
+    experiment: str | Path | Experiment | None = None,
     *,
+    fitness: Any = None,
+    body: Any = None,
+    space: GenomeSpace | None = None,
     generations: int | None = None,
     population: int | None = None,
     seed: int | None = None,
@@ -56,6 +61,12 @@ def evolve(
 
     Args:
         experiment: a preset's name, the path of a TOML file or of a robot's file, or an experiment.
+            None for a body alone: CMA-ES evolves it, or a genetic search if its genes are bits.
+        fitness: a function of your own, (motion) -> (population,), or a dict of such terms; or an
+            instance of a subclass of `Fitness`. None as the experiment says.
+        body: a function of your own, (genomes (population, genes)) -> dict of channels, each
+            (population, …), or the score (population,); or an instance of a subclass of `Organism`.
+        space: the genomes of a body that is a function.
         generations: how many; None as the experiment says.
         population: individuals in each; None as the experiment says.
         seed: of all randomness; None as the experiment says.
@@ -74,25 +85,36 @@ def evolve(
         set,
         {"evolution.generations": generations, "evolution.population": population, "seed": seed},
     )
-    if not isinstance(experiment, Experiment):
-        experiment = load_experiment(str(experiment), given, ARGUMENTS)
-    elif given:
-        experiment = with_overrides(experiment, given, ARGUMENTS)
+    experiment = python_experiment(
+        experiment, given, ARGUMENTS, fitness=fitness, body=body, space=space
+    )
     if out is None:
         return Search(experiment, None, _unrecorded(experiment, workers))
     path = create_run(experiment, Path(out))
     return Search(experiment, path, _recorded(path, workers))
 
 
-def load(run: str | Path) -> "Run":
+def load(
+    run: str | Path, *, fitness: Any = None, body: Any = None, space: GenomeSpace | None = None
+) -> "Run":
     """Open a run for reading, by its folder or its name under `runs/`.
 
     Opening a run never executes anything in it.
 
+    Args:
+        run: the folder or the name.
+        fitness: the function or object of `evolve` that evolved it; no folder contains its code.
+        body: likewise.
+        space: of a body that is a function.
+
     Raises:
         RunError: there is none.
+        GaitsimError: the functions are not those that evolved it.
     """
-    return Run(find_run(str(run)))
+    found = Run(find_run(str(run)))
+    if sections := given_options(fitness, body, space):
+        check_belongs(sections, found.snapshot.outlines, str(found.path))
+    return found
 
 
 class Search(ReprMixin, Iterator[Generation]):
@@ -118,6 +140,9 @@ class Search(ReprMixin, Iterator[Generation]):
 
     def __next__(self) -> Generation:
         self.last = generation = next(self._generations)
+        if generation.number == 1 and not np.isfinite(generation.scores).any():
+            reason = generation.evaluation.reasons.get(0, "its score is not finite")
+            warn(f"all {len(generation.scores):,} individuals failed; the first one: {reason}")
         score = float(generation.scores[generation.best])
         if np.isfinite(score) and (self.champion is None or score > self.champion.score):
             self.champion = Individual(
@@ -312,6 +337,9 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         self,
         generations: int | None = None,
         *,
+        fitness: Any = None,
+        body: Any = None,
+        space: GenomeSpace | None = None,
         set: Mapping[str, Any] | None = None,
         workers: int | None = None,
     ) -> Search:
@@ -319,6 +347,9 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
         Args:
             generations: the last generation to evolve, counted from the first one; None as planned.
+            fitness: as of `evolve`; another one than the run's begins a stage.
+            body: likewise.
+            space: of a body that is a function.
             set: options from here on, by key; those that matter begin a stage.
             workers: number of parallel workers; None for what suits the body.
 
@@ -327,7 +358,8 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
                 is raised when the loop begins.
         """
         check_workers(workers)
-        given = as_overrides(set, {})
+        sections = given_options(fitness, body, space)
+        given = as_overrides(set, resumed_options(sections, self.snapshot.outline))
         further = {} if generations is None else {"evolution.generations": generations}
         experiment = self.snapshot.experiment_with(further | given, ARGUMENTS)
         return Search(experiment, self.path, _recorded(self.path, workers, given, generations))
@@ -343,17 +375,6 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
     def _repr_details(self) -> Mapping[str, ReprField]:
         return {**self._repr_fields(), **self.experiment._repr_fields()}
-
-
-def check_workers(workers: Any) -> None:
-    """Refuse an invalid number of workers."""
-    whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
-    if workers is not None and not (whole and workers >= 1):
-        raise GaitsimError(
-            f"{workers!r} is not a number of workers",
-            where="workers",
-            allowed="a whole number, 1 or more; None for what suits the body",
-        )
 
 
 # Functions rather than methods: a search that is left in the middle of its loop is then freed at
@@ -377,22 +398,3 @@ def _recorded(
         if writer.warning:
             warn(writer.warning)
         yield from session.evolve()
-
-
-def warn(text: str) -> None:
-    warnings.warn(text, stacklevel=2)
-
-
-def as_overrides(set: Any, short: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options by key, without those of `short` that are None.
-
-    Raises:
-        GaitsimError: `set` is not a mapping.
-    """
-    if not isinstance(set, Mapping | None):
-        raise GaitsimError(
-            f"{set!r} is not a mapping of options",
-            where="set",
-            allowed='a mapping, such as {"mutation.rate": 0.1}',
-        )
-    return {key: value for key, value in short.items() if value is not None} | dict(set or {})

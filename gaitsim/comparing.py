@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from gaitsim.api import ARGUMENTS, as_overrides, check_workers, warn
+from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
 from gaitsim.choices import ComparisonPlot
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.experiment import Experiment

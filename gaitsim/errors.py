@@ -73,6 +73,10 @@ class ContractError(PluginError):
     """A plugin fails or breaks its contract."""
 
 
+class MissingFunctionError(PluginError):
+    """An experiment uses a Python function or class that this process was not given."""
+
+
 class RunError(GaitsimError):
     """The run folder cannot be created, read, written or resumed."""
 

@@ -11,6 +11,8 @@ from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import confirm, echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError
+from gaitsim.registry.entry_points import PYTHON
+from gaitsim.registry.python_entries import is_outside
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import RUNS, command, find_run, holds_run
 from gaitsim.runs.overview import Overview, RunsWatcher
@@ -58,6 +60,10 @@ def runs(
             rows.append([row["run"], row["organism"], row["fitness"], done, best, row["state"]])
         columns = "run", "body", "fitness", "generation", "best", "state"
         print_table(columns, rows, numbers=["generation", "best"])
+        if any(row["outside"] for row in found):
+            output().print(
+                f"{PYTHON} is code outside the run, which cannot be reproduced from its files alone"
+            )
         for row in found:
             if row["failure"]:
                 notice(f"{root / row['run']} failed in the background: {row['failure']}")
@@ -112,4 +118,5 @@ def _row(run: Overview) -> dict[str, Any]:
         "best": run.best,
         "state": run.state,
         "failure": run.failure.what if run.failure else None,
+        "outside": [name for name in run.plugins.values() if is_outside(name)],
     }

@@ -1,7 +1,7 @@
 """`gaitsim show`."""
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -11,14 +11,15 @@ from gaitsim import toml
 from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json, RunName
 from gaitsim.cli.summary import champion_of, print_champion, to_dict
-from gaitsim.errors import RunError
+from gaitsim.errors import MissingFunctionError, RunError
 from gaitsim.evaluation.worlds import ranges_of
 from gaitsim.evolution.transferability import RealityTests
+from gaitsim.individual import Individual
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.folder import command, find_run
-from gaitsim.runs.files.history import FIGURE, figures_of
+from gaitsim.runs.files.history import FIGURE, best_terms, figures_of
 from gaitsim.runs.snapshot import RunSnapshot
 
 
@@ -56,7 +57,7 @@ def show(
 
 def _print_json(run: RunSnapshot) -> None:
     experiment, history = run.experiment, run.history
-    champion = champion_of(run)
+    champion = _champion(run)
     members = run.members if history else None
     tests = RealityTests.of(run.finished.state) if history else None
     start = run.start
@@ -88,7 +89,8 @@ def _print_json(run: RunSnapshot) -> None:
             "pending": [str(change) for change in run.pending],
             "members": len(members.scores) if members else None,
             "tests": tests.to_dicts() if tests else [],
-            "champion": to_dict(champion) if champion else None,
+            "champion": to_dict(champion) if isinstance(champion, Individual) else champion,
+            "outside": [entry.name for entry in run.outside],
             "figures": {name: float(history[FIGURE + name][-1]) for name in figures_of(history)},
             "fingerprint": run.fingerprint() if history else None,
         }
@@ -109,6 +111,8 @@ def _print(run: RunSnapshot) -> None:
         console.print(f"Failed in the background: {failure}", style="red")
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
     console.print(f"seed {experiment.seed}  {parts}")
+    for entry in run.outside:
+        console.print(f"{entry.notice}.")
     islands = experiment.islands
     if islands.number > 1:
         where = "on a ring" if islands.topology == "ring" else "all neighbours"
@@ -147,7 +151,29 @@ def _print(run: RunSnapshot) -> None:
     _print_members(run)
     _print_tests(run)
     console.print()
-    print_champion(run, champion_of(run))
+    champion = _champion(run)
+    if not isinstance(champion, dict):
+        print_champion(run, champion)
+        return
+    score = number(champion["score"], 4)
+    console.print(f"Champion of generation {champion['generation']}, score {score}")
+    terms = "  ".join(f"{name} {number(value)}" for name, value in champion["terms"].items())
+    console.print(f"score = {terms}")
+
+
+def _champion(run: RunSnapshot) -> Individual | dict[str, Any] | None:
+    """Return the champion; what the history says of it where its body is not known here."""
+    try:
+        return champion_of(run)
+    except MissingFunctionError:
+        generation = run.best_generation or 1
+        return {
+            "generation": generation,
+            "score": float(run.history["best"][generation - 1]),
+            "terms": best_terms(run.history, generation),
+            "measures": {},
+            "units": {},
+        }
 
 
 def _print_members(run: RunSnapshot) -> None:

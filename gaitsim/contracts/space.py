@@ -51,7 +51,7 @@ class RealSpace(GenomeSpace):
     Args:
         lower: smallest value of each gene, (genes,) float64.
         upper: largest value of each gene, (genes,) float64; finite, above `lower`.
-        labels: name of each gene.
+        labels: name of each gene; () for 'gene 1', 'gene 2' and so on.
         initial_sigma: standard deviation of the initial population around the middle of
             the bounds, in the unit of the gene, (genes,); None draws uniformly
             between the bounds.
@@ -64,7 +64,7 @@ class RealSpace(GenomeSpace):
 
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
-    labels: tuple[str, ...]
+    labels: tuple[str, ...] = ()
     initial_sigma: NDArray[np.float64] | None = None
     periodic: NDArray[np.bool_] | None = None
 
@@ -72,10 +72,16 @@ class RealSpace(GenomeSpace):
     dtype: ClassVar[np.dtype[Any]] = np.dtype(np.float64)
 
     def __post_init__(self) -> None:
+        labels = self.labels or tuple(f"gene {n}" for n in range(1, 1 + np.size(self.lower)))
+        object.__setattr__(self, "labels", labels)
         expected = (len(self.labels),)
         for field in ("lower", "upper", "initial_sigma", "periodic"):
             value = getattr(self, field)
-            if value is not None and np.shape(value) != expected:
+            if value is None:
+                continue
+            dtype = np.bool_ if field == "periodic" else np.float64
+            object.__setattr__(self, field, np.asarray(value, dtype))
+            if np.shape(value) != expected:
                 raise ValueError(
                     f"RealSpace.{field} has shape {np.shape(value)}, expected (genes,) = {expected}"
                 )

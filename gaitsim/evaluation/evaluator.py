@@ -63,6 +63,11 @@ class Evaluator:
         self._on_warning = on_warning
         threads = experiment.organism.threads
         asked = workers or cores()
+        if experiment.in_python and not (cluster or threads):
+            if asked > 1 and workers:
+                code = " and the ".join(map(str, experiment.outside))
+                on_warning(f"{workers:,} workers are not used: the {code} cannot be sent to them")
+            asked = 1
         self._threads = 1 if not threads else cores() if cluster else asked
         self._pool = ThreadPoolExecutor(self._threads, "gaitsim") if self._threads > 1 else None
         self._own = None

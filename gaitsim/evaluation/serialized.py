@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.packages import compare, finder, needed
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.experiment import Experiment, parse_experiment
@@ -21,6 +22,12 @@ class SerializedExperiment:
     def __getstate__(self) -> "State":
         if self._state is None:
             experiment = self.experiment
+            for entry in experiment.in_python:
+                raise GaitsimError(
+                    f"the {entry} cannot be sent to other processes",
+                    where=entry.target,
+                    remedy="leave the workers out, or install it in a package: gaitsim plugins new",
+                )
             self._state = experiment.to_toml(), tuple(needed([experiment]).items())
         return self._state
 

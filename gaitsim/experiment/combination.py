@@ -21,6 +21,7 @@ from gaitsim.experiment.transferability import NO_REALITY, TRANSFERABILITY, Tran
 from gaitsim.experiment.worlds import WORLD, Worlds
 from gaitsim.registry import Entry
 from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.python_plugins import MissingBody
 
 
 def check_search(
@@ -94,6 +95,8 @@ def check_worlds(
     """Refuse worlds of a body without conditions, unknown conditions, and impossible ranges."""
     organism: Organism | None = plugins.get("organism")
     if organism is None or not (worlds.number or worlds.ranges):
+        return
+    if isinstance(organism, MissingBody):
         return
     stagnation = evolution.stagnation
     if worlds.number and worlds.redraw and stagnation and stagnation >= worlds.redraw:
@@ -214,7 +217,7 @@ def check_combination(
 ) -> None:
     """Refuse a search or operators for other genomes, a fitness that reads missing channels."""
     organism: Organism | None = plugins.get("organism")
-    if organism is None:
+    if organism is None or isinstance(organism, MissingBody):
         return
     body, channels = entries["organism"].name, organism.channels
     space: GenomeSpace | None = None

@@ -22,6 +22,7 @@ from gaitsim.experiment.transferability import NO_REALITY, TRANSFERABILITY, Tran
 from gaitsim.experiment.worlds import OWN_WORLD, WORLD, Worlds
 from gaitsim.registry import KINDS, Entry, contract_error, options, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.python_entries import PythonEntry, is_outside
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 SCHEMA = 1
@@ -127,6 +128,26 @@ class Experiment(ReprMixin):
         """The kinds of its plugins: organism, fitness, search, and the operators of the search."""
         return tuple(kind for kind in KINDS if kind in self.entries)
 
+    @property
+    def in_python(self) -> tuple[PythonEntry, ...]:
+        """Its functions and classes that were given in Python, which no package has."""
+        return tuple(one for one in self.entries.values() if isinstance(one, PythonEntry))
+
+    @property
+    def outside(self) -> tuple[PythonEntry, ...]:
+        """Those whose code is the user's, so that no file can reproduce the experiment."""
+        return tuple(entry for entry in self.in_python if is_outside(entry.name))
+
+    def check_given(self) -> None:
+        """Refuse an experiment with functions that this process was not given.
+
+        Raises:
+            MissingFunctionError: it has one.
+        """
+        for entry in self.in_python:
+            if entry.model is None:
+                raise entry.missing
+
     def plugin(self, kind: str) -> Plugin:
         """The plugin of one of its `kinds`."""
         return cast(Plugin, getattr(self, kind))
@@ -194,6 +215,8 @@ class Experiment(ReprMixin):
                 continue
             with plugin_errors(entry, "writing its options"):
                 document[name] = _table(model, {PLUGIN: entry.name}, brief)
+            if isinstance(entry, PythonEntry) and entry in self.outside:
+                document[name].add(tomlkit.comment(entry.notice))
         return tomlkit.dumps(document)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:

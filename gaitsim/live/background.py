@@ -52,7 +52,13 @@ def check_detached(
     """
     RunLock(run).release()
     found = RunSnapshot(run, keep_damaged=True)
-    plan_resume(found, overrides, generations=generations, any_version=any_version)
+    plan = plan_resume(found, overrides, generations=generations, any_version=any_version)
+    for entry in plan.experiment.outside:
+        raise GaitsimError(
+            f"the {entry} cannot be sent to another process",
+            where=entry.target,
+            remedy="evolve the run in this one: run.resume()",
+        )
 
 
 def start_detached(

@@ -16,6 +16,8 @@ EXPERIMENTS = "experiments"
 STUDIES = "studies"
 FILES = "files"
 """Formats of files that describe a body: the suffix, and the option that takes the file's path."""
+PYTHON = "python:"
+"""How the names of functions and classes begin that were given in Python."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,15 @@ class Entry:
     def source(self) -> str:
         """The package with its version."""
         return f"{self.package} {self.version}".strip()
+
+    @property
+    def remedy(self) -> str:
+        """What to do where the plugin breaks its contract."""
+        return f"update {self.package}, or report it to its author"
+
+    def place_of(self, error: BaseException) -> str:
+        """Return where an error of the plugin was raised."""
+        return self.target
 
 
 Entries = Mapping[str, Sequence[Entry]]
@@ -132,6 +143,10 @@ def find(kind: str, name: str) -> Entry:
     Raises:
         PluginError: there is none, or several packages claim the name.
     """
+    if name.startswith(PYTHON) and kind in KINDS:
+        from gaitsim.registry.python_entries import find_given  # it imports this module
+
+        return find_given(kind, name)
     known = entries(kind)
     what = {EXPERIMENTS: "experiment", STUDIES: "study", FILES: "format"}.get(
         kind, f"{kind} plugin"

@@ -31,7 +31,10 @@ def load_entry(entry: Entry) -> "type[Plugin]":
     # Here, as a list of names needs neither NumPy nor pydantic.
     from gaitsim import contracts
     from gaitsim.registry.class_validation import problems
+    from gaitsim.registry.python_entries import PythonEntry
 
+    if isinstance(entry, PythonEntry):
+        return entry.load()
     allow_missing_cache()
     guard_process()
     with plugin_errors(entry, "being imported"):

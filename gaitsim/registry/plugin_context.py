@@ -71,16 +71,15 @@ def plugin_errors(entry: Entry, doing: str) -> Iterator[None]:
                 reason = f"{type(error).__name__}: {error}".rstrip(": ")
             except Exception:  # `__str__` is the plugin's code, too
                 reason = type(error).__name__
-            raise contract_error(entry, f"failed while {doing}: {reason}") from error
+            failed = contract_error(entry, f"failed while {doing}: {reason}")
+            failed.where = entry.place_of(error)
+            raise failed from error
 
 
 def contract_error(entry: Entry, what: str, allowed: str = "") -> ContractError:
     """Return the error of a plugin that fails or breaks its contract; it names the package."""
     return ContractError(
-        f"{entry} {what}",
-        where=entry.target,
-        allowed=allowed,
-        remedy=f"update {entry.package}, or report it to its author",
+        f"{entry} {what}", where=entry.target, allowed=allowed, remedy=entry.remedy
     )
 
 

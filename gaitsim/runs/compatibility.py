@@ -13,6 +13,7 @@ from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
 from gaitsim.errors import CheckpointError, GaitsimError
 from gaitsim.experiment import Experiment, parse_space, read_outline
 from gaitsim.registry import KINDS, entries, plugin_errors
+from gaitsim.registry.python_entries import OUTSIDE
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 
@@ -130,7 +131,7 @@ def versions(experiment: Experiment) -> dict[str, str]:
             own = getattr(sys.modules[name], "__version__", None)  # its package has another name
             found[name] = str(own or _installed(name))
     for kind, entry in experiment.entries.items():
-        found[f"{kind} {entry.name}"] = f"{entry.package} {entry.version}"
+        found[f"{kind} {entry.name}"] = entry.source
     return found
 
 
@@ -143,5 +144,5 @@ def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
             remedy=f"install it: pip install {'=='.join(package.split())}",
         )
         for key, package in found.items()
-        if key.partition(" ")[0] in KINDS and key not in known
+        if key.partition(" ")[0] in KINDS and key not in known and package != OUTSIDE
     ]

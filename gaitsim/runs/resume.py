@@ -82,6 +82,7 @@ def plan_resume(
     checkpoint = run.checkpoint
     if checkpoint is None:
         experiment = run.experiment_with(given)
+        experiment.check_given()
         check_size(experiment)
         return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "")
     experiment = _changed(run, checkpoint, given)
@@ -117,10 +118,12 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
     number = run.stages[-1].outline.islands.number
     population = len(checkpoint.genomes) // number
     if not overrides:
+        run.experiment.check_given()
         check_population(run.experiment, checkpoint, run.path)
         return run.experiment
     try:
         experiment = run.experiment_with(overrides)
+        experiment.check_given()
     except ExperimentError as error:
         raise ExperimentError([*error.problems, *_asked_size(overrides, population)]) from None
     problems = []

@@ -5,7 +5,6 @@ open ─▶ prepare ─▶ re-evaluate, if a stage asks for it ─▶ evolve ─
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from pathlib import Path
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, Executor
@@ -40,7 +39,7 @@ class Session(ExitStack):
         self._workers, self._cluster, self._on_warning = workers, cluster, on_warning
         self._evaluator: Evaluator | None = None
         self.enter_context(writer)
-        self.enter_context(_resumable(writer.path))
+        self.enter_context(_resumable(writer))
         forget_failure(writer.path)
 
     def prepare(self) -> Evaluator:
@@ -75,11 +74,14 @@ class Session(ExitStack):
 
 
 @contextmanager
-def _resumable(path: Path) -> Iterator[None]:
-    """Let an error in the block say how to resume the run in `path`."""
+def _resumable(writer: RunWriter) -> Iterator[None]:
+    """Let an error in the block say how to resume the run."""
+    path = writer.path
     try:
         yield
     except GaitsimError as error:
         if (path / EXPERIMENT).exists():
-            error.then(f"continue with: {command('resume', path)}")
+            given = ", ".join(entry.argument for entry in writer.experiment.outside)
+            how = f"gs.load({str(path)!r}).resume({given})" if given else command("resume", path)
+            error.then(f"continue with: {how}")
         raise

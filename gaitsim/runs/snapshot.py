@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from gaitsim.contracts.search import Members
 from gaitsim.errors import ExperimentError, RunError, unknown
 from gaitsim.evolution.searching import members, state_mismatch
-from gaitsim.experiment import Experiment, Overrides, parse_experiment
+from gaitsim.experiment import Experiment, ExperimentOutline, Overrides, parse_experiment
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.individual import WITHIN, Asked, Individual, Member, Near
+from gaitsim.registry.python_entries import PythonEntry, find_given, is_outside
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.contents import RunFiles
 from gaitsim.runs.files.folder import BESTS, CHECKPOINT, EXPERIMENT, HISTORY, command
@@ -53,6 +54,23 @@ class RunSnapshot(RunFiles):
             except RunError:
                 versions = {}
             raise ExperimentError([*error.problems, *missing_packages(versions)]) from None
+
+    @property
+    def outlines(self) -> list[ExperimentOutline]:
+        """The experiment of each stage, and the one of the generations to come."""
+        return [*(stage.outline for stage in self.stages), self.outline]
+
+    @property
+    def outside(self) -> tuple[PythonEntry, ...]:
+        """The Python code of its stages that no package has, so that no file reproduces it.
+
+        Raises:
+            GaitsimError: the run is damaged.
+        """
+        plugins = [plugin for outline in self.outlines for plugin in outline.plugins.items()]
+        return tuple(
+            find_given(kind, name) for kind, name in dict.fromkeys(plugins) if is_outside(name)
+        )
 
     def stage_at(self, generation: int) -> RunStage:
         """Return the stage that a generation belongs to.

@@ -78,6 +78,13 @@ class Challenge:
                 where=individual.title,
                 allowed="an individual of a run",
             )
+        for entry in individual.experiment.outside:
+            raise GaitsimError(
+                f"the {entry} is code outside the run: nobody could verify a challenge code",
+                where=individual.title,
+                allowed="a body and a fitness of installed packages",
+                remedy="make a package of it: gaitsim plugins new",
+            )
         if not math.isfinite(individual.score):
             raise GaitsimError("an individual that failed has no score", where=individual.title)
         return cls(

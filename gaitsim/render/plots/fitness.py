@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.experiment import Experiment
+from gaitsim.individual import Individual
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, heading_of_run, score_words
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
@@ -131,8 +132,11 @@ def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: The
             label="kept champion",
             **style,
         )
-    if np.isfinite(history["best"]).any():
-        champion = run.individual()
+    if number := run.best_generation:
+        # Without its genome, which cannot be read where the body is not known.
+        champion = Individual(
+            run.experiment_at(number), float(history["best"][number - 1]), {}, number
+        )
         axes.plot(
             champion.generation,
             champion.score,

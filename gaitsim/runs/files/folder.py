@@ -237,6 +237,7 @@ def create_run(
     Raises:
         RunError: it cannot be made, or the population is too large for a checkpoint.
     """
+    experiment.check_given()
     check_size(experiment)
     if experiment.search.reads():
         prepare(experiment)  # refuses the names of terms and measures that are not there

@@ -1,0 +1,135 @@
+"""Experiments whose fitness or body is a function or an object of Python."""
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+from gaitsim.contracts import BitSpace, Organism, RealSpace
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment.loading import load_experiment, parse_experiment, with_overrides
+from gaitsim.experiment.model import Experiment
+from gaitsim.experiment.outline import ExperimentOutline
+from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.registry import options
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.entry_points import PYTHON
+from gaitsim.registry.python_entries import ARGUMENTS
+from gaitsim.registry.python_giving import given_options
+
+_REAL = '[search]\nplugin = "cma-es"\n'
+_BITS = """[selection]
+plugin = "tournament"
+[crossover]
+plugin = "uniform"
+[mutation]
+plugin = "bit-flip"
+"""
+
+
+def python_experiment(
+    experiment: str | Path | Experiment | None,
+    overrides: Mapping[str, Any],
+    place: str = COMMAND_LINE,
+    *,
+    fitness: Any = None,
+    body: Any = None,
+    space: Any = None,
+) -> Experiment:
+    """Return an experiment after overrides, with a fitness and a body of Python.
+
+    Args:
+        experiment: a preset's name, the path of a file, or an experiment; None for a body alone.
+        overrides: values of options by key.
+        place: where the overrides come from, for messages.
+        fitness: as of `gaitsim.evolve`.
+        body: as of `gaitsim.evolve`.
+        space: as of `gaitsim.evolve`.
+
+    Raises:
+        ExperimentError: the experiment has problems, all of them in one message.
+        GaitsimError: an argument is invalid, or there is no such preset or file.
+    """
+    sections = given_options(fitness, body, space)
+    for kind in sections:
+        if f"{kind}.{PLUGIN}" in overrides:
+            what = f"{ARGUMENTS[kind]} is given, and {kind}.{PLUGIN} is set, too"
+            raise GaitsimError(what, where=place, remedy="leave one of them out")
+    given = {**_keys(sections), **overrides}
+    text = ""
+    if experiment is None:
+        text = _body_alone(body, space)
+    if "organism" in sections:
+        label = getattr(body, "__name__", type(body).__name__)
+        given = {"name": label, "description": f"the body {label}", **given}
+    if text:
+        return parse_experiment(text, "the experiment of a body alone", given, place)
+    if not isinstance(experiment, Experiment):
+        return load_experiment(str(experiment), given, place)
+    return with_overrides(experiment, given, place) if given else experiment
+
+
+def _keys(sections: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    return {f"{kind}.{key}": v for kind, table in sections.items() for key, v in table.items()}
+
+
+def _body_alone(body: Any, space: Any) -> str:
+    """Return the experiment of a body without a preset: CMA-ES, or a genetic search of bits."""
+    presets = "name a preset, whose search and options it takes: gs.evolve('spider', …)"
+    if body is None:
+        raise GaitsimError(
+            "there is nothing to evolve",
+            where="experiment",
+            allowed="a preset's name, a path, an experiment, or a body",
+            remedy=presets,
+        )
+    genomes = body.genome_space() if isinstance(body, Organism) else space
+    if isinstance(genomes, RealSpace):
+        return _REAL
+    if isinstance(genomes, BitSpace):
+        return _BITS
+    what = f"no search is known for genomes of a {type(genomes).__name__}"
+    raise GaitsimError(what, where="experiment", remedy=presets)
+
+
+def check_belongs(
+    sections: Mapping[str, Mapping[str, Any]], outlines: Collection[ExperimentOutline], where: str
+) -> None:
+    """Check that functions given for a run are those that evolved it, in one of its stages.
+
+    Raises:
+        GaitsimError: one is another.
+    """
+    for kind, table in sections.items():
+        known = [one.plugins[kind] for one in outlines]
+        if table[PLUGIN] in known:
+            continue
+        last, argument = known[-1], ARGUMENTS[kind]
+        edited = last.startswith(PYTHON) and _label(last) == _label(table[PLUGIN])
+        reason = "its code, its space or the version of Python has changed" if edited else ""
+        raise GaitsimError(
+            f"the {argument} of the run is {last!r}, not {table[PLUGIN]!r}"
+            + (f": {reason}" if reason else ""),
+            where=where,
+            allowed=f"the {argument} that evolved it",
+            remedy=f"run.resume({argument}=…) continues with another {argument}, as a new stage",
+        )
+
+
+def resumed_options(
+    sections: Mapping[str, Mapping[str, Any]], outline: ExperimentOutline
+) -> dict[str, Any]:
+    """Return, by key, the options of functions and objects that a run does not have already."""
+    changed = {
+        kind: {key: value for key, value in table.items() if _differs(outline, kind, key, value)}
+        for kind, table in sections.items()
+    }
+    return _keys(changed)
+
+
+def _differs(outline: ExperimentOutline, kind: str, key: str, value: Any) -> bool:
+    now = outline.sections[kind].get(key, options.NOT_SET)
+    return bool(now != value)
+
+
+def _label(name: str) -> str:
+    return name.partition("@")[0]

@@ -1,0 +1,208 @@
+"""Plugin classes behind functions that were given in Python, and behind missing ones."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import ConfigDict
+
+from gaitsim.contracts import (
+    Array,
+    Channel,
+    Fitness,
+    Genomes,
+    GenomeSpace,
+    Motion,
+    Organism,
+    Plugin,
+    Skeleton,
+)
+from gaitsim.errors import GaitsimError
+from gaitsim.registry.plugin_context import contract_error
+from gaitsim.registry.python_entries import PythonEntry
+
+
+class UnknownChannelError(KeyError):
+    """A fitness reads a channel that the motion does not have."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class LentMotion(Motion):
+    """A motion whose arrays a fitness cannot change."""
+
+    def __init__(self, motion: Motion) -> None:
+        super().__init__(motion.frame_rate, {}, failures=motion.failures)
+        self._lent = motion
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self:
+            known = ", ".join(self) or "none"
+            raise UnknownChannelError(f"the motion has no channel {name!r}; it has {known}")
+        view = np.asarray(self._lent[name]).view()
+        view.flags.writeable = False
+        return view
+
+    def __contains__(self, name: object) -> bool:
+        return name in tuple(self._lent)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._lent)
+
+    @property
+    def population(self) -> int:
+        """The number of individuals."""
+        return self._lent.population
+
+
+class FunctionFitness(Fitness):
+    """A fitness whose terms a function returns."""
+
+    entry: ClassVar[PythonEntry]
+    function: ClassVar[Callable[[Motion], Any]]
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """Return the function's terms; those of a function that returns one array have its name."""
+        try:
+            found = type(self).function(LentMotion(motion))
+        except ValueError as error:
+            if "read-only" not in str(error):
+                raise
+            copied = "a copy of a channel, as in motion['feet'].copy()"
+            refused = contract_error(self.entry, "changes the motion that it is given", copied)
+            refused.where = self.entry.place_of(error)
+            raise refused from error
+        return dict(found) if isinstance(found, Mapping) else {self.entry.label: found}
+
+
+class ScoreChannel(Fitness):
+    """The score is the channel `score` of a body that computes it."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """Return that channel.
+
+        Raises:
+            GaitsimError: the body has none.
+        """
+        if "score" not in motion:
+            raise GaitsimError(
+                "no fitness is given, and the body returned no score",
+                where=f"the body returned the channels {', '.join(motion)}",
+                allowed="a channel 'score', or one array (population,), which is the score",
+                remedy="return it, or give a function fitness=…",
+            )
+        return {"score": motion["score"]}
+
+
+class FunctionBody(Organism):
+    """A body whose channels a function returns."""
+
+    entry: ClassVar[PythonEntry]
+    function: ClassVar[Callable[[Genomes], Any]]
+    space: ClassVar[GenomeSpace]
+    channels: ClassVar[Mapping[str, Channel]] = {}
+
+    def genome_space(self) -> GenomeSpace:
+        """Return the space that was given with the function."""
+        return type(self).space
+
+    def move(self, genomes: Genomes) -> Motion:
+        """Return what the function returns as a motion; a single array is the channel `score`.
+
+        Raises:
+            ContractError: it returned something else.
+        """
+        found = type(self).function(genomes)
+        if isinstance(found, Motion):
+            return found
+        channels = found if isinstance(found, Mapping) else {"score": found}
+        if channels is not found and np.ndim(self._channel("score", found, len(genomes))) != 1:
+            what = f"returned an array of the shape {np.shape(found)}"
+            expected = f"a score for each individual, (population,) = ({len(genomes)},)"
+            raise contract_error(self.entry, what, f"{expected}, or a dict of channels")
+        if not channels:
+            raise contract_error(self.entry, "returned no channel", _CHANNELS)
+        return Motion(1.0, {k: self._channel(k, v, len(genomes)) for k, v in channels.items()})
+
+    def _channel(self, name: Any, values: Any, population: int) -> Array:
+        if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
+            raise contract_error(self.entry, f"names a channel {name!r:.80}", "a printable text")
+        try:
+            array = np.asarray(values)
+        except ValueError:  # lists of different lengths
+            array = np.empty(0, object)
+        if array.dtype.kind not in "fiub":
+            what = f"gave {values!r:.80} for the channel {name!r}"
+            raise contract_error(self.entry, what, "real numbers")
+        if array.shape[:1] != (population,):
+            what = f"gave the channel {name!r} the shape {array.shape}"
+            raise contract_error(self.entry, what, f"{_FIRST} ({population}, …)")
+        return array
+
+    def skeleton(self, motion: Motion, individual: int) -> Skeleton:
+        """Refuse: a function has no body to draw.
+
+        Raises:
+            GaitsimError: always.
+        """
+        raise GaitsimError(
+            f"the {self.entry} is a function: there is nothing to draw",
+            allowed="a body with a skeleton",
+            remedy="write a subclass of gs.Organism with the method skeleton()",
+        )
+
+
+_FIRST = "an array whose first axis is the population,"
+_CHANNELS = f"a dict of channels, or one array: {_FIRST[:-1]}"
+
+
+def stand_in(entry: PythonEntry) -> type[Plugin]:
+    """Return a class that takes any options, and refuses whatever needs the missing code."""
+    base = MissingBody if entry.kind == "organism" else MissingFitness
+    return type(base.__name__, (base,), {"entry": entry, "__module__": __name__})
+
+
+class MissingFitness(Fitness):
+    """Stands in for a fitness that this process was not given."""
+
+    model_config = ConfigDict(extra="allow")
+
+    entry: ClassVar[PythonEntry]
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """Refuse.
+
+        Raises:
+            MissingFunctionError: always.
+        """
+        raise self.entry.missing
+
+
+class MissingBody(Organism):
+    """Stands in for a body that this process was not given."""
+
+    model_config = ConfigDict(extra="allow")
+
+    entry: ClassVar[PythonEntry]
+    channels: ClassVar[Mapping[str, Channel]] = {}
+
+    def genome_space(self) -> GenomeSpace:
+        """Refuse.
+
+        Raises:
+            MissingFunctionError: always, as do the other methods.
+        """
+        raise self.entry.missing
+
+    def move(self, genomes: Genomes) -> Motion:
+        """Refuse."""
+        raise self.entry.missing
+
+    def skeleton(self, motion: Motion, individual: int) -> Skeleton:
+        """Refuse."""
+        raise self.entry.missing

@@ -1,0 +1,319 @@
+"""Functions and objects of Python as fitness and body, and genomes scored for any optimiser."""
+
+import functools
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+import gaitsim as gs
+from gaitsim.contracts import Array, Channel, Genomes, Skeleton, option
+from gaitsim.registry import python_entries
+from gaitsim.runs.snapshot import RunSnapshot
+
+SPACE = gs.RealSpace(np.full(3, -5.0), np.full(3, 5.0))
+
+
+def sphere(genomes: Genomes) -> Array:
+    """The score alone."""
+    return -(genomes**2).sum(axis=1)
+
+
+def pendulum(genomes: Genomes) -> dict[str, Array]:
+    """A pendulum with a torque for each genome, as channels."""
+    return {"angle": np.sin(genomes), "effort": np.abs(genomes).sum(axis=1)}
+
+
+def upright(motion: gs.Motion) -> dict[str, Array]:
+    """Two terms."""
+    return {"angle": motion["angle"].sum(axis=1), "effort": -0.1 * motion["effort"]}
+
+
+def height(motion: gs.Motion) -> Array:
+    """One term, of which no channel is declared."""
+    return np.asarray(motion["feet"][:, :, :, 2].max(axis=(1, 2)))
+
+
+class Weighted(gs.Fitness):
+    """A fitness that no package has."""
+
+    weight: float = option(1.0, "of the effort")
+    floor: float | None = option(None, "lowest term")
+    needs: ClassVar[tuple[str, ...]] = ("effort",)
+
+    def terms(self, motion: gs.Motion) -> dict[str, Array]:
+        """One term."""
+        return {"effort": -self.weight * motion["effort"]}
+
+
+class Stick(gs.Organism):
+    """A body that no package has."""
+
+    length: float = option(1.0, "of the stick", unit="m")
+    channels: ClassVar[Mapping[str, Channel]] = {"effort": Channel((), "J", "of a motor")}
+
+    def genome_space(self) -> gs.RealSpace:
+        """Two genes."""
+        return gs.RealSpace(np.zeros(2), np.ones(2))
+
+    def move(self, genomes: Genomes) -> gs.Motion:
+        """Effort alone."""
+        return gs.Motion(10.0, {"effort": genomes.sum(axis=1) * self.length})
+
+    def skeleton(self, motion: gs.Motion, individual: int) -> Skeleton:
+        """Nothing to draw."""
+        raise NotImplementedError
+
+
+@pytest.fixture
+def elsewhere(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """Forgets all functions, as another process does not know them."""
+    return lambda: monkeypatch.setattr(python_entries, "_given", {})
+
+
+def evolved(search: gs.Search) -> gs.Generation:
+    """The last generation."""
+    *_, last = search
+    return last
+
+
+def swung(out: Path | None = None, generations: int = 6) -> gs.Search:
+    """A search of the pendulum."""
+    return gs.evolve(
+        body=pendulum,
+        space=SPACE,
+        fitness=upright,
+        generations=generations,
+        population=8,
+        seed=3,
+        out=out,
+    )
+
+
+def test_a_function_that_returns_an_array_is_a_body_with_its_score() -> None:
+    last = evolved(gs.evolve(body=sphere, space=SPACE, generations=40, population=10))
+    assert last.scores.max() > -1e-3
+    assert np.array_equal(last.scores, sphere(last.genomes))
+
+
+def test_a_function_scores_a_body_of_a_package() -> None:
+    search = gs.evolve("spider", fitness=height, generations=2, population=6, seed=1)
+    last = evolved(search)
+    again = gs.evaluate(search.experiment, last.genomes)
+    assert list(last.evaluation.terms) == ["height"]
+    assert np.array_equal(last.scores, again.scores)
+    assert search.champion is not None
+    assert search.champion.replayed_score == search.champion.score
+
+
+def test_a_run_is_resumed_exactly_with_its_functions(
+    tmp_path: Path, elsewhere: Callable[[], None]
+) -> None:
+    evolved(swung(tmp_path / "whole"))
+    evolved(swung(tmp_path / "part", generations=3))
+    elsewhere()
+    part = gs.load(tmp_path / "part", fitness=upright, body=pendulum, space=SPACE)
+    evolved(part.resume(6))
+    whole = gs.load(tmp_path / "whole")
+    assert part.fingerprint() == whole.fingerprint()
+    assert len(RunSnapshot(part.path).stages) == 1
+    assert part.champion.terms == part.champion.replayed_terms
+
+
+def test_another_function_begins_a_stage(tmp_path: Path) -> None:
+    evolved(swung(tmp_path / "run", generations=2))
+
+    def upright(motion: gs.Motion) -> Array:
+        return np.asarray(motion["angle"][:, 0])
+
+    run = gs.load(tmp_path / "run")
+    with pytest.raises(gs.GaitsimError, match="has changed"):
+        gs.load(tmp_path / "run", fitness=upright)
+    last = evolved(run.resume(3, fitness=upright))
+    assert last.progress.stage == 2
+    assert list(last.evaluation.terms) == ["upright"]
+
+
+def test_values_that_a_function_encloses_tell_it_from_another() -> None:
+    def weighted(weight: float) -> Callable[[gs.Motion], Array]:
+        def effort(motion: gs.Motion) -> Array:
+            return np.asarray(-weight * motion["effort"])
+
+        return effort
+
+    names = [
+        gs.evolve(body=pendulum, space=SPACE, fitness=weighted(weight)).experiment.fitness
+        for weight in (1.0, 2.0, 1.0)
+    ]
+    assert type(names[0]) is not type(names[1])
+    assert names[0].__class__.__name__ == "effort"
+
+
+def test_objects_of_classes_outside_packages_keep_their_options(
+    tmp_path: Path, elsewhere: Callable[[], None]
+) -> None:
+    search = gs.evolve(
+        body=Stick(length=2.0), fitness=Weighted(weight=3.0), generations=2, population=6,
+        out=tmp_path / "stick",
+    )  # fmt: skip
+    last = evolved(search)
+    assert search.experiment.fitness == Weighted(weight=3.0)
+    assert np.allclose(last.scores, -6 * last.genomes.sum(axis=1))
+    elsewhere()
+    run = gs.load(tmp_path / "stick", fitness=Weighted(), body=Stick())
+    assert run.experiment.fitness == Weighted(weight=3.0)
+    assert evolved(run.resume(3, fitness=Weighted(weight=2.0))).progress.stage == 2
+
+
+def test_other_processes_read_a_run_and_refuse_what_needs_its_functions(
+    tmp_path: Path, elsewhere: Callable[[], None], gaitsim: Any
+) -> None:
+    path = tmp_path / "runs/pendulum"
+    last = evolved(swung(path))
+    elsewhere()
+    run = gs.load(path)
+    assert run.history["best"][-1] == last.scores.max()
+    assert run.plot("fitness") is not None
+    shown = gaitsim("show", path).stdout
+    assert "cannot be reproduced" in shown
+    assert "Champion of generation" in shown
+    assert "cannot be reproduced" in gaitsim("runs", path.parent).stdout
+    found = json.loads(gaitsim("show", path, "--json").stdout)
+    assert [name.partition("@")[0] for name in found["outside"]] == [
+        "python:pendulum",
+        "python:upright",
+    ]
+    for refuse in (
+        lambda: run.champion,
+        lambda: evolved(run.resume(9)),
+        run.share,
+        lambda: evolved(gs.evolve(path / "experiment.toml", out=tmp_path / "again")),
+    ):
+        with pytest.raises(gs.GaitsimError, match="has to be given again"):
+            refuse()
+    for command in (("verify", path), ("resume", path), ("fork", path, "--out", "fork")):
+        assert "has to be given again" in gaitsim(*command, code=2).stderr
+    assert "cannot be reproduced" in (path / "experiment.toml").read_text()
+    assert "Python code outside the run" in (path / "provenance.json").read_text()
+
+
+def test_nobody_could_verify_a_code_of_a_function(tmp_path: Path) -> None:
+    search = swung(tmp_path / "run", generations=2)
+    evolved(search)
+    with pytest.raises(gs.GaitsimError, match="nobody could verify"):
+        search.run.share()
+    with pytest.raises(gs.GaitsimError, match="another process"):
+        search.run.detach(9)
+
+
+def fails(motion: gs.Motion) -> Array:
+    raise ValueError("of my own")
+
+
+def changes(motion: gs.Motion) -> Array:
+    motion["effort"][:] = 0
+    return motion["effort"]
+
+
+def turns(motion: gs.Motion) -> Array:
+    return motion["angle"].T
+
+
+def reads(motion: gs.Motion) -> Array:
+    return motion["angel"]
+
+
+def forgets(motion: gs.Motion) -> None:
+    return None
+
+
+def renames(motion: gs.Motion, calls: list[int] = []) -> dict[str, Array]:  # noqa: B006
+    calls.append(1)
+    return {f"call {len(calls)}": motion["effort"]}
+
+
+@pytest.mark.parametrize(
+    ("fitness", "told"),
+    [
+        (fails, "'fails' failed .* of my own\n.*test_in_python.py, line"),
+        (changes, "'changes' changes the motion"),
+        (turns, "'turns' gave the term 'turns' the shape"),
+        (reads, "no channel 'angel'; it has angle, effort"),
+        (forgets, "'forgets' gave None"),
+        (renames, "'renames' returned the terms call 3 after call 2"),
+        (lambda motion: motion["effort"], "a lambda has no name"),
+        (functools.partial(height), "a functools.partial of height"),
+        (Weighted, r"Weighted is given, not an instance[\s\S]*fitness=Weighted\(\)"),
+        ("upright", "'upright' is not a function"),
+    ],
+)
+def test_mistakes_in_a_fitness_name_it(fitness: Any, told: str) -> None:
+    with pytest.raises(gs.GaitsimError, match=told) as caught:
+        evolved(gs.evolve(body=pendulum, space=SPACE, fitness=fitness, generations=3, population=6))
+    assert "report it to its author" not in str(caught.value)
+
+
+def clears(genomes: Genomes) -> Array:
+    genomes[:] = 0
+    return genomes[:, 0]
+
+
+@pytest.mark.parametrize(
+    ("body", "space", "told"),
+    [
+        (sphere, None, "needs a genome space"),
+        (sphere, [(-1, 1)], "a list is not a genome space"),
+        (None, SPACE, "the body is not given"),
+        (None, None, "nothing to evolve"),
+        (pendulum, SPACE, "the body returned no score"),
+        (clears, SPACE, "'clears' changes the genomes"),
+        (Stick, None, "not an instance"),
+    ],
+)
+def test_mistakes_in_a_body_name_it(body: Any, space: Any, told: str) -> None:
+    with pytest.raises(gs.GaitsimError, match=told):
+        evolved(gs.evolve(body=body, space=space, generations=2, population=6))
+
+
+def test_individuals_without_a_score_have_failed() -> None:
+    def root(genomes: Genomes) -> Array:
+        return np.where(genomes[:, 0] > 0, genomes[:, 0], np.nan)
+
+    def nothing(genomes: Genomes) -> Array:
+        return np.full(len(genomes), np.nan)
+
+    first = next(gs.evolve(body=root, space=SPACE, population=20))
+    failed = np.flatnonzero(np.isneginf(first.scores)).tolist()
+    assert failed
+    assert first.evaluation.reasons == dict.fromkeys(failed, "score is nan")
+    with pytest.warns(UserWarning, match="all 20 individuals failed; the first one: score is nan"):
+        next(gs.evolve(body=nothing, space=SPACE, population=20))
+
+
+def test_functions_stay_in_this_process() -> None:
+    search = gs.evolve(body=sphere, space=SPACE, workers=3, generations=1)
+    with pytest.warns(UserWarning, match="3 workers are not used: the Python body 'sphere'"):
+        evolved(search)
+
+
+def test_genomes_are_scored_for_any_optimiser() -> None:
+    experiment = swung().experiment
+    genomes = experiment.space().random(5, np.random.default_rng(0))
+    found = gs.evaluate(experiment, np.asfortranarray(genomes))
+    assert np.array_equal(found.scores, sum(found.terms.values()))
+    assert gs.evaluate(experiment, genomes[2]).scores == found.scores[2]
+    outside = gs.evaluate(experiment, [[9, 0, -9], [5, 0, -5]]).scores
+    assert outside[0] == outside[1]
+    for given, told in (
+        ([[9, 0, -9]], "leaves the bounds"),
+        (genomes.T, r"shape \(3, 5\)"),
+        ([0, np.nan, 0], "gene 2"),
+        (["a", "b", "c"], "not real numbers"),
+    ):
+        with pytest.raises(gs.GaitsimError, match=told):
+            gs.evaluate(experiment, given, repair=False)
+    with pytest.raises(gs.GaitsimError, match="uint8"):
+        gs.evaluate("millipede", np.full(36, 0.5))
