@@ -9,15 +9,12 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from gaitsim.choices import (
-    Activation,
     Axis,
     CalibratedFormat,
     GaitFormat,
-    OutputActivation,
     PlotFormat,
     Quantity,
     Theme,
-    TrainingPreset,
     VideoFormat,
     VideoView,
 )
@@ -43,6 +40,10 @@ class Settings(BaseModel):
     """The options of a command that differ from its defaults are its words."""
 
     model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)
+
+    def subject(self, run: Path) -> Path:
+        """Return what the command is about: the run, unless an option says otherwise."""
+        return run
 
     def words(self, run: Path) -> list[str]:
         """Return the options as the command line takes them."""
@@ -242,26 +243,6 @@ class Analysis(Settings):
             which = f"-member-{self.member}" if self.member else which
             found += ["--figure", str(run / EXPORTS / f"analysis{which}.{self.figure}")]
         return found
-
-
-class Imitator(Settings):
-    generation: Generation = None
-    member: Member = None
-    settings: Annotated[
-        TrainingPreset, Field(description="As published, or steadier for a gait that lasts.")
-    ] = "source"
-    activation: Annotated[Activation | None, Field(description="Of the hidden layer.")] = None
-    output: Annotated[OutputActivation | None, Field(description="Of the outputs.")] = None
-    hidden: Annotated[int | None, Field(ge=1, le=4096, description="Hidden neurons.")] = None
-    epochs: Annotated[int | None, Field(ge=1, le=1_000_000, description="Passes.")] = None
-    learning_rate: Annotated[
-        float | None, Field(ge=1e-9, le=10, description="Step along the gradient.")
-    ] = None
-    seed: Annotated[int, Field(ge=0, description="Of weights, order and noise.")] = 0
-    compare_activations: Annotated[
-        bool, Field(description="Train with all four, and plot their errors.")
-    ] = False
-    format: Annotated[GaitFormat, Field(description="Of the imitator's gait file.")] = "mat"
 
 
 class Differences(Settings):

@@ -15,6 +15,7 @@ from pydantic.fields import FieldInfo
 from gaitsim.choices import PlotKind
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import options
+from gaitsim.tui.imitation_options import Imitator
 from gaitsim.tui.product_options import (
     Analysis,
     Archive,
@@ -25,7 +26,6 @@ from gaitsim.tui.product_options import (
     Events,
     ForRobot,
     GaitFile,
-    Imitator,
     Page,
     Plot,
     Servo,
@@ -69,7 +69,7 @@ class Product:
     def arguments(self, run: Path, settings: Settings) -> tuple[str, ...]:
         """Return the arguments of `gaitsim`."""
         verb, *more = self.command
-        return (verb, str(run), *more, *settings.words(run))
+        return (verb, str(settings.subject(run)), *more, *settings.words(run))
 
     def read(self, texts: Mapping[str, str]) -> tuple[Settings | None, dict[str, GaitsimError]]:
         """Read typed options; return them, or None and the problems by name."""

@@ -202,7 +202,7 @@ class TestOpening:
 class TestMaking:
     def test_products_offer_the_options_and_choices_of_their_commands(self):
         app = typer.main.get_command(cli)
-        made = {"--out", "--json", "--kind", "--plot"}  # which the product itself gives
+        made = {"--out", "--json", "--kind", "--plot", "--body"}  # which the product itself gives
         for verb in {product.command[0] for product in PRODUCTS}:
             known = {
                 flag: one for one in app.load(verb).params for flag in one.opts if "--" in flag
@@ -213,7 +213,8 @@ class TestMaking:
                 for name, field in product.fields().items()
                 if product.command[0] == verb
             }
-            in_words = {"--runs", "--format"} - known.keys()  # an argument, the ending of a path
+            # An argument, the ending of a path.
+            in_words = {"--runs", "--gait", "--format"} - known.keys()
             assert offered.keys() - in_words == known.keys() - made
             for flag in offered.keys() & known.keys():
                 taken = str(known[flag].type_descriptor.annotation)
@@ -243,6 +244,9 @@ class TestMaking:
             ("Analysis", {"figure": "pdf", "generation": "4"},
              "analyse 'runs/a b' --generation 4 "
              "--figure 'runs/a b/exports/analysis-generation-4.pdf'"),
+            ("Imitating network", {"video": "true"}, "imitate 'runs/a b' --video"),
+            ("Imitating network", {"gait": "best gait.mat", "epochs": "9"},
+             "imitate 'best gait.mat' --epochs 9 --body 'runs/a b' --out 'runs/a b/exports'"),
             ("Differences of runs", {"runs": "c 'runs/d e'", "by": "seconds"},
              "differences 'runs/a b' c 'runs/d e' --by seconds "
              "--plot 'runs/a b/exports/differences.png'"),
