@@ -124,8 +124,8 @@ def imitate(
         SETTINGS[settings], **{name: value for name, value in given.items() if value is not None}
     )
     expert = find_expert(run, body, which(generation, member))
-    if expert.body and not json:
-        notice(f"The gait is played on the body of {expert.body}; --body takes another.")
+    if expert.body and body is None and not json:
+        notice(f"The body is that of {expert.body}; --body takes another.")
     if video:
         require_play(expert.experiment)
     files = files_of(

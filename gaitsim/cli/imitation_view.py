@@ -50,6 +50,11 @@ def print_results(
             f"{first.beyond_limits:,} of {commanded:,} commanded angles exceeded the body's limits "
             "of angle or speed"
         )
+        if first.expert_beyond_limits:
+            console.print(
+                f"So did {first.expert_beyond_limits:,} angles of the file; the expert below is "
+                "what the body plays of it"
+            )
         console.print()
         assert expert.individual is not None, "a body that plays the imitator plays its expert"
         _print_side_by_side(expert.individual, first.played)

@@ -20,7 +20,7 @@ from gaitsim.render.plots.labels import heading_of_run
 from gaitsim.runs.files.folder import EXPORTS, exports_folder, find_run, holds_run
 from gaitsim.runs.snapshot import RunSnapshot
 
-_BODY = "name the body: --body PRESET, FILE or RUN; in Python, body="
+_BODY = "name the body of a preset, a file or a run, as --body spider; in Python body='spider'"
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,5 +197,5 @@ def _joints(experiment: Experiment) -> Sequence[str]:
 
 def _run_around(file: Path) -> Path | None:
     """Return the run in whose exports folder a file lies."""
-    folder = file.absolute().parent
+    folder = file.parent if file.parent.name else file.absolute().parent
     return folder.parent if folder.name == EXPORTS and holds_run(folder.parent) else None

@@ -16,6 +16,7 @@ from gaitsim.evaluation.playing import play
 from gaitsim.gait.files.writer import gait_of
 from gaitsim.imitation.expert import Expert, expert_of, find_expert
 from gaitsim.imitation.file import Imitation
+from gaitsim.imitation.imitator import Angles
 from gaitsim.imitation.learning import SETTINGS, Settings, learn
 from gaitsim.individual import Individual, Member
 from gaitsim.render.notebook import RunViews
@@ -53,6 +54,13 @@ class Result:
     free_running: float
     played: Individual | None
     beyond_limits: int | None
+
+    @property
+    def expert_beyond_limits(self) -> int:
+        """The number of angles in a gait file that the body limits; 0 where it does not play it."""
+        if self.expert.individual is None or self.expert.file is None:
+            return 0
+        return _differing(gait_of(self.expert.individual).angles, self.expert.gait.angles)
 
     @property
     def heading(self) -> str:
@@ -168,7 +176,7 @@ def imitate_expert(
         motion = play(experiment, commanded[None])
         played = Individual.of_motion(experiment, motion, expert.source)
         performed = replace(gait, angles=gait_of(played).angles, score=played.score)
-        beyond = int(np.count_nonzero(np.abs(performed.angles - commanded) > TOLERANCE))
+        beyond = _differing(performed.angles, commanded)
     return Result(
         settings=settings,
         expert=expert,
@@ -179,6 +187,10 @@ def imitate_expert(
         played=played,
         beyond_limits=beyond,
     )
+
+
+def _differing(played: Angles, commanded: Angles) -> int:
+    return int(np.count_nonzero(np.abs(played - commanded) > TOLERANCE))
 
 
 def imitate(

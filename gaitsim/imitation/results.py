@@ -74,6 +74,7 @@ def to_dict(results: Sequence[Result], files: Files) -> dict[str, Any]:
         "body": expert.body or None,
         "generation": expert.gait.generation or None,
         "expert": _performance(expert.individual),
+        "expert_beyond_limits": results[0].expert_beyond_limits,
         **_result(results[0]),
         "files": {what: str(path) for what, path in files.items()},
     }

@@ -75,6 +75,17 @@ def test_unnamed_joints_of_another_frame_rate_are_those_of_the_body_that_is_give
     assert all(path.is_file() for path in files.values())
 
 
+def test_angles_beyond_the_limits_of_the_body_are_learnt_and_counted(champion, folder, gaitsim):
+    wide = 5 * gait_of(champion).angles
+    np.savez(folder / "wide.npz", bestGait=wide)
+    said = gaitsim("imitate", "wide.npz", "--body", "spider", "--epochs", 1, "--json")
+    assert 0 < json.loads(said.stdout)["expert_beyond_limits"] < wide.size
+    learnt = load_imitator(folder / "imitator.npz")
+    assert np.array_equal(learnt.commanded[0], wide[0])
+    exact = gs.imitate(champion, epochs=1)
+    assert exact.expert_beyond_limits == 0
+
+
 def test_a_body_that_cannot_play_learns_without_a_score(puppet, folder, gaitsim):
     angles = np.sin(np.arange(12.0)).reshape(4, 3)
     (folder / "puppet.toml").write_text(puppet().to_toml())
