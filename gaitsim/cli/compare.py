@@ -10,7 +10,7 @@ from gaitsim.choices import PlotFormat
 from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.compare_worlds import rank_runs
 from gaitsim.cli.completion import preset_names
-from gaitsim.cli.console import notice, output, print_json, print_table, wrote
+from gaitsim.cli.console import as_json, notice, output, print_json, print_table, wrote
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.judging import check_worlds
 from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers, WorldSeed
@@ -19,6 +19,7 @@ from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.render.plots.comparison import FIGURES
 from gaitsim.render.plots.style import LIGHT, save
+from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command, create_folder
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.study.comparison import (
@@ -26,20 +27,13 @@ from gaitsim.study.comparison import (
     Sample,
     analyse,
     check_request,
-    equal_budgets,
-    load_experiments,
-    warning,
 )
-from gaitsim.study.comparison_report import (
-    CURVES,
-    REPORT,
-    TABLE,
-    methods,
-    tables,
-    to_dict,
-    write_comparison,
-)
+from gaitsim.study.comparison_files import CURVES, REPORT, TABLE, write_comparison
+from gaitsim.study.comparison_report import methods, remarks, tables, to_dict
+from gaitsim.study.competitors import equal_budgets, load_experiments, warning
 from gaitsim.study.running import repeat_experiment
+
+VALUES = "comparison.json"
 
 
 def compare(
@@ -62,8 +56,8 @@ def compare(
         str | None,
         typer.Option(
             metavar="SCORE,…",
-            help="Scores to reach, as 1.5,2,2.5. Default: 51 for the ECDF, and the median of each "
-            "experiment for the expected running times.",
+            help="Scores to reach, as 1.5,2,2.5. Default: 51 for the ECDF, and the quartiles of "
+            "all repeats' scores together for running times and their tests.",
         ),
     ] = None,
     generations: Generations = None,
@@ -157,9 +151,11 @@ def compare(
     for path, draw in zip(figures, FIGURES.values(), strict=True):
         save(draw(findings, LIGHT), path)
     write_comparison(folder, findings, again, figures)
-    wrote(*(folder / name for name in (REPORT, TABLE, CURVES)), *figures)
+    values = {**to_dict(findings), "command": again}
+    write_bytes(folder / VALUES, (as_json(values) + "\n").encode())
+    wrote(*(folder / name for name in (REPORT, TABLE, CURVES, VALUES)), *figures)
     if json:
-        print_json({"folder": str(folder), **to_dict(findings), "command": again})
+        print_json({"folder": str(folder), **values})
     else:
         _print(folder, findings, again)
 
@@ -191,9 +187,13 @@ def _samples(
 
 def _print(folder: Path, findings: Findings, again: str) -> None:
     console = output()
-    for title, columns, rows in tables(findings):
+    for heading, said in remarks(findings):
+        console.print(f"\n{heading} {said}", style="yellow", markup=False)
+    for title, columns, rows, note in tables(findings):
         console.print(f"\n{title}", style="bold")
         print_table(columns, rows)
+        if note:
+            console.print(note, style="dim")
     console.print(f"\n{methods(findings)}\n", style="dim")
     console.print(f"Report: {folder / REPORT}")
     console.print(f"Again:  {again}", soft_wrap=True)

@@ -110,10 +110,15 @@ def echo(text: object, end: str = "\n") -> None:
 
 def print_json(values: Mapping[str, Any]) -> None:
     """Print one object on one line, with null for NaN and infinities."""
+    echo(as_json(values))
+
+
+def as_json(values: Mapping[str, Any]) -> str:
+    """Return one object on one line, with null for NaN and infinities."""
     line = json.dumps(finite(values), ensure_ascii=False)
     if not line.isprintable():
         line = "".join(char if char.isprintable() else json.dumps(char)[1:-1] for char in line)
-    echo(line)
+    return line
 
 
 def finite(value: Any) -> Any:

@@ -1,32 +1,36 @@
 """Compare experiments: repeats with equal numbers of evaluations, and their statistics."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import (
-    Experiment,
-    Overrides,
-    load_experiment,
-    read_outline,
-    with_overrides,
-)
-from gaitsim.experiment.problems import COMMAND_LINE
-from gaitsim.study.differences import differences, scoring_warning
+from gaitsim.experiment import Experiment
+from gaitsim.study.competitors import warning
 from gaitsim.study.runtimes import (
+    GIVEN,
+    QUARTILES,
+    SPACED,
     Ecdf,
     TargetSummary,
     chosen_targets,
     ecdf,
+    runtimes,
     spaced_targets,
     summarise_target,
 )
-from gaitsim.study.statistics import Description, PairTest, compare, describe
+from gaitsim.study.statistics import (
+    CONFIDENCE,
+    Description,
+    PairTest,
+    compare,
+    describe,
+    least_p,
+)
+from gaitsim.study.target_tests import TargetTest, compare_times
 
 MOST_TARGETS = 100
 
@@ -66,6 +70,8 @@ class Findings:
         targets: scores of the ECDF, ascending.
         ecdfs: the ECDF of runtimes over these targets.
         reached: how often, and how soon, the repeats reach each of a few targets.
+        target_tests: tests of every pair at each of these few targets.
+        targets_given: whether the user gave the targets of both.
     """
 
     samples: Mapping[str, Sample]
@@ -75,6 +81,23 @@ class Findings:
     targets: NDArray[np.float64]
     ecdfs: Mapping[str, Ecdf]
     reached: Mapping[str, Sequence[TargetSummary]]
+    target_tests: Sequence[TargetTest]
+    targets_given: bool
+
+    @property
+    def ecdf_rule(self) -> str:
+        """How the targets of the ECDF were chosen."""
+        return GIVEN if self.targets_given else SPACED
+
+    @property
+    def ert_rule(self) -> str:
+        """How the targets of the expected running times and of their tests were chosen."""
+        return GIVEN if self.targets_given else QUARTILES
+
+    @property
+    def ert_targets(self) -> list[float]:
+        """The targets of the expected running times, ascending."""
+        return [one.target for one in next(iter(self.reached.values()))]
 
     @property
     def warning(self) -> str:
@@ -86,73 +109,35 @@ class Findings:
         """The number of repeats of each experiment."""
         return len(next(iter(self.samples.values())).best)
 
-
-def load_experiments(
-    references: str | Path | Experiment | Sequence[str | Path | Experiment],
-    overrides: Overrides,
-    place: str = COMMAND_LINE,
-) -> dict[str, Experiment]:
-    """Load experiments by label, each with a seed of its own, so that samples are independent.
-
-    A repeated seed becomes the next free one, and a repeated name gets a number.
-
-    Raises:
-        GaitsimError: there are fewer than two experiments, or one has problems.
-    """
-    if isinstance(references, str | Path | Experiment) or len(references) < 2:
-        raise GaitsimError(
-            "one experiment cannot be compared",
-            allowed="two or more, as: gaitsim compare millipede-random millipede-mutation",
-        )
-    found: dict[str, Experiment] = {}
-    seeds: set[int] = set()
-    for reference in references:
-        if isinstance(reference, Experiment):
-            experiment = with_overrides(reference, overrides, place)
-        else:
-            experiment = load_experiment(str(reference), overrides, place)
-        seed = experiment.seed
-        while seed in seeds:
-            seed = (seed + 1) % 2**63
-        seeds.add(seed)
-        if seed != experiment.seed:
-            experiment = with_overrides(experiment, {"seed": seed})
-        label, number = experiment.name, 1
-        while label in found:
-            number += 1
-            label = f"{experiment.name} ({number})"
-        found[label] = experiment
-    return found
-
-
-def equal_budgets(
-    experiments: Mapping[str, Experiment], evaluations: int | None
-) -> tuple[int, dict[str, Experiment]]:
-    """Return the evaluations of each repeat, and the experiments with generations for no more.
-
-    Args:
-        experiments: by label.
-        evaluations: of each repeat; None for those of the shortest experiment.
-
-    Raises:
-        GaitsimError: they are fewer than a generation of an experiment.
-    """
-    lengths = [one.individuals * one.evolution.generations for one in experiments.values()]
-    budget = min(lengths) if evaluations is None else evaluations
-    label, largest = max(experiments.items(), key=lambda item: item[1].individuals)
-    if budget < largest.individuals:
-        raise GaitsimError(
-            f"{budget:,} evaluations are fewer than a generation of {label}",
-            where="evaluations",
-            allowed=f"a whole number ≥ {largest.individuals:,}",
-            remedy="allow more evaluations, or make the population smaller",
-        )
-    return budget, {
-        label: with_overrides(
-            one, {"evolution.generations": budget // one.individuals}, "evaluations"
-        )
-        for label, one in experiments.items()
-    }
+    @property
+    def notes(self) -> list[str]:
+        """What limits the results: too few repeats, equal scores, targets out of reach."""
+        found = []
+        for tests, what in (
+            (len(self.pairs), "best scores"),
+            (len(self.target_tests), "successes and times at the targets"),
+        ):
+            least = least_p(self.repeats, tests)
+            if tests and least >= 1 - CONFIDENCE:
+                found.append(
+                    f"{self.repeats} repeats are too few for a significant difference of {what}: "
+                    f"with {tests} test{'s' * (tests != 1)} the least possible p after "
+                    f"correction is {least:.2g}."
+                )
+        finals = np.concatenate([one.final for one in self.samples.values()])
+        if finals.min() == finals.max():
+            found.append(
+                f"All repeats of all experiments have the best score {finals[0]:.6g}: only the "
+                "running times can differ."
+            )
+        missed = [target for target in self.ert_targets if target > finals.max()]
+        if missed:
+            which = f"{missed[0]:.10g}" + (" or any higher target" if len(missed) > 1 else "")
+            found.append(
+                f"No repeat of any experiment reaches {which}, so its running times are infinite "
+                f"and its tests have p = 1; the highest score is {finals.max():.6g}."
+            )
+        return found
 
 
 def check_request(
@@ -200,12 +185,6 @@ def check_targets(targets: ArrayLike) -> tuple[float, ...]:
     return tuple(map(float, every))
 
 
-def warning(experiments: Iterable[Experiment]) -> str:
-    """Return a warning where the scores of experiments do not compare; '' where they do."""
-    outlines = [read_outline(one.to_toml(), one.name) for one in experiments]
-    return scoring_warning(differences([[(1, one)] for one in outlines]))
-
-
 def analyse(
     samples: Mapping[str, Sample], evaluations: int, targets: Sequence[float] = ()
 ) -> Findings:
@@ -214,21 +193,29 @@ def analyse(
     Args:
         samples: by label.
         evaluations: how many each repeat was allowed.
-        targets: scores to reach; () for 51 at equal distances in the ECDF, and the median of
-            each experiment for the expected running times.
+        targets: scores to reach; () for 51 at equal distances in the ECDF, and the quartiles
+            of the final scores of all experiments for the expected running times.
 
     Raises:
         GaitsimError: a repeat has no finite score to compare.
     """
     for label, one in samples.items():
         if not np.isfinite(one.final).all():
+            failed = int((~np.isfinite(one.final)).sum())
             raise GaitsimError(
-                f"every individual failed in a repeat of {label}, which has no score to compare",
+                f"every individual failed in {failed} of {len(one.final)} repeats of {label}, "
+                "which have no score to compare",
                 remedy=f"see why with: gaitsim run {one.experiment.name}",
             )
     every = np.unique(targets) if targets else spaced_targets(s.best for s in samples.values())
     descriptions = {label: describe(s.final, _stream(s)) for label, s in samples.items()}
-    few = chosen_targets(targets, (one.median for one in descriptions.values()))
+    few = chosen_targets(targets, (one.final for one in samples.values()))
+    times = {
+        target: {
+            label: runtimes(one.best, one.evaluations, target) for label, one in samples.items()
+        }
+        for target in few
+    }
     return Findings(
         samples,
         evaluations,
@@ -245,6 +232,8 @@ def analyse(
             ]
             for label, one in samples.items()
         },
+        compare_times(times),
+        bool(targets),
     )
 
 

@@ -1,42 +1,70 @@
-"""The report of a comparison: tables, a paragraph of methods, CSV and JSON."""
+"""The report of a comparison: tables, a paragraph of methods, JSON."""
 
-import csv
-import io
 import math
-from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-import numpy as np
-
-from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.study.comparison import Findings
 from gaitsim.study.results import markdown, number
-from gaitsim.study.statistics import CONFIDENCE, RESAMPLES
+from gaitsim.study.runtimes import DIGITS
+from gaitsim.study.statistics import CONFIDENCE, EXACT, RESAMPLES
+from gaitsim.study.target_tests import TargetTest
 
-REPORT, TABLE, CURVES = "report.md", "results.csv", "ecdf.csv"
-MOST_ROWS = 200  # of one repeat in a table
+
+class Table(NamedTuple):
+    """A table of the report.
+
+    Attributes:
+        title: the heading.
+        columns, rows: the cells.
+        note: how to read it, or ''.
+    """
+
+    title: str
+    columns: list[str]
+    rows: list[list[str]]
+    note: str = ""
 
 
 def methods(findings: Findings) -> str:
     """Return a paragraph for the methods section of a paper."""
-    pairs, few = len(findings.pairs), next(iter(findings.reached.values()))
-    targets = ", ".join(_short(one.target, 6) for one in few)
+    pairs, tests = len(findings.pairs), len(findings.target_tests)
+    targets = ", ".join(map(_exact, findings.ert_targets))
+    digits = "" if findings.targets_given else f" to {DIGITS} digits of their range"
+    warning = f" Warning: {findings.warning}" if findings.warning else ""
     return (
         f"Each of the {len(findings.samples)} experiments was repeated {findings.repeats} times "
         f"with {findings.evaluations:,} evaluations from independent random populations (gaitsim "
         f"{version('gaitsim')}); a score counts when its generation is finished. The outcome of a "
         f"repeat is its best score. We report medians with {CONFIDENCE:.0%} percentile bootstrap "
         f"confidence intervals ({RESAMPLES:,} resamples of the repeats) and quartiles. Pairs were "
-        f"compared by two-sided Mann–Whitney U tests, corrected for {pairs} "
-        f"comparison{'s' * (pairs != 1)} by Holm's procedure, with the Vargha–Delaney A12 as "
+        f"compared by two-sided Mann–Whitney U tests ({_exactness(findings)}), corrected for "
+        f"{_counted(pairs)} by Holm's procedure, with the Vargha–Delaney A12 as "
         "effect size (Arcuri and Briand 2011). The ECDF of runtimes is the share of pairs of a "
-        f"repeat and a target that are reached, over {target_words(findings)}; the area under it "
+        f"repeat and a target that are reached, over {target_words(findings)}, "
+        f"{findings.ecdf_rule}; the area under it "
         "is its mean over all evaluations. The expected running time (ERT) to a target is the "
         "number of evaluations of all repeats, until success or their end, over the number of "
-        f"successes (Hansen et al. 2021); its targets are {targets}."
+        f"successes (Hansen et al. 2021). Its targets are {targets}, {findings.ert_rule}{digits}. "
+        "At each of them, successes were compared by two-sided Fisher's exact tests, and numbers "
+        "of evaluations until success by the same Mann–Whitney test and A12, in which all repeats "
+        "without success tie after all others (Gehan 1965); each kind of test was corrected for "
+        f"{_counted(tests)} by Holm's procedure, over all pairs and targets. Every interval "
+        "draws its resamples from numpy.random.default_rng([seed, repeats]), as "
+        f"integers(0, repeats, ({RESAMPLES}, repeats)); that of an ERT is the inverse of the "
+        f"interval of successes per evaluation.{warning}"
     )
+
+
+def _exactness(findings: Findings) -> str:
+    if 2 * findings.repeats <= EXACT:
+        return "exact, conditional on ties"
+    return "normal approximation with corrections for ties and continuity"
+
+
+def _counted(tests: int) -> str:
+    return f"{tests} comparison{'s' * (tests != 1)}"
 
 
 def target_words(findings: Findings) -> str:
@@ -51,7 +79,11 @@ def to_dict(findings: Findings) -> dict[str, object]:
     """Return the findings as values for JSON."""
     return {
         "evaluations": findings.evaluations,
+        "repeats": findings.repeats,
         "targets": findings.targets.tolist(),
+        "targets_chosen": findings.ecdf_rule,
+        "ert_targets": findings.ert_targets,
+        "ert_targets_chosen": findings.ert_rule,
         "experiments": {
             label: {
                 **vars(findings.descriptions[label]),
@@ -76,13 +108,15 @@ def to_dict(findings: Findings) -> dict[str, object]:
             for label, one in findings.samples.items()
         },
         "comparisons": [{**vars(pair), "differs": pair.differs} for pair in findings.pairs],
+        "target_comparisons": [test.to_dict() for test in findings.target_tests],
+        "notes": findings.notes,
         "warning": findings.warning or None,
         "methods": methods(findings),
     }
 
 
-def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
-    """Return title, columns and rows of each table of the report."""
+def tables(findings: Findings) -> list[Table]:
+    """Return the tables of the report."""
     interval = f"{100 * CONFIDENCE:.0f} % CI"
     descriptions = [
         [
@@ -111,7 +145,7 @@ def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
     ]
     reached = [
         [
-            _short(r.target, 6),
+            _exact(r.target),
             label,
             f"{r.successes} of {r.repeats}",
             _count(r.ert),
@@ -120,21 +154,72 @@ def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
         for few in zip(*findings.reached.values(), strict=True)
         for label, r in zip(findings.reached, few, strict=True)
     ]
+    contests = [
+        [
+            _exact(one.target),
+            f"{one.first} against {one.second}",
+            f"{one.p_success:.2g} ({one.p_success_holm:.2g})",
+            f"{one.p_time:.2g} ({one.p_time_holm:.2g})",
+            f"{one.a12:.3f}",
+            one.effect,
+            _verdict(one),
+        ]
+        for one in findings.target_tests
+    ]
     after = f"Best scores after {findings.evaluations:,} evaluations, {findings.repeats} repeats"
     return [
-        (after, ["experiment", "median", interval, "quartiles", "range"], descriptions),
-        ("Differences", ["pair", "p", "p (Holm)", "A12", "effect", "differs at 5 %"], pairs),
-        (
+        Table(after, ["experiment", "median", interval, "quartiles", "range"], descriptions),
+        Table(
+            "Differences",
+            ["pair", "p", "p (Holm)", "A12", "effect", "differs at 5 %"],
+            pairs,
+            "A12 is how often a score of the first exceeds one of the second, ties half: 0.5 where "
+            "neither tends to be higher, as where all are equal.",
+        ),
+        Table(
             f"ECDF over {target_words(findings)}",
             ["experiment", "area", interval, "reached at the end"],
             areas,
+            f"Targets: {findings.ecdf_rule}.",
         ),
-        (
+        Table(
             "Expected running times, evaluations",
             ["target", "experiment", "successes", "ERT", interval],
             reached,
+            f"Targets: {findings.ert_rule}.",
+        ),
+        Table(
+            "Differences at the targets",
+            [
+                "target",
+                "pair",
+                "successes: p (Holm)",
+                "times: p (Holm)",
+                "A12",
+                "effect",
+                "differs at 5 %",
+            ],
+            contests,
+            "A12 is how often a repeat of the first reaches the target sooner than one of the "
+            "second, ties half; repeats that never reach it tie.",
         ),
     ]
+
+
+def _verdict(test: TargetTest) -> str:
+    match test.success_differs, test.time_differs:
+        case True, True:
+            return "both"
+        case True, False:
+            return "successes"
+        case False, True:
+            return "times"
+    return "no"
+
+
+def _exact(target: float) -> str:
+    """Return a target in as many digits as give the same number."""
+    return repr(target).removesuffix(".0").replace("-", "−")
 
 
 def _short(value: float, digits: int = 4) -> str:
@@ -149,76 +234,26 @@ def _count(value: float) -> str:
     return "∞" if math.isinf(value) else f"{value:,.0f}"
 
 
-def write_comparison(folder: Path, findings: Findings, command: str, figures: list[Path]) -> None:
-    """Write the tables of all repeats and of the ECDF, and the report, which shows the figures.
-
-    Args:
-        folder: where to write.
-        findings: what was found.
-        command: the command that repeats the comparison.
-        figures: in the folder.
-
-    Raises:
-        RunError: a file cannot be written.
-    """
-    write_bytes(folder / TABLE, results(findings).encode())
-    write_bytes(folder / CURVES, curves(findings).encode())
-    write_bytes(folder / REPORT, report(findings, command, figures).encode())
-
-
 def report(findings: Findings, command: str, figures: list[Path]) -> str:
     """Return the comparison as Markdown."""
     lines = ["# " + " against ".join(findings.samples), ""]
-    if said := findings.warning:
-        lines += [f"**Warning:** {said}", ""]
-    for title, columns, rows in tables(findings):
+    for said in remarks(findings):
+        lines += [f"**{said[0]}** {said[1]}", ""]
+    for title, columns, rows, note in tables(findings):
         lines += [f"## {title}", "", *markdown(columns, rows), ""]
-    lines += [
-        "A12 is how often a score of the first exceeds one of the second, ties half; with 0.5, "
-        "neither tends to be higher.",
-        "",
-    ]
+        lines += [note, ""] if note else []
     for figure in figures:
         lines += [f"![{figure.stem}]({figure.name})", ""]
-    lines += ["## Methods", "", methods(findings), "", "## Reproduce", "", "```sh", command]
+    files = [
+        [f"{place}.toml", label, str(one.experiment.seed)]
+        for place, (label, one) in enumerate(findings.samples.items(), 1)
+    ]
+    lines += ["## Methods", "", methods(findings), "", "## Reproduce", ""]
+    lines += [*markdown(["file", "experiment", "seed"], files), "", "```sh", command]
     return "\n".join([*lines, "```", ""])
 
 
-def results(findings: Findings) -> str:
-    """Return the best score so far of every repeat as tidy CSV, at no more than 200 generations."""
-    return _csv(
-        ("experiment", "repeat", "generation", "evaluations", "best"),
-        (
-            [label, repeat + 1, at + 1, one.evaluations[at], float(one.best[repeat, at])]
-            for label, one in findings.samples.items()
-            for repeat in range(len(one.best))
-            for at in _kept(one.best.shape[1])
-        ),
-    )
-
-
-def curves(findings: Findings) -> str:
-    """Return the ECDFs as tidy CSV, at no more than 200 generations."""
-    return _csv(
-        ("experiment", "evaluations", "share"),
-        (
-            [label, findings.samples[label].evaluations[at], float(one.share[at])]
-            for label, one in findings.ecdfs.items()
-            for at in _kept(len(one.share))
-        ),
-    )
-
-
-def _kept(generations: int) -> list[int]:
-    kept: list[int] = np.unique(
-        np.linspace(0, generations - 1, min(MOST_ROWS, generations)).astype(int)
-    ).tolist()
-    return kept
-
-
-def _csv(head: tuple[str, ...], rows: Iterator[list[Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(rows)
-    return text.getvalue()
+def remarks(findings: Findings) -> list[tuple[str, str]]:
+    """Return what to know before reading the tables, each with its heading."""
+    warning = [("Warning:", findings.warning)] if findings.warning else []
+    return [*warning, *(("Note:", note) for note in findings.notes)]

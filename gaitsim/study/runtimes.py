@@ -8,6 +8,7 @@ counts when its generation is finished, as a search sees none of it before.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_FLOOR, Decimal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,17 @@ from numpy.typing import NDArray
 from gaitsim.study.statistics import interval
 
 TARGETS = 51
-"""Number of targets that are chosen where none are given."""
+"""Number of targets of the ECDF that are chosen where none are given."""
+
+GIVEN = "given by the user"
+SPACED = (
+    "equally spaced, from the lowest median of the first generations to the highest score of all "
+    "repeats"
+)
+QUARTILES = (
+    "the quartiles of the best scores of all repeats of all experiments together, rounded down"
+)
+DIGITS = 4  # of the range of scores, to which targets are rounded
 
 Scores = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -68,7 +79,9 @@ def ecdf(
         targets: scores to reach, ascending.
         rng: draws the resamples.
     """
-    shares = np.searchsorted(targets, best, side="right") / len(targets)
+    # A target stays reached, also where worlds are redrawn and the best score begins anew.
+    highest = np.maximum.accumulate(best, axis=1)
+    shares = np.searchsorted(targets, highest, side="right") / len(targets)
     # Nothing is reached before the first generation; the last one's share lasts to the budget.
     areas = shares @ np.diff(evaluations, append=budget) / budget
     low, high = interval((areas,), np.mean, rng)
@@ -102,6 +115,18 @@ class TargetSummary:
         return self.successes / self.repeats
 
 
+def runtimes(best: Scores, evaluations: Counts, target: float) -> Scores:
+    """Return the evaluations of each repeat until it reached a target, ∞ where never, (repeats,).
+
+    Args:
+        best: best score so far, (repeats, generations).
+        evaluations: number of evaluations of one repeat so far, (generations,).
+        target: the score to reach.
+    """
+    reached = best >= target
+    return np.where(reached.any(axis=1), evaluations[reached.argmax(axis=1)], np.inf)
+
+
 def summarise_target(
     best: Scores, evaluations: Counts, target: float, rng: np.random.Generator
 ) -> TargetSummary:
@@ -113,12 +138,12 @@ def summarise_target(
         target: the score to reach.
         rng: draws the resamples.
     """
-    reached = best >= target
-    success = reached.any(axis=1)
-    spent = evaluations[np.where(success, reached.argmax(axis=1), best.shape[1] - 1)]
+    times = runtimes(best, evaluations, target)
+    success = np.isfinite(times)
+    spent = np.where(success, times, evaluations[-1])
     successes = int(success.sum())
     # Successes per evaluation, the inverse of the ERT, stay finite in every resample.
-    low, high = interval((success.astype(float), spent.astype(float)), _rate, rng)
+    low, high = interval((success.astype(float), spent), _rate, rng)
     return TargetSummary(
         target, successes, len(best), _over(spent.sum(), successes), _over(1, high), _over(1, low)
     )
@@ -133,6 +158,30 @@ def _over(value: float, divisor: float) -> float:
     return float(value / divisor) if divisor else math.inf
 
 
-def chosen_targets(given: Sequence[float], medians: Iterable[float]) -> list[float]:
-    """Return the targets of expected running times: those given, or the median of each."""
-    return sorted(set(given) or set(medians))
+def chosen_targets(given: Sequence[float], finals: Iterable[Scores]) -> list[float]:
+    """Return the targets of running times: those given, or the quartiles of all final scores.
+
+    The quartiles of the pooled scores favour no experiment: they stay if repeats change places
+    between experiments, so tests by rank or permutation remain valid. The median of one
+    experiment would be a target that this one reaches in half of its repeats by construction.
+
+    A quartile is the score of a repeat, rounded down to `DIGITS` digits of the range of scores: as
+    a report prints it, it gives the same running times.
+
+    Args:
+        given: the targets of the user; () for none.
+        finals: best score of each repeat of each experiment, (repeats,).
+    """
+    if given:
+        return sorted(set(given))
+    every = np.concatenate(list(finals))
+    quartiles = np.quantile(every, [0.25, 0.5, 0.75], method="inverted_cdf")
+    span = float(every.max()) - float(every.min())
+    return sorted({_rounded_down(one, span) for one in quartiles.tolist()})
+
+
+def _rounded_down(score: float, span: float) -> float:
+    if span == 0 or not math.isfinite(span):
+        return score
+    step = Decimal(1).scaleb(math.floor(math.log10(span)) + 1 - DIGITS)
+    return float(Decimal(repr(score)).quantize(step, ROUND_FLOOR))

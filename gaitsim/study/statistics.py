@@ -105,10 +105,10 @@ class PairTest:
 
     Attributes:
         first, second: their names.
-        p: two-sided p-value of the Mann–Whitney U test.
+        p: two-sided p-value of the Mann–Whitney U test, by `rank_test`.
         p_holm: the same, corrected for all comparisons made (Holm 1979).
         a12: Vargha–Delaney: how often a value of the first exceeds one of the second,
-            ties half; 1/2 where neither tends to be larger.
+            ties half; 1/2 where neither tends to be larger, as where all values are equal.
         effect: 'negligible', 'small', 'medium' or 'large', by `a12`.
     """
 
@@ -125,14 +125,14 @@ class PairTest:
         return self.p_holm < 1 - CONFIDENCE
 
 
-MAX_PERMUTATIONS = 20_000
-"""Samples with no more permutations than this are tested exactly: two of eight values, say."""
+EXACT = 60
+"""Two samples of no more values than this together are tested exactly."""
 
 
 def compare(samples: Mapping[str, ArrayLike]) -> list[PairTest]:
     """Compare every pair of samples, by name, each (n,)."""
     pairs = list(itertools.combinations(samples, 2))
-    tests = [_mann_whitney(samples[one], samples[other]) for one, other in pairs]
+    tests = [rank_test(samples[one], samples[other]) for one, other in pairs]
     corrected = holm([p for p, _ in tests])
     return [
         PairTest(one, other, p, p_holm, a12, effect_name(a12))
@@ -140,21 +140,60 @@ def compare(samples: Mapping[str, ArrayLike]) -> list[PairTest]:
     ]
 
 
-def _mann_whitney(first: ArrayLike, second: ArrayLike) -> tuple[float, float]:
-    """Return the p-value and A12 = U / (n m)."""
-    from scipy.stats import PermutationMethod, mannwhitneyu
+def rank_test(first: ArrayLike, second: ArrayLike) -> tuple[float, float]:
+    """Return the two-sided p-value of the Mann–Whitney U test, and A12 = U / (n m).
+
+    The p-value is exact, ties or not, for no more than `EXACT` values: twice the smaller tail
+    of all ways to deal the ranks. Otherwise it is the normal approximation, corrected for
+    ties and continuity. Both are the same to the last bit for the samples the other way round.
+
+    Args:
+        first: a sample, (n,).
+        second: the other, (m,).
+    """
+    from scipy.stats import mannwhitneyu, rankdata
 
     one, other = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    if np.ptp(np.concatenate([one, other])) == 0:
-        return 1.0, 0.5  # the test is undefined where all values are equal
-    permutations = math.comb(len(one) + len(other), len(one))
-    # SciPy's exact test does not allow ties, which scores often have. For few values its
-    # approximation is below the least possible p: 0.0071 for five and five, not 2 in 252.
-    if permutations <= MAX_PERMUTATIONS:
-        result = mannwhitneyu(one, other, method=PermutationMethod(n_resamples=permutations))
+    n, m = len(one), len(other)
+    ranks = rankdata(np.concatenate([one, other]))
+    u = float(ranks[:n].sum()) - n * (n + 1) / 2
+    if np.ptp(ranks) == 0:
+        p = 1.0  # the test is undefined where all values are equal
+    elif n + m <= EXACT:
+        p = _exact(ranks, n)
     else:
-        result = mannwhitneyu(one, other)
-    return float(result.pvalue), float(result.statistic) / (len(one) * len(other))
+        p = float(mannwhitneyu(ranks[:n], ranks[n:]).pvalue)
+    return p, u / (n * m)
+
+
+def _exact(ranks: NDArray[np.float64], n: int) -> float:
+    """Return twice the smaller tail of the rank sum of the first n values.
+
+    The shift algorithm (Streitberg & Röhmel 1986): the number of ways to choose so many ranks with
+    a sum. SciPy enumerates them where ranks tie: 0.2 s for eight and eight, this 0.3 ms.
+    """
+    doubled = np.rint(2 * ranks).astype(int)  # of ties, ranks are halves
+    total, observed = int(doubled.sum()), int(doubled[:n].sum())
+    # The same for the samples the other way round: the sum of the smaller, or the smaller sum.
+    taken = min(n, len(ranks) - n)
+    if taken < n or (2 * n == len(ranks) and 2 * observed > total):
+        observed = total - observed
+    ways = np.zeros((taken + 1, total + 1))
+    ways[0, 0] = 1
+    for rank in np.sort(doubled).tolist():
+        ways[1:, rank:] += ways[:-1, :-rank].copy()
+    below, above = ways[taken, : observed + 1].sum(), ways[taken, observed:].sum()
+    return min(1.0, 2 * float(min(below, above)) / math.comb(len(ranks), taken))
+
+
+def least_p(repeats: int, tests: int) -> float:
+    """Return the least corrected p-value of exact tests of two samples of so many values.
+
+    All values of one exceed all of the other, which is one of the ways to deal them, or the other
+    way round. It holds for the rank test and for Fisher's test alike.
+    """
+    ways = math.lgamma(2 * repeats + 1) - 2 * math.lgamma(repeats + 1)  # logarithm
+    return min(1.0, 2 * tests * math.exp(-ways))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

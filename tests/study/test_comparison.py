@@ -2,23 +2,22 @@ import numpy as np
 import pytest
 
 import gaitsim as gs
+from gaitsim.comparing import Comparison
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides, with_overrides
-from gaitsim.study.comparison import (
-    Sample,
-    analyse,
-    equal_budgets,
-    load_experiments,
-)
-from gaitsim.study.comparison_report import curves, methods, report, results, to_dict
+from gaitsim.study.comparison import Sample, analyse
+from gaitsim.study.comparison_report import methods, report, to_dict
+from gaitsim.study.competitors import equal_budgets, load_experiments
 from gaitsim.study.running import repeat_experiment
 
 SHORT = {"evolution.population": 9, "evolution.generations": 12}
 
 
-def compared(*names: str, targets: tuple[float, ...] = (), more: Overrides | None = None):
+def compared(
+    *names: str, targets: tuple[float, ...] = (), more: Overrides | None = None, repeats: int = 40
+):
     budget, loaded = equal_budgets(load_experiments(names, SHORT | (more or {})), None)
-    samples = {k: Sample(e, repeat_experiment(e, 40)) for k, e in loaded.items()}
+    samples = {k: Sample(e, repeat_experiment(e, repeats)) for k, e in loaded.items()}
     return analyse(samples, budget, targets)
 
 
@@ -44,13 +43,82 @@ def test_a_large_difference_is_found() -> None:
     assert pair.effect == "large"
 
 
-def test_the_default_targets_are_the_medians() -> None:
+def test_the_default_targets_are_quartiles_of_all_scores() -> None:
     found = compared("millipede-random", "millipede-crossover")
-    medians = sorted(one.median for one in found.descriptions.values())
-    for reached in found.reached.values():
-        assert [one.target for one in reached] == medians
-    (never,) = compared("millipede-random", "millipede", targets=(99,)).reached["millipede"]
-    assert never.rate == 0
+    every = np.sort(np.concatenate([one.final for one in found.samples.values()]))
+    step = 10 ** np.floor(np.log10(np.ptp(every)) - 3)
+    assert len(found.ert_targets) == 3
+    for target, score in zip(found.ert_targets, every[[19, 39, 59]], strict=True):
+        assert target <= score < target + 1.001 * step
+    assert "quartiles" in to_dict(found)["ert_targets_chosen"]
+    assert found.ert_rule in methods(found)
+
+
+def test_a_target_out_of_reach_is_said_in_one_line() -> None:
+    found = compared("millipede-random", "millipede", targets=(3, 98, 99), repeats=9)
+    (note,) = found.notes
+    assert "98 or any higher target" in note
+    assert note in report(found, "x", [])
+    assert all(one.rate == 0 for one in found.reached["millipede"][1:])
+    assert [one.p_time for one in found.target_tests[1:]] == [1, 1]
+    only = analyse(found.samples, found.evaluations, [99])
+    assert Comparison.of(only).plot("ecdf").axes[0].get_ylim() == (0, 102)
+    given = to_dict(only)
+    assert given["targets_chosen"] == given["ert_targets_chosen"] == "given by the user"
+
+
+def test_few_repeats_or_equal_scores_are_said() -> None:
+    samples = compared("millipede-random", "millipede", "millipede-mutation", repeats=9).samples
+    few = {key: Sample(one.experiment, one.best[:2]) for key, one in samples.items()}
+    scores, targets = analyse(few, 108).notes
+    assert "2 repeats are too few" in scores
+    assert "least possible p after correction is 1." in scores
+    assert "targets" in targets
+    equal = {key: Sample(one.experiment, np.full((9, 3), 4.0)) for key, one in samples.items()}
+    found = analyse(equal, 108)
+    assert all((pair.p, pair.a12, pair.differs) == (1, 0.5, False) for pair in found.pairs)
+    assert "have the best score 4" in found.notes[0]
+    assert found.ert_targets == [4]
+    assert report(found, "x", [])
+
+
+def test_the_order_of_experiments_changes_no_number(tmp_path) -> None:
+    one, other = tmp_path / "a.toml", tmp_path / "b.toml"
+    text = gs.load_experiment("millipede").to_toml()
+    one.write_text(text)
+    other.write_text(text.replace("generations = ", "# ").replace("pairs = 3", "pairs = 2"))
+    more = tmp_path / "c.toml"
+    more.write_text(text.replace("population = ", "population = 1"))
+    given = [str(one), "millipede", "millipede-random", str(other), "millipede", str(more)]
+    budgets = [equal_budgets(load_experiments(way, {}), 5000)[1] for way in (given, given[::-1])]
+    forward, backward = ({label: e.to_toml() for label, e in b.items()} for b in budgets)
+    assert forward == backward
+    seeds = [e.seed for e in budgets[0].values()]
+    assert len(set(seeds)) == len(given)
+    # Another competitor changes nothing, and the files that are written give the same again.
+    assert load_experiments(given[1:3], {})["millipede-random"].seed == seeds[2]
+    for label, text in forward.items():
+        (tmp_path / f"{label}.toml").write_text(text)
+    again = load_experiments([str(tmp_path / f"{label}.toml") for label in forward], {})
+    assert {label: e.to_toml() for label, e in again.items()} == forward
+
+
+def test_statistics_do_not_depend_on_the_order() -> None:
+    names = ("millipede-random", "millipede-mutation", "millipede-random")
+    one, other = (to_dict(compared(*way, repeats=9)) for way in (names, names[::-1]))
+    assert one["experiments"] == other["experiments"]
+    assert (one["targets"], one["ert_targets"]) == (other["targets"], other["ert_targets"])
+    for kind in ("comparisons", "target_comparisons"):
+        ways = [{(p.get("target"), p["first"], p["second"]): p for p in w[kind]}
+                for w in (one, other)]  # fmt: skip
+        for (target, first, second), pair in ways[0].items():
+            key = target, second, first
+            same = ways[1].get(key) or ways[1][target, first, second]
+            mirrored = 1 - pair["a12"] if key in ways[1] else pair["a12"]
+            assert same["a12"] == pytest.approx(mirrored, abs=1e-15)
+            assert {k: v for k, v in same.items() if k.startswith("p")} == {
+                k: v for k, v in pair.items() if k.startswith("p")
+            }
 
 
 def test_experiments_of_other_populations_have_equal_budgets() -> None:
@@ -84,13 +152,6 @@ def test_report_and_json_hold_the_figures() -> None:
     )
     assert values["comparisons"][0]["a12"] == found.pairs[0].a12
     assert [one["target"] for one in values["experiments"]["millipede-random"]["ert"]] == [3, 4]
-    share = found.ecdfs["millipede-random"].share
-    assert curves(found).splitlines()[12].endswith(f",{share[-1]}")
-    rows = results(found).splitlines()
-    assert rows[0] == "experiment,repeat,generation,evaluations,best"
-    assert len(rows) == 1 + 2 * 40 * 12
-    individuals = found.samples["millipede-random"].experiment.individuals
-    assert rows[12].startswith(f"millipede-random,1,12,{12 * individuals},")
 
 
 @pytest.mark.parametrize(
@@ -124,5 +185,5 @@ def test_a_repeat_without_a_score_is_reported() -> None:
     loaded = load_experiments(["millipede", "millipede-random"], SHORT)
     samples = {k: Sample(e, repeat_experiment(e, 3)) for k, e in loaded.items()}
     samples["millipede"].best[:] = -np.inf
-    with pytest.raises(GaitsimError, match="every individual failed"):
+    with pytest.raises(GaitsimError, match="every individual failed in 3 of 3 repeats"):
         analyse(samples, 100)

@@ -8,8 +8,9 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.study.comparison import Sample, analyse, load_experiments
+from gaitsim.study.comparison import Sample, analyse
 from gaitsim.study.comparison_report import report, tables
+from gaitsim.study.competitors import load_experiments
 from gaitsim.study.file import cells, parse_study, resolved
 from gaitsim.study.folders import LARGEST_REPORT, MOST_ROWS, list_folders, read_report, sections
 from gaitsim.study.results import table, write_results
@@ -110,8 +111,9 @@ class TestResults:
         found = analyse({key: Sample(one, scores) for key, one in loaded.items()}, 9999, [2.0])
         read = read_report(report(found, "gaitsim compare 'a b' c", []))
         titles = [one.title for one in read]
-        assert titles[1:5] == [title for title, *_ in tables(found)]
-        assert [len(one.rows) for one in read[1:5]] == [2, 1, 2, 2]
+        assert titles[1:6] == [title for title, *_ in tables(found)]
+        assert [len(one.rows) for one in read[1:6]] == [2, 1, 2, 2, 1]
+        assert "given by the user" in read[4].texts[0]
         assert read[2].columns[3] == "A12"
         assert read[2].rows[0][-1] == "no"
         assert read[-1].command == "gaitsim compare 'a b' c"

@@ -1,6 +1,8 @@
+import itertools
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -9,6 +11,8 @@ from gaitsim.study.statistics import (
     describe,
     effect_name,
     holm,
+    least_p,
+    rank_test,
 )
 
 SAMPLES = st.lists(st.integers(0, 9), min_size=2, max_size=20)
@@ -49,19 +53,35 @@ def test_a12_is_the_share_of_pairs_won(first: list[int], second: list[int]) -> N
 
 def test_the_rank_test_is_scipy_s() -> None:
     rng = np.random.default_rng(2)
-    first, second = rng.normal(0, 1, 30), rng.normal(1, 1, 25)
+    first, second = rng.normal(0, 1, 40), rng.normal(1, 1, 35)
     (found,) = compare({"a": first, "b": second})
     assert found.p == stats.mannwhitneyu(first, second).pvalue
     assert found.p_holm == found.p
     assert found.differs
+    few = stats.mannwhitneyu(first[:30], second[:28], method="exact")
+    assert rank_test(first[:30], second[:28])[0] == pytest.approx(few.pvalue)
 
 
-def test_few_values_with_ties_are_tested_exactly() -> None:
-    (found,) = compare({"a": [5.0] * 5, "b": [1.0, 2.0, 2.0, 3.0, 1.0]})
-    assert found.p == pytest.approx(2 / 252)  # the two of all ways to deal them that are as far
-    first, second = [1.0, 4.0, 6.0], [2.0, 3.0, 5.0, 7.0]
-    (found,) = compare({"a": first, "b": second})
-    assert found.p == pytest.approx(stats.mannwhitneyu(first, second, method="exact").pvalue)
+@settings(max_examples=25)
+@given(st.lists(st.integers(0, 4), min_size=4, max_size=9), st.integers(2, 3))
+def test_values_with_ties_are_tested_exactly(values: list[int], n: int) -> None:
+    """Of all ways to deal the values, those whose rank sum is as far to one side, twice."""
+    ranks = stats.rankdata(values)
+    sums = [sum(ranks[i] for i in chosen)
+            for chosen in itertools.combinations(range(len(values)), n)]  # fmt: skip
+    tails = [np.mean(np.array(sums) >= sums[0]), np.mean(np.array(sums) <= sums[0])]
+    p, a12 = rank_test(values[:n], values[n:])
+    assert p == pytest.approx(min(1, 2 * min(tails)))
+    assert rank_test(values[n:], values[:n]) == (p, pytest.approx(1 - a12))
+
+
+def test_the_least_p_is_that_of_samples_apart() -> None:
+    for n in (1, 2, 3, 6):
+        p, _ = rank_test(range(n), range(n, 2 * n))
+        assert least_p(n, 1) == pytest.approx(p)
+        assert stats.fisher_exact([[n, 0], [0, n]]).pvalue == pytest.approx(p)
+    assert least_p(100_000, 10**9) == 0
+    assert least_p(3, 100) == 1
 
 
 def test_equal_constants_do_not_differ() -> None:

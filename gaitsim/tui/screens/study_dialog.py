@@ -70,7 +70,8 @@ class Contest(Settings):
         None
     )
     targets: Annotated[
-        str | None, Declared(description="Scores to reach, as 1.5,2. None: chosen by the results.")
+        str | None,
+        Declared(description="Scores to reach, as 1.5,2. None: quartiles of all."),
     ] = None
     format: Annotated[PlotFormat, Declared(description="Of the figures.")] = "png"
     workers: Annotated[int | None, Declared(ge=1, description="Processes. None: one a core.")] = (
@@ -87,7 +88,8 @@ class Contest(Settings):
         Raises:
             GaitsimError: an experiment has problems.
         """
-        from gaitsim.study.comparison import check_request, equal_budgets, load_experiments
+        from gaitsim.study.comparison import check_request
+        from gaitsim.study.competitors import equal_budgets, load_experiments
 
         check_request(self.targets, self.evaluations, self.generations)
         given = {"generations": self.generations, "population": self.population}

@@ -1,0 +1,143 @@
+"""The report follows from its files alone, here without the code that wrote it."""
+
+import csv
+import io
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from gaitsim.study.comparison import Sample, analyse
+from gaitsim.study.comparison_files import curves, results
+from gaitsim.study.comparison_report import report
+from gaitsim.study.competitors import load_experiments
+
+REPEATS = 12
+GENERATIONS = {"millipede": 650, "millipede-random": 240}
+
+
+@pytest.fixture(scope="module")
+def found():
+    rng = np.random.default_rng(4)
+    samples = {}
+    for label, experiment in load_experiments([*GENERATIONS], {}).items():
+        shape = (REPEATS, GENERATIONS[label])
+        rises = rng.exponential(1 + rng.random((REPEATS, 1)), shape) * (rng.random(shape) < 0.05)
+        best = np.round(np.cumsum(rises, axis=1), 3)
+        best[3, :2] = -np.inf  # all individuals failed
+        samples[label] = Sample(experiment, best)
+    return analyse(samples, 7 + max(int(one.evaluations[-1]) for one in samples.values()))
+
+
+@pytest.fixture(scope="module")
+def tables(found) -> list[list[list[str]]]:
+    """The rows of each table of the report."""
+    parts = report(found, "x", []).split("\n## ")[1:]
+    lines = [[line for line in part.splitlines() if line.startswith("|")][2:] for part in parts]
+    return [[line.strip("| ").split(" | ") for line in rows] for rows in lines]
+
+
+@pytest.fixture(scope="module")
+def runs(found) -> dict[str, list[list[tuple[int, float]]]]:
+    """The evaluations and scores of each repeat, by experiment."""
+    held = {label: [[] for _ in range(REPEATS)] for label in GENERATIONS}
+    for row in csv.DictReader(io.StringIO(results(found))):
+        at = int(row["evaluations"]), float(row["best"])
+        held[row["experiment"]][int(row["repeat"]) - 1].append(at)
+    return held
+
+
+def runtimes(each, target) -> np.ndarray:
+    return np.array([next((at for at, best in run if best >= target), np.inf) for run in each])
+
+
+def cell(values, form: str) -> list[str]:
+    return form.format(*values).split(" | ")
+
+
+def bounds(values) -> list[float]:
+    return np.percentile(values, [2.5, 97.5]).tolist()
+
+
+def draws(tables, label) -> np.ndarray:
+    (seed,) = (int(row[2]) for row in tables[-1] if row[1] == label)
+    return np.random.default_rng([seed, REPEATS]).integers(0, REPEATS, (9999, REPEATS))
+
+
+def test_the_scores(found, tables, runs) -> None:
+    finals = {label: np.array([run[-1][1] for run in each]) for label, each in runs.items()}
+    for row, (label, final) in zip(tables[0], finals.items(), strict=True):
+        medians = np.median(final[draws(tables, label)], axis=1)
+        values = [np.median(final), *bounds(medians), *np.quantile(final, [0.25, 0.75])]
+        form = "{:.3f} | {:.3f} to {:.3f} | {:.3f} to {:.3f} | {:.3f} to {:.3f}"
+        assert row == [label, *cell([*values, final.min(), final.max()], form)]
+    p = stats.mannwhitneyu(*finals.values(), method="exact").pvalue
+    assert tables[1][0][1:3] == [f"{p:.2g}", f"{p:.2g}"]
+    targets = [float(text) for text in dict.fromkeys(row[0] for row in tables[3])]
+    pooled = np.sort(np.concatenate(list(finals.values())))
+    step = 10 ** (math.floor(math.log10(np.ptp(pooled))) - 3)
+    assert targets == pytest.approx(np.floor(pooled[[5, 11, 17]] / step) * step)
+
+
+def test_the_areas(found, tables, runs) -> None:
+    firsts = [np.median([run[0][1] for run in each]) for each in runs.values()]
+    targets = np.linspace(
+        min(firsts), max(run[-1][1] for each in runs.values() for run in each), 51
+    )
+    assert targets == pytest.approx(found.targets)
+    for row, (label, each) in zip(tables[2], runs.items(), strict=True):
+        times = np.array([runtimes(each, target) for target in found.targets])
+        area = np.maximum(0, 1 - times / found.evaluations).mean(axis=0)
+        resampled = bounds(area[draws(tables, label)].mean(axis=1))
+        values = [area.mean(), *resampled, 100 * np.isfinite(times).mean()]
+        assert row == [label, *cell(values, "{:.3f} | {:.3f} to {:.3f} | {:.0f} %")]
+        for one in csv.DictReader(io.StringIO(curves(found))):
+            if one["experiment"] == label:
+                share = (times <= int(one["evaluations"])).mean()
+                assert float(one["share"]) == pytest.approx(share)
+
+
+def test_the_running_times(tables, runs) -> None:
+    for target, label, *row in tables[3]:
+        times = runtimes(runs[label], float(target))
+        won = np.isfinite(times)
+        spent = np.where(won, times, runs[label][0][-1][0])
+        drawn = draws(tables, label)
+        low, high = bounds(won[drawn].sum(axis=1) / spent[drawn].sum(axis=1))
+        ert, *ends = (1 / one if one else math.inf for one in (won.sum() / spent.sum(), high, low))
+        text = "{} of {} | {:,.0f} | {:,.0f} to {:,.0f}".format(won.sum(), REPEATS, ert, *ends)
+        assert row == text.replace("inf to inf", "–").replace("inf", "∞").split(" | ")
+
+
+def ranked(one, other) -> float:
+    """Twice the smaller tail of the rank sum, by counting the ways to deal the ranks."""
+    ranks = (2 * stats.rankdata([*one, *other])).astype(int).tolist()
+    ways = [Counter({0: 1}), *(Counter() for _ in one)]
+    for rank in ranks:
+        for taken in range(len(one), 0, -1):
+            for total, number in ways[taken - 1].items():
+                ways[taken][total + rank] += number
+    seen = sum(ranks[: len(one)])
+    below = sum(number for total, number in ways[-1].items() if total <= seen)
+    above = sum(number for total, number in ways[-1].items() if total >= seen)
+    return min(1, 2 * min(below, above) / math.comb(len(ranks), len(one)))
+
+
+def holm(values) -> list[float]:
+    ordered = sorted(values)
+    steps = [(len(values) - rank) * p for rank, p in enumerate(ordered)]
+    return [min(1, max(steps[: ordered.index(p) + 1])) for p in values]
+
+
+def test_the_tests_at_the_targets(tables, runs) -> None:
+    times = [[runtimes(each, float(target)) for each in runs.values()] for target, *_ in tables[4]]
+    won = [[int(np.isfinite(one).sum()) for one in pair] for pair in times]
+    fisher = [stats.fisher_exact([pair, [REPEATS - k for k in pair]]).pvalue for pair in won]
+    ranks = [ranked(*pair) for pair in times]
+    for column, values in ((2, fisher), (3, ranks)):
+        said = [f"{p:.2g} ({q:.2g})" for p, q in zip(values, holm(values), strict=True)]
+        assert [row[column] for row in tables[4]] == said
+    sooner = [np.mean([(a < b) + (a == b) / 2 for a in one for b in other]) for one, other in times]
+    assert [row[4] for row in tables[4]] == [f"{one:.3f}" for one in sooner]

@@ -1,0 +1,40 @@
+import numpy as np
+import pytest
+from scipy import stats
+
+from gaitsim.study.target_tests import compare_times
+
+NEVER = np.inf
+ONE = np.array([10.0, 20.0, 20.0, NEVER, NEVER])
+OTHER = np.array([20.0, NEVER, NEVER, NEVER, NEVER])
+
+
+def test_successes_and_times_by_hand() -> None:
+    (found,) = compare_times({2.5: {"a": ONE, "b": OTHER}})
+    # 3 of 5 and 1 of 5: of 10 choose 4 ways, 2 · (5·10 + 5) are as unlikely or more.
+    assert found.p_success == pytest.approx(110 / 210)
+    # a is sooner in 4 + 4 + 5 of 25 pairs, and ties in 2 · 1 of 20s and 2 · 4 without success.
+    assert found.a12 == pytest.approx((13 + 5) / 25)
+    assert found.effect == "large"
+    # Any value above all others stands for no success: Gehan's test where all end together.
+    ends = [np.where(np.isinf(one), 999, one) for one in (ONE, OTHER)]
+    exact = stats.mannwhitneyu(*ends, method=stats.PermutationMethod(n_resamples=252))
+    assert found.p_time == pytest.approx(exact.pvalue)
+    assert (found.success_differs, found.time_differs) == (False, False)
+
+
+def test_each_kind_of_test_is_corrected_over_all_pairs_and_targets() -> None:
+    fast, slow = np.arange(1.0, 13), np.full(12, NEVER)
+    found = compare_times(
+        {1.0: {"a": fast, "b": slow, "c": fast}, 9.0: {"a": slow, "b": slow, "c": slow}}
+    )
+    assert [(one.target, one.first, one.second) for one in found][2:4] == [
+        (1.0, "b", "c"),
+        (9.0, "a", "b"),
+    ]
+    least = 2 / 2704156  # 24 choose 12
+    assert found[0].p_time == found[0].p_success == pytest.approx(least)
+    assert found[0].p_time_holm == found[0].p_success_holm == pytest.approx(6 * least)
+    assert (found[0].success_differs, found[0].time_differs, found[0].a12) == (True, True, 1)
+    assert found[2].a12 == 0
+    assert [(one.p_time, one.p_success, one.a12) for one in found[3:]] == 3 * [(1, 1, 0.5)]
