@@ -166,6 +166,8 @@ def tables(findings: Findings) -> list[Table]:
         ]
         for one in findings.target_tests
     ]
+    # Beside the effects, too: "large" must not be read without it.
+    caution = f"{findings.warning} " if findings.warning else ""
     after = f"Best scores after {findings.evaluations:,} evaluations, {findings.repeats} repeats"
     return [
         Table(after, ["experiment", "median", interval, "quartiles", "range"], descriptions),
@@ -173,8 +175,8 @@ def tables(findings: Findings) -> list[Table]:
             "Differences",
             ["pair", "p", "p (Holm)", "A12", "effect", "differs at 5 %"],
             pairs,
-            "A12 is how often a score of the first exceeds one of the second, ties half: 0.5 where "
-            "neither tends to be higher, as where all are equal.",
+            f"{caution}A12 is how often a score of the first exceeds one of the second, ties half: "
+            "0.5 where neither tends to be higher, as where all are equal.",
         ),
         Table(
             f"ECDF over {target_words(findings)}",
@@ -200,8 +202,8 @@ def tables(findings: Findings) -> list[Table]:
                 "differs at 5 %",
             ],
             contests,
-            "A12 is how often a repeat of the first reaches the target sooner than one of the "
-            "second, ties half; repeats that never reach it tie.",
+            f"{caution}A12 is how often a repeat of the first reaches the target sooner than one "
+            "of the second, ties half; repeats that never reach it tie.",
         ),
     ]
 
