@@ -611,9 +611,18 @@ def test_options_reach_the_plugin(examined):
     assert outcome(entry, {"legs": 4}) == outcome(entry, {})
 
 
-@pytest.mark.parametrize(("first", "more", "slow"), [(0.6, 0.001, False), (0.6, 0.6, True)])
-def test_only_a_body_that_takes_long_in_large_batches_too_is_slow(
-    examined, monkeypatch, first, more, slow
+@pytest.mark.parametrize(
+    ("first", "more", "slow", "rate"),
+    [
+        (0.6, 0.001, False, 100 / 0.699),  # whole arrays: the rate is that of a population
+        (90.0, 0.0, False, 100 / 90),
+        (0.001, 0.001, False, 1000),
+        (0.1, 0.1, False, 10),
+        (0.6, 0.6, True, 1 / 0.6),
+    ],
+)
+def test_only_a_body_with_slow_further_individuals_is_slow(
+    examined, monkeypatch, first, more, slow, rate
 ):
     def clock():
         moved = sys.modules["fake"].calls
@@ -628,3 +637,4 @@ def test_only_a_body_that_takes_long_in_large_batches_too_is_slow(
     )
     assert report.ok
     assert ("speed" in {finding.rule for finding in report.advice}) == slow
+    assert report.figures["individuals_per_second"] == pytest.approx(rate)

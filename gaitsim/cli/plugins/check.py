@@ -85,5 +85,6 @@ def _figures(report: Report) -> str:
     if "import_seconds" in figures:
         parts.append(f"imported in {figures['import_seconds']:.2f} s")
     if "individuals_per_second" in figures:
-        parts.append(f"{figures['individuals_per_second']:,.0f} individuals a second")
+        rate = figures["individuals_per_second"]
+        parts.append((f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}") + " individuals a second")
     return "  " + ", ".join(parts) if parts else ""

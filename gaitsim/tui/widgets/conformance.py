@@ -53,7 +53,8 @@ def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -
         text.append("✗ It breaks its contract", colours["error"])
     rate = report["figures"].get("individuals_per_second")
     if rate:
-        text.append(f"  {rate:,.0f} individuals a second", "dim")
+        number = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
+        text.append(f"  {number} individuals a second", "dim")
     for finding in report["findings"]:
         colour = colours["error" if finding["level"] == "error" else "warning"]
         text.append(f"\n{finding['level']}: {finding['rule']}", f"bold {colour}")
