@@ -26,10 +26,8 @@ def print_results(
     """
     first, console = results[0], output()
     expert = first.expert
-    sizes = first.imitation.imitator.network.sizes
     console.print(
-        f"{expert.title}: imitator, "
-        f"network {'-'.join(map(str, sizes))}, {first.settings.activation}",
+        f"{expert.title}: imitator, network {first.sizes}, {first.settings.activation}",
         style="bold",
         markup=False,
     )

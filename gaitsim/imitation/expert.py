@@ -19,6 +19,7 @@ from gaitsim.registry import plugin_errors
 from gaitsim.render.plots.labels import heading_of_run
 from gaitsim.runs.files.folder import EXPORTS, exports_folder, find_run, holds_run
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.toml import literal, shortened
 
 _BODY = "name the body of a preset, a file or a run, as --body spider; in Python body='spider'"
 
@@ -181,8 +182,9 @@ def _body(file: GaitFile, body: str | None) -> tuple[Experiment, str]:
             continue
         if sorted(joints) == sorted(file.joint_names):
             return experiment, f"the preset {name}"
+    names = shortened(", ".join(literal(joint) for joint in file.joint_names), 80)
     raise GaitsimError(
-        f"{file.path} holds joints that no preset's body has: {', '.join(file.joint_names[:4])} …",
+        f"{file.path} holds {len(file.joint_names)} joints that no preset's body has: {names}",
         remedy=_BODY,
     )
 

@@ -28,7 +28,6 @@ def imitation_film(result: Result, settings: RenderSettings | None = None) -> Fi
     require_play(expert.experiment)
     assert expert.individual is not None, "a body that plays the imitator plays its expert"
     assert result.played is not None, "checked above"
-    sizes = "-".join(map(str, result.imitation.imitator.network.sizes))
     generation = "" if expert.file else f", {expert.individual.label}"
     clips = [
         _clip(expert.individual, "expert", generation),
@@ -38,7 +37,7 @@ def imitation_film(result: Result, settings: RenderSettings | None = None) -> Fi
     return Film(
         clips,
         settings or RenderSettings(),
-        (f"imitator of {expert.name}", (f"network {sizes}, {training.activation}",)),
+        (f"imitator of {expert.name}", (f"network {result.sizes}, {training.activation}",)),
         partial(errors_figure, errors, result.heading),
         leader=1,
     )

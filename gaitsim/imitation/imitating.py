@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -20,6 +20,7 @@ from gaitsim.imitation.imitator import Angles
 from gaitsim.imitation.learning import SETTINGS, Settings, learn
 from gaitsim.individual import Individual, Member
 from gaitsim.render.notebook import RunViews
+from gaitsim.repr_mixin import ReprField, ReprMixin
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,8 +31,8 @@ TOLERANCE = 1e-6  # rad: smaller differences are rounding, not limits
 _FORWARD = "forward"  # the measure of the way that a body walks
 
 
-@dataclass(frozen=True, eq=False)
-class Result:
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(ReprMixin):
     """A trained imitator and how it performs.
 
     Attributes:
@@ -61,6 +62,11 @@ class Result:
         if self.expert.individual is None or self.expert.file is None:
             return 0
         return _differing(gait_of(self.expert.individual).angles, self.expert.gait.angles)
+
+    @property
+    def sizes(self) -> str:
+        """The number of neurons in each layer, such as '24-48-24'."""
+        return "-".join(map(str, self.imitation.imitator.network.sizes))
 
     @property
     def heading(self) -> str:
@@ -152,6 +158,17 @@ class Result:
         theme = DARK if dark else LIGHT
         figure = errors_figure({self.settings.activation: self.errors}, self.heading, theme)
         return shown_in_notebooks(figure, theme)
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        kept = self.forward_kept
+        return {
+            "expert": self.expert.title,
+            "network": f"{self.sizes}, {self.settings.activation}",
+            "one_step": self.one_step,
+            "free_running": self.free_running,
+            "score": "" if self.played is None else self.played.score,
+            "forward_kept": "" if kept is None else kept,
+        }
 
 
 def imitate_expert(

@@ -109,7 +109,9 @@ ANGLES = np.zeros((3, 24))
         (("none.mat",), "none.mat"),
         (("notes.txt",), "no suffix of a gait file"),
         (("unnamed.npz",), "--body"),
-        pytest.param(("foreign.npz",), "no preset's body has: hip, knee", marks=pytest.mark.slow),
+        pytest.param(
+            ("foreign.npz",), "2 joints that no preset's body has", marks=pytest.mark.slow
+        ),
         (("foreign.npz", "--body", "spider"), "2 joints, such as"),
         (("unnamed.npz", "--body", "fly"), "no joint angles"),
         (("unnamed.npz", "--body", "nothing"), "nothing"),
