@@ -1,0 +1,64 @@
+"""Texts keep out the constructions listed in prose.toml: no more of each than its limit."""
+
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+HABITS = tomllib.loads(Path(__file__).with_name("prose.toml").read_text(encoding="utf-8"))
+FOLDERS = ("docs", "gaitsim", "plugins", "docs_build", "benchmarks", "viewer_build")
+SUFFIXES = {".css", ".html", ".ino", ".js", ".md", ".mjs", ".py", ".tcss", ".toml", ".txt"}
+NOT_OURS = {"three.min.js", "dictionary-1.txt"}
+"""A library, and the bytes of a code's compression."""
+
+_BREAK = re.compile(
+    r"[ \t]*(?<!\")\"?[ \t]*\n[ \t]*(?:(?:#|//|\*|>)[ \t]+|f?\"(?!\"))?(?=\w)|[ \t]+"
+)
+"""The end of a line within prose, a comment or a text of several literals; not of a paragraph."""
+
+
+def files() -> Iterator[Path]:
+    yield from ROOT.glob("*.md")
+    for folder in FOLDERS:
+        for path in sorted((ROOT / folder).rglob("*")):
+            skipped = {"node_modules", "__pycache__"} & {*path.parts} or path.name in NOT_OURS
+            if path.suffix in SUFFIXES and not skipped:
+                yield path
+
+
+def unwrapped(text: str) -> str:
+    """A text with each paragraph on one line."""
+    return _BREAK.sub(" ", text)
+
+
+@pytest.fixture(scope="module")
+def texts() -> dict[Path, str]:
+    return {path.relative_to(ROOT): unwrapped(path.read_text("utf-8")) for path in files()}
+
+
+def found(texts: dict[Path, str], pattern: str) -> list[str]:
+    """Where a pattern matches, with the words around it."""
+    expression = re.compile(pattern, re.IGNORECASE)
+    return [
+        f"{path}: …{text[max(match.start() - 40, 0) : match.end() + 40]}…"
+        for path, text in texts.items()
+        for match in expression.finditer(text)
+    ]
+
+
+@pytest.mark.slow  # 3 s in all
+@pytest.mark.parametrize("name", HABITS)
+def test_texts_keep_a_habit_within_its_limit(texts: dict[Path, str], name: str) -> None:
+    habit = HABITS[name]
+    matches = found(texts, habit["pattern"])
+    assert len(matches) <= habit["limit"], "\n".join(
+        [f"'{name}': {len(matches)}, limit {habit['limit']}; write: {habit['instead']}", *matches]
+    )
+
+
+def test_a_sentence_over_several_lines_is_found() -> None:
+    text = '# It is\n#   told here.\nf(\n    "it is "\n    "told once"\n)\nIt is\ntold.\n'
+    assert len(found({Path(): unwrapped(text)}, r"\bis told\b")) == 3
