@@ -57,6 +57,7 @@ class Comparison(ReprMixin, Findings):
             "repeats": self.repeats,
             "median": {label: one.median for label, one in self.descriptions.items()},
             "area": {label: one.area for label, one in self.ecdfs.items()},
+            **({"warning": self.warning} if self.warning else {}),
         }
 
 
@@ -72,14 +73,15 @@ def compare(
     """Repeat experiments with equal numbers of evaluations, and compare them.
 
     The same arguments give the same results to the last bit, in Python as on the command line.
+    The order of the experiments changes no number of an experiment or a test.
 
     Args:
         experiments: two or more names of presets, paths of TOML files or robots' files, or
             experiments.
-        repeats: of each.
+        repeats: of each, at least two: one allows no interval and no test.
         evaluations: of each repeat; None for those of the shortest experiment.
-        targets: scores to reach, for the ECDF and the expected running times; () for 51 at equal
-            distances, and for the median of each experiment.
+        targets: scores to reach, for the ECDF, the expected running times and their tests; ()
+            for 51 at equal distances, and for the quartiles of all repeats' scores together.
         set: options of all experiments by key, such as `{"evolution.population": 50}`.
         workers: number of parallel workers; None for what suits the body.
 

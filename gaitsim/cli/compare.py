@@ -45,7 +45,9 @@ def compare(
             autocompletion=preset_names,
         ),
     ],
-    repeats: Annotated[int, typer.Option(min=2, max=100_000, help="Repeats of each.")] = 30,
+    repeats: Annotated[
+        int, typer.Option(min=2, max=100_000, help="Repeats of each; one would allow no test.")
+    ] = 30,
     evaluations: Annotated[
         int | None,
         typer.Option(
@@ -83,8 +85,9 @@ def compare(
 ) -> None:
     """Compare experiments by evaluations over repeats, with statistics.
 
-    All have the same number of evaluations, whatever their searches and populations. Writes a
-    report in Markdown, figures, every repeat and the ECDF as tables.
+    All have the same number of evaluations, whatever their searches and
+    populations, and their order changes no number. Writes a report in Markdown,
+    figures, every repeat and the ECDF as tables, and all numbers as JSON.
 
     [bold]Examples[/bold]
 
