@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -20,9 +20,11 @@ from gaitsim.evaluation import Executor
 from gaitsim.render.plots.surfaces import plot_surfaces
 from gaitsim.runs.files.folder import check_links, command, create_folder
 from gaitsim.runs.files.lock import RunLock
+from gaitsim.study.confirmation import Reached
+from gaitsim.study.confirming import confirm
 from gaitsim.study.file import STUDY, Cell, Study, cells, read_study, resolved
-from gaitsim.study.results import RULE, TABLE, summary, title, write_results
-from gaitsim.study.running import results, run_cells
+from gaitsim.study.results import TABLE, rule, summary, title, write_results
+from gaitsim.study.running import Best, results, run_cells
 
 
 def study(
@@ -42,7 +44,8 @@ def study(
 ) -> None:
     """Sweep options over all cores: one table, surfaces and a summary.
 
-    Ctrl-C stops and keeps the finished cells; give the folder to run the rest.
+    With a target, fresh repeats confirm the cheapest cells that reach it ('confirm' in the file).
+    Ctrl-C stops and keeps what is finished; give the folder to run the rest.
 
     [bold]Examples[/bold]
 
@@ -67,21 +70,22 @@ def study(
         lock = RunLock(folder)
         try:
             if not _run(folder, study, every, workers, executor):
-                again = command("study", folder)
-                notice(f"Stopped; finished cells are kept. Continue with: {again}")
-                sys.exit(INTERRUPTED)
+                _say_stopped(folder)
             found, missing = results(folder, study, every)
             if missing:
                 raise RunError(f"cell {missing[0].index} of {folder} is missing or damaged")
-            write_results(folder, study, found)
+            reached = _confirm(folder, study, found, workers, executor)
+            if reached is None:
+                _say_stopped(folder)
+            write_results(folder, study, found, reached)
             plot_surfaces(folder, study, found)
         finally:
             lock.release()
     console = output()
     if study.target is not None:
         console.print(f"\n{title(study)}", style="bold")
-        print_table(*summary(study, found))
-        console.print(RULE, style="dim")
+        print_table(*summary(study, reached))
+        console.print(f"Rule: {rule(study)}.", style="dim")
     wrote(folder / TABLE)
     console.print(f"\nTable: {folder / TABLE}")
 
@@ -110,3 +114,39 @@ def _run(
         error.then(f"run the remaining cells: {command('study', folder)}")
         raise
     return True
+
+
+def _confirm(
+    folder: Path,
+    study: Study,
+    found: Sequence[tuple[Cell, Best]],
+    workers: int | None,
+    executor: Executor | None,
+) -> list[Reached] | None:
+    """Run fresh repeats with a progress bar; return None when the user stopped it."""
+    if study.target is None:
+        return []
+    log = f"study {folder}: {study.fresh.repeats:,} fresh repeats of each cell in question"
+    try:
+        with (
+            interruptible(),
+            Progress(f"confirm {folder}", "sets of repeats", log=log) as progress,
+        ):
+
+            def on_sets(done: int, total: int) -> None:
+                progress.expect(total)
+                progress.reach(done)
+
+            return confirm(
+                folder, study, found, workers, on_sets=on_sets, on_warning=warn, cluster=executor
+            )
+    except KeyboardInterrupt:
+        return None
+    except GaitsimError as error:
+        error.then(f"run the remaining repeats: {command('study', folder)}")
+        raise
+
+
+def _say_stopped(folder: Path) -> NoReturn:
+    notice(f"Stopped; finished cells are kept. Continue with: {command('study', folder)}")
+    sys.exit(INTERRUPTED)

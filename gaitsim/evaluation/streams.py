@@ -17,6 +17,8 @@ class Purpose(IntEnum):
     STATE = 6  # the first state of a search
     WORLDS = 7  # those that individuals are evaluated in
     UNSEEN_WORLDS = 8  # those that a gait is judged in
+    SCREENING = 9  # seeds of the repeats by which a study chooses cells
+    CONFIRMATION = 10  # seeds of the repeats by which it tests them
 
 
 def stream(seed: int, generation: int, purpose: Purpose, island: int = 0) -> np.random.Generator:

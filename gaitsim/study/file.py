@@ -23,9 +23,11 @@ from gaitsim.registry.presets import read_preset
 SCHEMA = 1
 MOST_CELLS = 100_000
 MOST_SCORES = 50_000_000  # of all cells, repeats and recorded generations: 400 MB
+LEAST_FRESH = 100  # fresh repeats, below which intervals of skewed scores do not hold
 _MOST_PROBLEMS = 20
 STUDY = "study.toml"  # the file of a study in its folder
 EXPERIMENT = "experiment"  # the axis that every study has
+POPULATION = "evolution.population"
 STATISTICS = ("mean", "std", "median", "q25", "q75", "min", "max")
 RESERVED = (EXPERIMENT, "generation", "evaluations", "repeats", *STATISTICS)
 
@@ -85,6 +87,13 @@ class Study(BaseModel):
     repeats: int = option(30, "repeats of each cell", ge=1, le=1_000_000)
     record_every: int = option(1, "generations from one row of the table to the next", ge=1)
     target: float | None = option(None, "mean best score that counts as reached")
+    confirm: int | None = option(
+        None,
+        "fresh repeats of a cell that choose it, and as many that test whether it reaches the "
+        "target; none makes ten times 'repeats', at least 100",
+        ge=LEAST_FRESH,
+        le=1_000_000,
+    )
     axes: dict[str, Range | tuple[Scalar, ...]] = Field(
         default={}, description="values of options, as 'mutation.rate' = [0.01, 0.1]"
     )
@@ -97,6 +106,12 @@ class Study(BaseModel):
         """Return the values of an axis, in order."""
         given = self.axes[axis]
         return given.values() if isinstance(given, Range) else list(given)
+
+    @property
+    def fresh(self) -> "Study":
+        """The same study with as many repeats as confirm a cell."""
+        default = max(LEAST_FRESH, 10 * self.repeats)
+        return self.model_copy(update={"repeats": self.confirm or default})
 
 
 @dataclass(frozen=True)
@@ -242,7 +257,7 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
         )
     found: list[Cell] = []
     problems: dict[str, GaitsimError] = {}
-    scores = 0
+    scores = fresh = 0
     for index, values in enumerate(itertools.product(*axes.values())):
         point = dict(zip(axes, values, strict=True))
         changes = study.set | {axis: point[axis] for axis in study.axes}
@@ -262,13 +277,17 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
             problems[str(error)] = error
         else:
             found.append(Cell(index, point, experiment))
-            scores += study.repeats * -(-experiment.evolution.generations // study.record_every)
-        if scores > MOST_SCORES:
+            recorded = -(-experiment.evolution.generations // study.record_every)
+            scores += study.repeats * recorded
+            fresh = 0 if study.target is None else study.fresh.repeats * recorded
+        if max(scores, fresh) > MOST_SCORES:
             raise GaitsimError(
                 f"the study {study.name} would record more than {MOST_SCORES:,} scores",
                 where=source,
-                allowed="that many in all cells, repeats and recorded generations",
-                remedy="record fewer generations with record_every, or repeat less",
+                allowed="that many in all cells, repeats and recorded generations, and in the "
+                "fresh repeats of one cell",
+                remedy="record fewer generations with record_every, or set 'repeats' or 'confirm' "
+                "lower",
             )
         if len(problems) >= _MOST_PROBLEMS:
             problems[""] = GaitsimError(f"cells after the first {index + 1:,} were not checked")

@@ -202,7 +202,8 @@ def _cells(path: Path, study: Study) -> Section:
     more = f"Only the first {MOST_ROWS:,} cells are shown. " if len(shown) > MOST_ROWS else ""
     about = (
         f"{more}Best scores after the last generation of each cell. ± is the 95 % confidence "
-        f"interval of the mean by Student's t; {TABLE} has every recorded generation."
+        f"interval of each mean alone, by Student's t: the highest of many is lucky. {TABLE} has "
+        "every recorded generation."
     )
     return Section("Cells", columns, shown[:MOST_ROWS], (about,))
 

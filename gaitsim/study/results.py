@@ -3,17 +3,17 @@
 import csv
 import io
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.drafts import sweep
-from gaitsim.study.file import EXPERIMENT, STATISTICS, Cell, Scalar, Study
+from gaitsim.study.confirmation import Reached
+from gaitsim.study.file import EXPERIMENT, POPULATION, STATISTICS, Cell, Study
 from gaitsim.study.running import Best, recorded
+from gaitsim.study.statistics import CONFIDENCE
 
-POPULATION = "evolution.population"
 TABLE, REPORT = "results.csv", "report.md"
 
 
@@ -56,76 +56,39 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
     return text.getvalue()
 
 
-@dataclass(frozen=True)
-class Reached:
-    """The cheapest cell of one experiment whose mean best score reaches the target.
-
-    Attributes:
-        experiment: its name on the axis.
-        population, generations: the cell; None where none reaches it.
-        mean: there, or the highest mean where none reaches it.
-        point: the cell's values on the other axes, by name.
-    """
-
-    experiment: str
-    population: int | None
-    generations: int | None
-    mean: float
-    point: dict[str, Scalar]
+def rule(study: Study) -> str:
+    """Return how the cells of the summary were found, for reports."""
+    error = 100 * (1 - CONFIDENCE) / len(study.experiments)
+    return (
+        "the fewest evaluations (population × generations) of all cells whose mean best score, "
+        "with its whole interval, is at least the target in two sets of "
+        f"{study.fresh.repeats:,} fresh repeats. The {study.repeats:,} repeats of the sweep only "
+        "propose cells, as the cheapest of many noisy means was lucky. The first set chooses one, "
+        "the second one tests it. Mean and interval are of the second set, which "
+        f"has no part in the choice. An experiment's first test has a level of "
+        f"{100 - error / 2:.4g} %, each further one half the error of the one before. So all "
+        f"intervals hold together with {100 * CONFIDENCE:g} % (Bonferroni). Never: no cell "
+        "passes; the one in brackets, repeated afresh, has the sweep's highest mean"
+    )
 
 
-RULE = (
-    "reached: the mean over repeats of the best score so far is at least the target; of all "
-    "such cells the one with the fewest evaluations (population × generations)"
-)
-
-
-@np.errstate(over="ignore")
-def first_reached(study: Study, results: Iterable[tuple[Cell, Best]]) -> list[Reached]:
-    """Return the cheapest cell of each experiment that reaches the target."""
-    target = np.inf if study.target is None else study.target
-    cheapest: dict[str, tuple[int, Reached]] = {}
-    highest: dict[str, float] = dict.fromkeys(study.experiments, -np.inf)
-    for cell, best in results:
-        name, population = str(cell.point[EXPERIMENT]), cell.experiment.evolution.population
-        means = best.mean(axis=0)
-        highest[name] = max(highest[name], float(means.max()))
-        there = np.flatnonzero(means >= target)
-        if len(there):
-            generations = int(recorded(cell.experiment, study.record_every)[there[0]])
-            rest = {axis: cell.point[axis] for axis in study.axes if axis != POPULATION}
-            found = Reached(name, population, generations, float(means[there[0]]), rest)
-            cost = cell.experiment.individuals * generations
-            if name not in cheapest or cost < cheapest[name][0]:
-                cheapest[name] = cost, found
-    return [
-        cheapest[name][1] if name in cheapest else Reached(name, None, None, highest[name], {})
-        for name in study.experiments
-    ]
-
-
-def summary(
-    study: Study, results: Iterable[tuple[Cell, Best]]
-) -> tuple[list[str], list[list[str]]]:
-    """Return columns and rows of the cells that first reached the target, with published ones."""
+def summary(study: Study, found: Iterable[Reached]) -> tuple[list[str], list[list[str]]]:
+    """Return columns and rows of the cells that reach the target, with published ones."""
     others = [axis for axis in study.axes if axis != POPULATION]
-    columns = ["experiment", "population / generations", *others, "mean"]
+    columns = ["experiment", "cheapest", *others, "mean, interval"]
     if study.published:
         columns.append("published")
     rows = []
-    for found in first_reached(study, results):
-        if found.population is None:
-            blanks = [""] * len(others)
-            row = [found.experiment, "never", *blanks, f"at most {number(found.mean)}"]
-        else:
-            row = [
-                found.experiment,
-                f"{found.population} / {found.generations}",
-                *(str(found.point[axis]) for axis in others),
-                number(found.mean),
-            ]
+    for one in found:
+        where = f"{one.population} / {one.generations}"
+        row = [
+            one.experiment,
+            where if one.reached else f"never ({where})",
+            *(str(one.point[axis]) for axis in others),
+            f"{number(one.mean)} ({number(one.low)} to {number(one.high)})",
+        ]
         if study.published:
-            cell = study.published.get(found.experiment)
+            cell = study.published.get(one.experiment)
             row.append(f"{cell.population} / {cell.generations}" if cell else "never")
         rows.append(row)
     return columns, rows
@@ -141,8 +104,19 @@ def title(study: Study) -> str:
     return f"Cheapest population and generations that reach {study.target:g}"
 
 
-def write_results(folder: Path, study: Study, results: Sequence[tuple[Cell, Best]]) -> None:
+def write_results(
+    folder: Path,
+    study: Study,
+    results: Sequence[tuple[Cell, Best]],
+    reached: Sequence[Reached] = (),
+) -> None:
     """Write the table and, where the study has a target, the report.
+
+    Args:
+        folder: the study's folder.
+        study: the study.
+        results: of its sweep.
+        reached: the cheapest cell of each experiment that reaches the target.
 
     Raises:
         RunError: a file cannot be written.
@@ -154,6 +128,6 @@ def write_results(folder: Path, study: Study, results: Sequence[tuple[Cell, Best
     if study.target is None:
         return
     lines = [f"# {study.name}", "", study.description, "", f"## {title(study)}", ""]
-    lines += [*markdown(*summary(study, results)), ""]
-    lines += [f"Rule: {RULE}. Means of {study.repeats} repeats.", ""]
+    lines += [*markdown(*summary(study, reached)), ""]
+    lines += [f"Rule: {rule(study)}.", ""]
     write_bytes(folder / REPORT, "\n".join(lines).encode(), follow=False)

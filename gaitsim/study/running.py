@@ -22,6 +22,7 @@ from gaitsim.study.file import Cell, Study
 from gaitsim.study.keys import result_key
 
 CELLS = "cells"
+FRESH = "confirmation"  # the folder of fresh repeats
 
 Best = NDArray[np.float64]
 """Best score so far, (repeats, recorded generations)."""
@@ -69,7 +70,7 @@ def repeat_experiment(
     return np.stack(best, axis=1)
 
 
-def finished(folder: Path, study: Study, cell: Cell) -> Best | None:
+def finished(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> Best | None:
     """Return the result of a cell; None where it is not finished, or damaged."""
     shape = (study.repeats, len(recorded(cell.experiment, study.record_every)))
     start = io.BytesIO()
@@ -77,7 +78,7 @@ def finished(folder: Path, study: Study, cell: Cell) -> Best | None:
     np.lib.format.write_array_header_1_0(start, described)
     head, size = start.getvalue(), 8 * math.prod(shape)
     try:
-        data = read_regular(_file(folder, study, cell), len(head) + size)
+        data = read_regular(_file(folder / place, study, cell), len(head) + size)
     except OSError:
         return None
     # The header is known to the last byte, so a damaged file is never parsed.
@@ -105,6 +106,7 @@ def run_cells(
     workers: int | None,
     on_warning: OnWarning = lambda text: None,
     cluster: Executor | None = None,
+    place: str = CELLS,
 ) -> Iterator[Cell]:
     """Run cells in worker processes; write and yield each when it is finished.
 
@@ -117,12 +119,13 @@ def run_cells(
         workers: number of processes; None for one a core.
         on_warning: called with a message for the user when workers died.
         cluster: workers to use instead of processes; the caller closes it.
+        place: where in the study's folder the results are kept.
 
     Raises:
         GaitsimError: a cell fails, or ends its workers again and again, or a result cannot
             be written.
     """
-    sweep(own_folder(folder, CELLS))
+    sweep(own_folder(folder, place))
     # The longest first, so that no core works on it alone at the end.
     ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
     tasks = [(cell.experiment, study.repeats, study.record_every) for cell in ordered]
@@ -130,11 +133,11 @@ def run_cells(
     executor = ProcessExecutor(count, on_warning) if cluster is None else cluster
     try:
         executor.check(cell.experiment for cell in ordered)
-        for place, best in executor.each(_run_cell, tasks):
-            file = io.BytesIO()
+        for number, best in executor.each(_run_cell, tasks):
+            file, cell = io.BytesIO(), ordered[number]
             np.save(file, best, allow_pickle=False)
-            write_bytes(_file(folder, study, ordered[place]), file.getvalue(), follow=False)
-            yield ordered[place]
+            write_bytes(_file(folder / place, study, cell), file.getvalue(), follow=False)
+            yield cell
     except WorkerLostError as error:
         raise GaitsimError(
             f"{error.what}, a cell of the study {folder}",
@@ -157,4 +160,4 @@ def _file(folder: Path, study: Study, cell: Cell) -> Path:
     """Return the file of a cell's result, named after everything that the result depends on."""
     generations = recorded(cell.experiment, study.record_every).tolist()
     key = result_key(cell.experiment, study.repeats, generations)
-    return folder / CELLS / f"{cell.index:06d}-{key}.npy"
+    return folder / f"{cell.index:06d}-{key}.npy"

@@ -26,6 +26,7 @@ def test_a_study_leaves_table_surfaces_and_report(gaitsim, tmp_path):
     assert "study studies/small: 4 of 4 cells to run" in done.stderr
     assert "Cheapest population and generations that reach 4" in done.stdout
     assert "fewest evaluations" in done.stdout
+    assert "confirm studies/small" in done.stderr or "fresh repeats" in done.stderr
     assert (folder / "results.csv").read_text().count("\n") == 1 + 4 * 3
     assert {path.name for path in folder.glob("surface-*")} == {
         "surface-1-millipede-random.png",
@@ -34,7 +35,7 @@ def test_a_study_leaves_table_surfaces_and_report(gaitsim, tmp_path):
     report = (folder / "report.md").read_text()
     assert "| 10 / 19 |" in report
     assert "| never |" in report  # of random, nothing is published
-    assert "Means of 3 repeats" in report
+    assert "100 fresh repeats" in report
 
 
 def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):

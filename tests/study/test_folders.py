@@ -11,6 +11,7 @@ from gaitsim.runs.files.lock import RunLock
 from gaitsim.study.comparison import Sample, analyse
 from gaitsim.study.comparison_report import report, tables
 from gaitsim.study.competitors import load_experiments
+from gaitsim.study.confirming import confirm
 from gaitsim.study.file import cells, parse_study, resolved
 from gaitsim.study.folders import LARGEST_REPORT, MOST_ROWS, list_folders, read_report, sections
 from gaitsim.study.results import table, write_results
@@ -43,7 +44,8 @@ def studies(tmp_path):
 def finish(folder):
     study = parse_study(STUDY, "small.toml")
     list(run_cells(folder, study, cells(study)[1:], 1))
-    write_results(folder, study, results(folder, study, cells(study))[0])
+    found = results(folder, study, cells(study))[0]
+    write_results(folder, study, found, confirm(folder, study, found, 1))
     return study
 
 

@@ -12,7 +12,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render.plots.surfaces import plot_surfaces
 from gaitsim.study.file import MOST_SCORES, cells, parse_study, read_study
 from gaitsim.study.results import write_results
-from gaitsim.study.running import CELLS, finished, results, run_cells
+from gaitsim.study.running import CELLS, FRESH, finished, results, run_cells
 
 SMALL = """
 name = "small"
@@ -86,16 +86,16 @@ ATTACKS = (pipe, link, link_to_nothing, link_to_a_folder, endless, huge, directo
 def test_each_file_of_a_study(attack, folder, gaitsim):
     whole = folder.parent / "whole"
     folder.rename(whole)
-    for file in ("study.toml", "1.toml", "results.csv", "report.md", ".lock", CELLS):
+    for file in ("study.toml", "1.toml", "results.csv", "report.md", ".lock", CELLS, FRESH):
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(whole, folder)
         path = folder / file
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
         attack(path)
         # A file that the study replaces does no harm; nor does a lock, which is only locked.
-        harmless = {pipe: file in ("results.csv", "report.md"), directory: file == CELLS}
+        harmless = {pipe: file in ("results.csv", "report.md"), directory: file in (CELLS, FRESH)}
         harmless[huge] = file in ("results.csv", "report.md", ".lock")
-        if file == CELLS and attack is directory:
+        if file in (CELLS, FRESH) and attack is directory:
             continue  # it is what it was: a folder
         said = gaitsim("study", folder, "--workers", 1, code=0 if harmless.get(attack) else 2)
         assert harmless.get(attack) or file in said.stderr

@@ -10,7 +10,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation.executors import WorkerLostError
 from gaitsim.evaluation.processes import ProcessExecutor
 from gaitsim.study.file import cells, parse_study, read_study
-from gaitsim.study.results import first_reached, table
+from gaitsim.study.results import table
 from gaitsim.study.running import finished, recorded, repeat_experiment, results, run_cells
 
 SMALL = """
@@ -204,17 +204,6 @@ def test_a_cell_that_kills_its_workers_is_reported(tmp_path, monkeypatch) -> Non
     study = parse_study(SMALL, "small.toml")
     with pytest.raises(GaitsimError, match="a cell of the study"):
         list(run_cells(tmp_path, study, cells(study), 2))
-
-
-def test_the_cheapest_cell_that_reaches_the_target() -> None:
-    study = parse_study(SMALL, "small.toml")
-    every = cells(study)
-    results = [(cell, np.full((4, 2), 1.0)) for cell in every]
-    results[2][1][:, 1] = 2.0  # random, population 7: at generation 6
-    results[4][1][:, 0] = 2.5  # random, population 9: at generation 4
-    first, second = first_reached(study, results)
-    assert (first.population, first.generations, first.mean) == (9, 4, 2.5)
-    assert (second.population, second.generations, second.mean) == (None, None, 1.0)
 
 
 def test_the_bundled_study_is_the_published_sweep() -> None:
