@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gaitsim as gs
+from gaitsim import registry
 from gaitsim.experiment import load_experiment
 from gaitsim.gait.files.reader import read_gait
 from gaitsim.gait.files.writer import Gait, gait_of, write_gait
@@ -42,12 +43,23 @@ def test_an_exported_gait_gives_the_network_of_its_run_to_the_bit(
     format, champion, folder, gaitsim
 ):
     gs.export(champion, f"bestGait.{format}")
-    body = () if format == "mat" else ("--body", "spider")  # without, the joints' names find it
-    gaitsim("imitate", f"bestGait.{format}", *body, "--epochs", 3)
+    gaitsim("imitate", f"bestGait.{format}", "--body", "spider", "--epochs", 3)
     learnt = gs.imitate(champion, epochs=3)
     assert same(load_imitator(folder / "imitator.npz"), learnt.imitation)
     assert (folder / "imitator-error.png").is_file()
     assert read_gait(folder / "imitator-gait.mat").angles.shape == (300, 24)
+
+
+def test_the_names_of_the_joints_find_the_body(champion, folder, gaitsim, monkeypatch):
+    known = registry.entries
+    few = {name: known(registry.EXPERIMENTS)[name] for name in ("walker", "spider-cma", "spider")}
+    # The others take seconds to import.
+    monkeypatch.setattr(
+        registry, "entries", lambda kind: few if kind == registry.EXPERIMENTS else known(kind)
+    )
+    gs.export(champion, "bestGait.mat")
+    said = gaitsim("imitate", "bestGait.mat", "--epochs", 1)
+    assert "the preset spider;" in said.stderr
 
 
 def test_a_file_among_the_exports_of_a_run_has_its_body(champion, folder, gaitsim):
