@@ -57,17 +57,26 @@ class Crossover(Plugin):
     Attributes:
         children: number of children of a pair, an option of every crossover. A crossover that
             supports only one number narrows it to `Literal[1]` or `Literal[2]`.
+        pair_probability: the crossover probability p_c, an option of every crossover; the
+            breeding step replaces the children of the other pairs by copies (Holland 1975).
         spaces: the genome spaces it works on.
     """
 
     children: Literal[1, 2] = option(2, "how many children each pair of parents has")
+    pair_probability: float = option(
+        1.0,
+        "probability that a pair is crossed at all; otherwise its children are copies, the first "
+        "of the mother, the second of the father",
+        ge=0,
+        le=1,
+    )
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
 
     @abstractmethod
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Cross (pairs, genes) with (pairs, genes), new arrays.
+        """Cross every pair, (pairs, genes) with (pairs, genes), new arrays.
 
         Returns:
             (pairs × children, genes) in the dtype of the space: all first children,

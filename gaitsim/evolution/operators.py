@@ -64,10 +64,15 @@ class ExperimentOperators:
         # All populations in one list of individuals, for operators that see rows alone.
         everyone, chosen = genomes.reshape(-1, genes), parents.reshape(-1, pairs, 2)
         rows = (chosen + size * np.arange(len(chosen))[:, None, None]).reshape(-1, 2)
+        rng = self._rng(Purpose.CROSSOVER)
         with plugin_errors(entry, "crossing parents"):
             mothers, fathers = (everyone.take(one, axis=0) for one in rows.T)
-            crossed = crossover.cross(mothers, fathers, self.space, self._rng(Purpose.CROSSOVER))
+            crossed = crossover.cross(mothers, fathers, self.space, rng)
         _check_children(entry, crossed, len(rows) * crossover.children, self.space)
+        if crossover.pair_probability < 1:
+            kept = rng.random((len(rows), 1)) >= crossover.pair_probability
+            copies = everyone.take(rows.T[: crossover.children], axis=0)
+            crossed = np.where(kept, copies, crossed.reshape(copies.shape))
         # First children of all pairs, then second ones: brought together by population.
         families = crossed.reshape(crossover.children, len(chosen), pairs, genes).swapaxes(0, 1)
         found: Genomes = families.reshape(*several, -1, genes)[..., :children, :]

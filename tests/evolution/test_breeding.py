@@ -5,10 +5,12 @@ import pytest
 from breeding import breed, initial_population
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import binomtest
 
 from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation.streams import Purpose, stream
+from gaitsim.evolution.operators import ExperimentOperators
 from gaitsim.experiment import load_experiment
 
 SCORES = np.array([0.5, 2.0, -np.inf, 2.0, -1.0, 0.0])
@@ -27,6 +29,27 @@ def test_the_initial_population_is_drawn_by_the_seed(puppet):
     assert space.contains(one)
     assert np.array_equal(one, initial_population(puppet(), space))
     assert not np.array_equal(one, initial_population(puppet("seed=2"), space))
+
+
+@pytest.mark.parametrize("probability", [0.0, 0.6, 0.9])
+def test_pairs_that_are_not_crossed_have_copies_for_children(probability):
+    options = {"crossover.plugin": "blend", "crossover.pair_probability": probability}
+    experiment, pairs = load_experiment("spider", options), 20_000
+    space = experiment.space()
+    genomes = initial_population(experiment, space)
+    parents = np.random.default_rng(0).permuted(np.tile(np.arange(9), (pairs, 1)), axis=1)[:, :2]
+    children = ExperimentOperators(experiment, space, 2).cross(genomes, parents, 2 * pairs)
+    copied = (children.reshape(2, pairs, -1) == genomes[parents.T]).all(axis=2)
+    assert np.array_equal(*copied)
+    assert binomtest(pairs - copied[0].sum(), pairs, probability).pvalue > 1e-3
+
+
+def test_an_only_child_of_a_pair_that_is_not_crossed_is_its_mother(puppet):
+    experiment = puppet("crossover.pair_probability=0", "crossover.children=1")
+    genomes = initial_population(experiment, experiment.space())
+    parents = np.array([[1, 2], [4, 0], [3, 3]])
+    children = ExperimentOperators(experiment, experiment.space(), 2).cross(genomes, parents, 3)
+    assert np.array_equal(children, genomes[[1, 4, 3]])
 
 
 def test_streams_differ_by_seed_generation_and_purpose():

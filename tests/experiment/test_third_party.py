@@ -124,7 +124,7 @@ def test_a_crossover_with_its_number_of_children_in_the_class_breeds(
     assert space.contains(bred)
     found = problem("crossover.children=2", text=custom(**dict.fromkeys(names, "x")))
     assert found.what == 'unknown key "children"'
-    assert found.allowed == "none"
+    assert found.allowed == "pair_probability"
 
 
 def test_a_plugin_that_is_gone_is_told(parsed, problem, custom, install, working):

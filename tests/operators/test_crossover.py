@@ -145,6 +145,21 @@ def test_spread_factor_of_simulated_binary(eta):
     assert stats.chisquare(sides).pvalue > 1e-3
 
 
+def test_simulated_binary_leaves_genes_to_their_parents():
+    space = _reals(2)
+    mothers, fathers = space.random(2 * PAIRS, np.random.default_rng(8)).reshape(2, PAIRS, 2)
+    whole, half = (
+        SimulatedBinary(gene_probability=share)
+        .cross(mothers, fathers, space, np.random.default_rng(6))
+        .reshape(2, PAIRS, 2)
+        for share in (1.0, 0.3)
+    )
+    kept = half[0] == mothers
+    np.testing.assert_array_equal(half, np.where(kept, (mothers, fathers), whole))
+    counts = np.bincount(2 * ~kept[:, 0] + ~kept[:, 1])
+    assert stats.chisquare(counts, PAIRS * np.array([0.49, 0.21, 0.21, 0.09])).pvalue > 1e-3
+
+
 @settings(max_examples=50)
 @given(
     eta=st.floats(1, 100),

@@ -1,5 +1,7 @@
 """No crossover: children are copies."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace
@@ -10,6 +12,8 @@ class NoCrossover(Crossover):
 
     Of two children, the first is a copy of the mother, the second of the father.
     """
+
+    pair_probability: ClassVar[float] = 1.0  # type: ignore[misc]  # no option: it crosses no pair
 
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator

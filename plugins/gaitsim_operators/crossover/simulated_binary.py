@@ -15,12 +15,21 @@ class SimulatedBinary(Crossover):
 
     SBX, Deb and Agrawal 1995, without bounds. Which of the
     two values of a gene goes to which child is drawn gene by gene, as in Deb's
-    own programs: otherwise each child would be one parent's near copy. On a
+    own programs: otherwise each child would be one parent's near copy. Those programs
+    cross half of the genes of a pair, `gene_probability = 0.5`. On a
     cycle, the middle is that of the shorter way round.
     """
 
     eta: float = option(
         15.0, "distribution index: the greater, the nearer children are to parents", ge=0, le=1000
+    )
+
+    gene_probability: float = option(
+        1.0,
+        "probability that a gene of a crossed pair is crossed; otherwise each child has that of "
+        "its own parent",
+        ge=0,
+        le=1,
     )
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
@@ -42,10 +51,12 @@ class SimulatedBinary(Crossover):
         swapped = draws >= 1
         spread = _spread_factor(draws - swapped, self.eta)
         part = (1 - np.where(swapped, -spread, spread)) / 2
-        first = mothers + part * way
-        if self.children == 1:
-            return first
-        return np.concatenate((first, mothers + (1 - part) * way))
+        children = [mothers + share * way for share in (part, 1 - part)[: self.children]]
+        if self.gene_probability < 1:
+            kept = rng.random(way.shape) >= self.gene_probability
+            for child, parents in zip(children, (mothers, fathers), strict=False):
+                np.copyto(child, parents, where=kept)
+        return np.concatenate(children)
 
 
 def _spread_factor(uniform: NDArray[np.float64], eta: float) -> NDArray[np.float64]:
