@@ -100,7 +100,11 @@ Set = Annotated[
 ]
 Workers = Annotated[
     int | None,
-    typer.Option(min=1, max=1024, help="How many work at a time. Does not change the result."),
+    typer.Option(
+        min=1,
+        max=1024,
+        help="How many work at a time, where that is faster. Does not change the result.",
+    ),
 ]
 Dask = Annotated[
     str | None,
