@@ -172,6 +172,33 @@ def link(package: Distribution, folder: Path) -> None:
             (folder / name).symlink_to(Path(str(package.locate_file(name))).resolve())
 
 
+IMPORT_ALL = """
+import importlib, pathlib, sys
+import gaitsim
+
+root = pathlib.Path(gaitsim.__file__).parents[1]
+missing = set()
+for package in sorted(root.glob("gaitsim*/")):
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(root).with_suffix("").parts
+        if "__main__" not in parts:
+            try:
+                importlib.import_module(".".join(parts).removesuffix(".__init__"))
+            except ModuleNotFoundError as error:
+                missing.add(error.name)
+print(*sorted(missing))
+"""
+EXTRAS = {"aiohttp", "dask", "distributed", "pybullet", "rosbags", "tensorboardX", "textual_serve"}
+
+
+def test_all_modules_of_the_wheel_import_without_extras(installed: Path, tmp_path: Path) -> None:
+    python = installed.with_name("python")
+    done = subprocess.run(
+        [python, "-c", IMPORT_ALL], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert {*done.stdout.split()} <= EXTRAS
+
+
 def test_the_wheel_alone_runs_the_commands_of_the_readme(installed: Path, tmp_path: Path) -> None:
     def program(*arguments: str) -> str:
         environment = {"PATH": os.environ["PATH"], "HOME": str(tmp_path), "COLUMNS": "100"}
@@ -191,6 +218,8 @@ def test_the_wheel_alone_runs_the_commands_of_the_readme(installed: Path, tmp_pa
     for arguments in (
         ["analyse", "spider"],
         ["plot", "spider", "--kind", "fitness"],
+        ["video", "spider", "--size", "160x90", "--fps", "1", "--speed", "4", "--no-intro"],
+        ["play", "spider", "--at", "1"],
         ["export", "spider", "--format", "mat"],
         ["export", "spider", "--format", "html"],
         ["resume", "spider", "--generations", "3", "--workers", "1"],
