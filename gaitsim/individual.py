@@ -14,6 +14,7 @@ from gaitsim.evaluation.scoring import Evaluation, evaluate, evaluate_motion
 from gaitsim.evaluation.worlds import World, describe
 from gaitsim.experiment import WORLD, Experiment
 from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.registry.python_plugins import MissingFitness
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.toml import brief
 
@@ -229,12 +230,15 @@ class Individual(ReprMixin):
 
     @property
     def scored_terms(self) -> Mapping[str, float]:
-        """The recorded terms of a score over worlds, else `replayed_terms`.
+        """The recorded terms of a score over worlds or by Python code that is missing here.
+
+        Else `replayed_terms`.
 
         Raises:
             PluginError: the body or the fitness fails.
         """
-        return self.terms if self.worlds else self.replayed_terms
+        missing = isinstance(self.experiment.fitness, MissingFitness) and not self.changes
+        return self.terms if self.worlds or missing else self.replayed_terms
 
     def evaluated_terms(self) -> Mapping[str, float]:
         """Return the terms that its genome has in the worlds of its generation.

@@ -200,6 +200,19 @@ def test_other_processes_read_a_run_and_refuse_what_needs_its_functions(
     assert "Python code outside the run" in (path / "provenance.json").read_text()
 
 
+def test_only_the_score_is_missing_where_only_the_fitness_is(
+    tmp_path: Path, elsewhere: Callable[[], None]
+) -> None:
+    search = gs.evolve("spider", fitness=height, generations=1, population=6, out=tmp_path / "up")
+    evolved(search)
+    elsewhere()
+    champion = gs.load(tmp_path / "up").champion
+    assert champion.motion["feet"].shape[0] == 1
+    assert champion.scored_terms == champion.terms
+    with pytest.raises(gs.GaitsimError, match="fitness 'height' is not part"):
+        champion.replayed_terms  # noqa: B018
+
+
 def test_nobody_could_verify_a_code_of_a_function(tmp_path: Path) -> None:
     search = swung(tmp_path / "run", generations=2)
     evolved(search)

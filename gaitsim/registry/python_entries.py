@@ -81,7 +81,7 @@ class PythonEntry(Entry):
         return MissingFunctionError(
             f"the {self} is not part of the experiment's file: it has to be given again",
             where=f"{self.kind}.plugin = {self.name!a}",
-            remedy=f"in Python, gs.load(RUN, {self.argument})",
+            remedy=f"in Python, gs.load(RUN, {self.argument}) or gs.evolve(…, {self.argument})",
         )
 
 
