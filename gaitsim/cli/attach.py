@@ -35,9 +35,11 @@ def attach(run: RunName, json: Json = False) -> None:
 
     [bold]Examples[/bold]
 
-    gaitsim attach spider
+    gaitsim run spider --detach --out runs/night
 
-    gaitsim attach spider --json > log.jsonl
+    gaitsim attach night
+
+    gaitsim attach night --json > log.jsonl
     """
     path = find_evolved(run)
     in_background = evolving(path) is not None

@@ -47,7 +47,7 @@ def steer(
 
     gaitsim steer
 
-    gaitsim steer fly-steer-hover --controller climb=runs/fly-steer-climb@120
+    gaitsim steer fly-steer-hover --controller climb=runs/fly-steer-climb
 
     gaitsim steer --out fly.html
     """

@@ -39,9 +39,9 @@ def stop(
 
     [bold]Examples[/bold]
 
-    gaitsim stop spider
+    gaitsim run spider --detach --out runs/night
 
-    gaitsim stop spider fly-2
+    gaitsim stop night
 
     gaitsim stop --all
 

@@ -49,7 +49,10 @@ class Entry:
     @property
     def remedy(self) -> str:
         """What to do where the plugin breaks its contract."""
-        return f"update {self.package}, or report it to its author"
+        return (
+            f"if it is yours, 'gaitsim plugins check {self.name}' says what to fix; "
+            f"otherwise update {self.package}, or report it to its author"
+        )
 
     def place_of(self, error: BaseException) -> str:
         """Return where an error of the plugin was raised."""

@@ -1,124 +1,218 @@
-"""The commands in the documentation work as printed, page by page, after the presets' own runs."""
+"""The commands in the documentation work as printed, page by page and in each page's order.
+
+The reader of a page begins in a folder without runs; the reader of a `--help` has the runs that
+its examples name.
+"""
 
 import re
 import shlex
 import shutil
+import subprocess
 from collections.abc import Callable
 from importlib.util import find_spec
-from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
-import typer
+from printed import Step, examples, parse, steps
+from terminals import begin_and_end, shell
 
-from gaitsim.cli.app import app
-from gaitsim.cli.help import LazyGroup
+from gaitsim.registry import EXPERIMENTS, entries
 
 ROOT = Path(__file__).parents[2]
-README = ROOT / "README.md"
-PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 HELP = sorted((ROOT / "gaitsim" / "cli").rglob("*.py"))
+FOUND = {path: list(steps(path.read_text())) for path in PAGES}
+FOUND |= {path: list(examples(path.read_text())) for path in HELP}
+# The guide of plugins is run in an environment of its own: tests/conformance/test_plugin_guide.py.
+GUIDE = ROOT / "docs" / "plugins.md"
+FOUND = {path: found for path, found in FOUND.items() if found and path != GUIDE}
 
-NOT_RUN = re.compile(
-    r"gaitsim (tui|serve|play|study|compare|gallery|plugins|imitate|attach|stop|steer(?! --out))"
-    r"|run (walker|millipede)|--interactive|--dask|--detach|night|--delete|--perturb|champions/"
-    r"|hopper|my-|mine|spring|--root"
-)
-"""Commands that do not end by themselves, take long, or need a file of the reader's."""
+NOT_RUN = {
+    r"^(?!(\w+=\w+ )?gaitsim \w)": "another program: sets something up, or has a test of its own",
+    r"tcp://host:8786": "needs a cluster",
+    r"champions/generation-000012": "a file of a run with all its individuals",
+    r"attach .* > ": "ends with the run; without a file it is begun",
+    r" --root \.\./": "needs the folder of a robot's meshes",
+    r"plugins check( --json.*)?$": "takes a minute; tests/conformance checks all plugins",
+    r"study millipede-operators": "takes minutes; benchmarks/study.py runs it",
+}
+"""Commands that are only parsed, and why."""
 
-EXTRAS = {"--engine bullet": "pybullet", "--format tensorboard": "tensorboardX"}
+ENDLESS = {
+    r"^gaitsim tui": ("gaitsim", "\x11"),
+    r"^gaitsim steer(?!.*--out)": ("hover", "\x11"),
+    r"^gaitsim serve": ("http://", ""),
+    r"^gaitsim attach": ("generation", ""),
+    r"^gaitsim adapt.*--interactive": ("Enter to leave", "\n"),
+}
+"""Commands that do not end by themselves: what they show, and the key that ends them, or Ctrl-C."""
+
+EXTRAS = {
+    "--engine bullet": "pybullet",
+    "--format tensorboard": "tensorboardX",
+    "--format rosbag2": "rosbags",
+    "--dask": "distributed",
+    "gaitsim serve": "textual_serve",
+}
 """Modules that some options need."""
 
+LONG = {"spider": 4, "fly": 8, "spider-front": 8, "spider-atlas": 20}
+"""Presets that evolve as long as by default, since pages name late generations, and how many
+individuals they have here."""
 
-def commands(text: str) -> list[str]:
-    """The commands in a page's blocks and a module's examples, in order."""
-    blocks = re.findall(r"^```(?:sh|console)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
-    lines = re.findall(r"^(?:\$ | *)(gaitsim .*)", "".join(blocks), re.MULTILINE)
-    examples = re.findall(r"^    (gaitsim .*)", text.partition("[bold]Example")[2], re.MULTILINE)
-    return [line for line in (*lines, *examples) if "…" not in line]
-
-
-def in_rows(text: str) -> list[str]:
-    """The commands in the first column of a page's tables."""
-    rows = re.findall(r"^\| (.*?) \|", text, re.MULTILINE)
-    return [code for row in rows for code in re.findall(r"`(gaitsim [^`]*)`", row)]
-
-
-def words(command: str) -> list[str]:
-    """What a shell passes to the program."""
-    found = shlex.split(re.split(r" [|>#] ", command)[0])
-    return found[1:]
+LESS = {
+    "run": {"--population": "20", "--generations": "2"},
+    "atlas": {"--population": "20", "--generations": "2"},
+    "video": {"--size": "320x180", "--fps": "1", "--speed": "1"},
+    "play": {"--at": "0"},
+    "compare": {"--repeats": "2", "--evaluations": "400"},
+    "imitate": {"--epochs": "20"},
+    "adapt": {"--trials": "2"},
+}
+"""Options for less work, by command."""
 
 
-QUADRUPED = ROOT / "plugins" / "gaitsim_robot" / "models" / "quadruped.xml"
-FOUND = {path: commands(path.read_text()) for path in (*PAGES, *HELP)}
-FOUND[README] += in_rows(README.read_text())
-FOUND = {path: lines for path, lines in FOUND.items() if lines}
+OWN = {
+    "my-spider.toml": "gaitsim experiments show spider > my-spider.toml",
+    "my-gait.csv": "gaitsim export spider --out my-gait.csv",
+}
+"""Files of a reader that `--help` names, and how they were made."""
 
 
-def test_commands_are_found() -> None:
-    text = "```sh\ngaitsim b 'c d'  # e\n  gaitsim f > g\n```\n[bold]Examples\n\n    gaitsim h\n"
-    assert [words(line) for line in commands(text)] == [["b", "c d"], ["f"], ["h"]]
-    assert in_rows("| `gaitsim a`, `gaitsim b` | `gaitsim c` |\n") == ["gaitsim a", "gaitsim b"]
-    assert all(sum(len(FOUND.get(path, ())) for path in paths) > 40 for paths in (PAGES, HELP))
+def test_steps_are_found() -> None:
+    page = (
+        "`gaitsim tui`, `gaitsim play RUN`, `gaitsim run\n  a`\n```sh\npip x  # y\n\n"
+        "gaitsim b \\\n  'c d'\n```\n```console\n$ gaitsim e\nout\n```\n```\nno\n```\n"
+        '| `gaitsim note f` |\n```toml title="g.toml"\nh\n```\n'
+    )
+    lines = ["gaitsim run a", "pip x  # y", "gaitsim b 'c d'", "gaitsim e", "gaitsim note f"]
+    assert list(steps(page)) == [*map(Step, lines), Step("h\n", "g.toml")]
+    assert list(examples("[bold]Examples\n\n    gaitsim h\n    a | gaitsim -\n")) == [
+        Step("gaitsim h"),
+        Step("a | gaitsim -"),
+    ]
+    assert all(sum(len(FOUND.get(path, ())) for path in paths) > 90 for paths in (PAGES, HELP))
 
 
 @pytest.mark.parametrize("path", FOUND, ids=lambda path: path.name)
 def test_the_commands_of_a_page_parse(path: Path) -> None:
-    for line in FOUND[path]:
-        command, rest = typer.main.get_command(app), words(line)
-        while isinstance(command, LazyGroup) and rest:
-            command, rest = command.load(rest[0]), rest[1:]
-        command.make_context("gaitsim", rest)
+    for step in FOUND[path]:
+        if not step.file:
+            parse(step.text)
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Runs of presets as long as they are by default, with few individuals."""
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """A function that evolves a preset once, with few individuals, and returns the run."""
     import gaitsim as gs
 
-    folder = tmp_path_factory.mktemp("docs") / "runs"
-    for preset, population, generations in (
-        ("spider", 4, None),
-        ("fly", 8, None),
-        ("spider-front", 8, None),
-        ("spider-atlas", 20, 300),
-        ("quadruped", 4, 2),
-        ("walker", 4, 2),
-    ):
-        options = {"population": population, "generations": generations}
-        for _ in gs.evolve(preset, **options, out=folder / preset):
-            pass
-    shutil.copytree(folder / "spider", folder / "spider-2")
-    return folder
+    folder = tmp_path_factory.mktemp("runs")
+
+    def run_of(preset: str) -> Path:
+        if not (folder / preset).exists():
+            options = {"generations": 2}
+            if preset in LONG:
+                options = {"population": LONG[preset]}
+            elif "millipede" not in preset:  # which is quick, and not every size does for it
+                options["population"] = 20
+            for _ in gs.evolve(preset, **options, out=folder / preset):
+                pass
+        return folder / preset
+
+    return run_of
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", FOUND, ids=lambda path: path.name)
 def test_the_commands_of_a_page_run(
-    path: Path, runs: Path, tmp_path: Path, gaitsim: Callable[..., object]
+    path: Path,
+    runs: Callable[[str], Path],
+    tmp_path: Path,
+    gaitsim: Callable[..., SimpleNamespace],
 ) -> None:
-    shutil.copytree(runs, tmp_path / "runs")
-    shutil.copy(QUADRUPED, tmp_path / "my_robot.urdf")  # the root element tells the format
-    for line in FOUND[path]:
-        installed = all(find_spec(needed) for flag, needed in EXTRAS.items() if flag in line)
-        if installed and not NOT_RUN.search(line):
-            gaitsim(*quick(words(line), tmp_path / "runs"))
+    quadruped = ROOT / "plugins" / "gaitsim_robot" / "models" / "quadruped.xml"
+    shutil.copy(quadruped, tmp_path / "my_robot.urdf")  # the root element tells the format
+    if path in HELP:
+        its_examples_exist(FOUND[path], tmp_path, runs, gaitsim)
+    failed = []
+    for step in FOUND[path]:
+        try:
+            reader_does(step, tmp_path, runs, gaitsim)
+        except AssertionError as error:
+            failed.append(f"{step.text}\n{error}")
+    assert not failed, "\n".join(failed)
 
 
-def quick(arguments: list[str], runs: Path) -> list[str]:
-    """The same command with less work."""
-    command, *_ = arguments
-    if command == "video":
-        return [*arguments, "--size", "320x180", "--fps", "1", "--speed", "1"]
+def its_examples_exist(
+    found: list[Step],
+    folder: Path,
+    runs: Callable[[str], Path],
+    gaitsim: Callable[..., SimpleNamespace],
+) -> None:
+    """Make the runs and files that the examples of a `--help` name, as its reader has them."""
+    named = set(re.findall(r"[\w-]+", " ".join(step.text for step in found)))
+    for preset in sorted(named & {"spider", *entries(EXPERIMENTS)}):
+        shutil.copytree(runs(preset), folder / "runs" / preset)
+    for copied in named & {"spider-2", "spider-3"}:
+        shutil.copytree(runs("spider"), folder / "runs" / copied)
+    if "experiments/spring" in " ".join(step.text for step in found):
+        shutil.copytree(runs("spider"), folder / "experiments" / "spring" / "spider")
+    for file, line in OWN.items():
+        if file in " ".join(step.text for step in found):
+            reader_does(Step(line), folder, runs, gaitsim)
+    studies = [step for step in FOUND[ROOT / "docs" / "studies.md"] if step.file]
+    reader_does(studies[0]._replace(file="my-study.toml"), folder, runs, gaitsim)
+
+
+def reader_does(
+    step: Step,
+    folder: Path,
+    runs: Callable[[str], Path],
+    gaitsim: Callable[..., SimpleNamespace],
+) -> None:
+    """Do in a folder what a page says."""
+    line, file = step
+    if file:
+        less = re.sub(r"(repeats|generations\"?) = \d+", r"\1 = 2", line)
+        (folder / file).write_text(less)
+        return
+    if any(re.search(one, line) for one in NOT_RUN):
+        return
+    if not all(find_spec(needed) for flag, needed in EXTRAS.items() if flag in line):
+        return
+    line = line.partition("  # ")[0].rstrip()
+    for beginning, (shows, key) in ENDLESS.items():
+        if re.match(beginning, line):
+            begin_and_end(line, folder, shows, key)
+            return
+    preset = re.fullmatch(r"gaitsim run ([\w-]+)", line)
+    if preset and not (folder / "runs" / preset[1]).exists():
+        shutil.copytree(runs(preset[1]), folder / "runs" / preset[1])
+    elif re.match(r"gaitsim [^|&]*$", line) and "2>" not in line:
+        command, _, out = line.partition(" > ")
+        printed = gaitsim(*quick(shlex.split(command)[1:])).stdout
+        if out:
+            (folder / out).write_text(printed)
+    else:
+        done = subprocess.run(**shell(line, folder), capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{line}: {done.stderr}"
+
+
+def quick(arguments: list[str]) -> list[str]:
+    """The same command with less work, but as many generations as it names."""
+    less = LESS.get(arguments[0], {})
     if "--worlds" in arguments:
-        return [
-            "10" if before == "--worlds" else word for before, word in pairwise(["", *arguments])
-        ]
-    if command not in ("run", "atlas"):
-        return arguments
-    if "--generations" not in arguments:
-        return [*arguments, "--population", "20", "--generations", "2"]
-    name = arguments[1] + "-atlas" * (command == "atlas")
-    shutil.rmtree(runs / name, ignore_errors=True)  # the page's run is this one
-    return [*arguments, "--population", "20"]
+        less = {"--worlds": "10"}
+    elif {"--report", "--detach"} & set(arguments):
+        less = {}  # other options are refused; what runs in the background is stopped
+    if "--delete" in arguments:
+        return [*arguments, "--yes"]
+    for option, value in less.items():
+        if option == "--population" and "millipede" in arguments[1]:
+            continue
+        if option not in arguments:
+            arguments = [*arguments, option, value]
+        elif option != "--generations":
+            arguments[arguments.index(option) + 1] = value
+    return arguments

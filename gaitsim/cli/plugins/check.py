@@ -44,7 +44,9 @@ def check(
 
     gaitsim plugins check spider-walk
 
-    gaitsim plugins check ./gaitsim-hopper --strict
+    gaitsim plugins new hopper
+
+    gaitsim plugins check ./hopper --strict
 
     gaitsim plugins check --json > findings.jsonl
     """

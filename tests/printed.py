@@ -1,0 +1,73 @@
+"""Commands that the documentation prints: in blocks, in tables and sentences, and in `--help`."""
+
+import re
+import shlex
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import typer
+
+from gaitsim.cli.app import app
+from gaitsim.cli.help import LazyGroup
+
+PRINTED = re.compile(
+    r"^```(?P<language>\w*)(?: title=\"(?P<file>[^\"]+)\")?\n(?P<block>.*?)^```$"
+    r"|(?<!`)`(?P<inline>gaitsim [^`]+)`(?!`)",
+    re.DOTALL | re.MULTILINE,
+)
+PLACEHOLDER = re.compile(r"…|\b[A-Z]+\b")
+"""What stands for something of the reader's: `gaitsim play RUN`."""
+
+
+class Step(NamedTuple):
+    """What a page tells its reader to do: a line for a shell, or a file to write."""
+
+    text: str
+    file: str = ""
+
+
+def steps(text: str) -> Iterator[Step]:
+    """What a page tells its reader to do, in order: in blocks, tables and sentences."""
+    for found in PRINTED.finditer(text):
+        if found["file"]:
+            yield Step(found["block"], found["file"])
+        elif found["inline"]:
+            command = " ".join(found["inline"].split())
+            if not PLACEHOLDER.search(command) and has_arguments(command):
+                yield Step(command)
+        elif found["language"] in ("sh", "console"):
+            lines = re.sub(r" *\\\n *", " ", found["block"]).splitlines()
+            if found["language"] == "console":
+                lines = [line[2:] for line in lines if line.startswith("$ ")]
+            yield from (Step(line.strip()) for line in lines if not re.search("…|⇥|^ *$", line))
+
+
+def examples(text: str) -> Iterator[Step]:
+    """The examples of a command's `--help`."""
+    printed = text.partition("[bold]Example")[2].partition('"""')[0]
+    for line in re.findall(r"^    ((?:\w.* )?gaitsim .*)", printed, re.MULTILINE):
+        if "…" not in line:
+            yield Step(line)
+
+
+def has_arguments(command: str) -> bool:
+    """Whether a command in a sentence is one to type, and not the mere name of one."""
+    try:
+        return parse(command)
+    except Exception as error:  # typer has a click of its own, and other mistakes are for tests
+        return type(error).__name__ not in ("MissingParameter", "BadOptionUsage")
+
+
+def parse(line: str) -> bool:
+    """Parse the commands of gaitsim in a line of a shell; whether one has arguments."""
+    given = False
+    for part in re.split(r"\s(?:[|>]|2>|&&)(?:\s|$)", line.partition(" # ")[0]):
+        arguments = part.partition("gaitsim ")[2]
+        command, rest = typer.main.get_command(app), shlex.split(arguments)
+        if not rest or rest[0].startswith("-"):
+            continue  # another program, or options of gaitsim itself
+        while isinstance(command, LazyGroup) and rest:
+            command, rest = command.load(rest[0]), rest[1:]
+        given |= bool(rest)
+        command.make_context("gaitsim", rest)
+    return given
