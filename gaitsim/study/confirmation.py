@@ -108,13 +108,15 @@ def search(study: Study, target: float, sweep: Sweep) -> Search:
         candidates.remove(chosen)
         share /= 2
         level = 1 - share / 2
+    # The last test is of the highest mean, which few repeats may have put below the target.
     cell, place, means = _highest(sweep)
     if np.isneginf(means.mean[place]):
         return _reached(study, cell, place, replace(means, repeats=0), level, False)
     held = second.get(cell.index)
     if held is None or place >= len(held.mean):
         (held,) = yield [afresh(study, cell, place, Purpose.CONFIRMATION)]
-    return _reached(study, cell, place, held, level, False)
+    passes = bool(held.interval(level)[0][place] >= target)
+    return _reached(study, cell, place, held, level, passes)
 
 
 def afresh(study: Study, cell: Cell, place: int, purpose: Purpose) -> Cell:

@@ -133,6 +133,14 @@ def test_a_target_that_nothing_reaches_shows_the_highest_mean(study, target):
     assert found.low < truth(rounds[-1][0])[-1] < found.high
 
 
+def test_the_highest_mean_of_an_unlucky_sweep_is_tested_last(study):
+    low = Means(20, np.full(4, 4.0), np.full(4, 0.1), np.zeros(4))
+    found, rounds = found_by(study, lambda cell: truth(cell) + 1, low)
+    assert len(rounds) == 1
+    assert found.reached
+    assert found.low >= 5
+
+
 def test_repeats_that_all_fail_reach_nothing_and_are_not_repeated(study):
     failed = Means.of(np.full((20, 4), -np.inf))
     found, rounds = found_by(study, truth, sweep=failed)
