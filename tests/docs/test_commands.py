@@ -186,7 +186,7 @@ def reader_does(
         if re.match(beginning, line):
             begin_and_end(line, folder, shows, key)
             return
-    preset = re.fullmatch(r"gaitsim run ([\w-]+)", line)
+    preset = re.fullmatch(r"gaitsim run (\w[\w-]*)", line)
     if preset and not (folder / "runs" / preset[1]).exists():
         shutil.copytree(runs(preset[1]), folder / "runs" / preset[1])
     elif re.match(r"gaitsim [^|&]*$", line) and "2>" not in line:
