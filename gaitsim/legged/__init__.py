@@ -1,4 +1,4 @@
-"""What legged bodies share: damage, conditions, commands, servos, and measures of how legs step."""
+"""Parts shared by legged bodies: damage, conditions, commands, servos and measures of stepping."""
 
 from gaitsim.legged.commands import delayed, held, in_force
 from gaitsim.legged.conditions import (

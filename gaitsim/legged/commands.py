@@ -1,4 +1,4 @@
-"""How commands reach servos: held between those that are sent, and late."""
+"""Timing of servo commands: hold each command until the next one is sent, and delay it."""
 
 from typing import Any, TypeVar
 
@@ -11,15 +11,16 @@ _Float = TypeVar("_Float", bound=np.floating[Any])
 def held(
     commands: NDArray[_Float], frame_rate: float, rate: float, steps: int = 1
 ) -> NDArray[_Float]:
-    """Return the commands in force in each step, from a controller that sends them at a rate.
+    """Return the commands in force in each step, for a controller with a fixed command rate.
 
-    What it sends is the gait at that moment, interpolated between frames.
+    The controller sends the gait's angles at that moment, interpolated between frames.
 
     Args:
         commands: (…, frames, joints) rad.
-        frame_rate: of the frames, Hz.
-        rate: at which commands are sent, Hz; at the frame rate, each frame's are held to the bit.
-        steps: number of steps a frame.
+        frame_rate: frame rate of `commands`, Hz.
+        rate: command rate of the controller, Hz. At the frame rate, the commands of each frame
+            are held bit for bit.
+        steps: number of steps per frame.
 
     Returns:
         (…, frames · steps, joints) rad, in the dtype of `commands`.
@@ -30,17 +31,17 @@ def held(
 def in_force(
     commands: NDArray[_Float], moments: NDArray[np.float64], apart: float
 ) -> NDArray[_Float]:
-    """Return the commands in force at some moments, from a controller as in `held`.
+    """Return the commands in force at given moments, for a controller as in `held`.
 
     Args:
         commands: (…, frames, joints) rad.
-        moments: (moments,) frames.
-        apart: time from one command to the next, frames.
+        moments: times, (moments,) frames.
+        apart: time between commands, frames.
 
     Returns:
         (…, moments, joints) rad.
     """
-    # Without the allowance, rounding would send some commands a step late.
+    # Without the 1e-9, rounding errors would send some commands a step late.
     sent = np.floor(moments / apart + 1e-9) * apart
     before = sent.astype(np.intp)
     after = np.minimum(before + 1, commands.shape[-2] - 1)
@@ -48,14 +49,15 @@ def in_force(
 
 
 def delayed(angles: NDArray[_Float], steps: NDArray[Any] | float) -> NDArray[_Float]:
-    """Delay joint angles, interpolated between steps; a joint holds its first angle until then.
+    """Delay joint angles, interpolating between steps; joints hold their first angle until then.
 
     Args:
         angles: (…, steps, joints) rad.
-        steps: by how many, one number or (joints,), at least 0; whole numbers keep the bits.
+        steps: delay in steps, one number or (joints,), at least 0. A delay of whole steps copies
+            the angles bit for bit.
 
     Returns:
-        In the shape and dtype of `angles`.
+        The delayed angles, in the shape and dtype of `angles`.
     """
     late = np.asarray(steps, np.float64)
     whole = np.floor(late)
@@ -64,7 +66,7 @@ def delayed(angles: NDArray[_Float], steps: NDArray[Any] | float) -> NDArray[_Fl
     if late.ndim:
         column = np.arange(angles.shape[-1])
         here, there = angles[..., after, column], angles[..., before, column]
-    else:  # whole rows are taken five times as fast
+    else:  # indexing whole rows is five times as fast
         here, there = angles[..., after[:, 0], :], angles[..., before[:, 0], :]
     return _between(here, there, late - whole)
 
@@ -72,7 +74,7 @@ def delayed(angles: NDArray[_Float], steps: NDArray[Any] | float) -> NDArray[_Fl
 def _between(
     here: NDArray[_Float], there: NDArray[_Float], share: NDArray[np.float64]
 ) -> NDArray[_Float]:
-    """Interpolate in place of `there`, in the dtype of the angles."""
+    """Interpolate from `here` to `there`; overwrite `there` and keep its dtype."""
     there -= here
     there *= share.astype(there.dtype)
     there += here

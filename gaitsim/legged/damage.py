@@ -1,4 +1,4 @@
-"""Damage to legs and joints, as a user writes it: 'L2 lost', 'R1 femur stuck 20'."""
+"""Damage to legs and joints, in the notation of users: 'L2 lost', 'R1 femur stuck 20'."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,23 +10,23 @@ from gaitsim.errors import GaitsimError, unknown
 Kind = Literal["lost", "stuck", "weak", "slow"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TOLERANCE = 1e-4  # rad, for limits that a file gives with few digits, such as ±0.5236
-HALF = 0.5  # share of torque or speed that is left where none is given
+HALF = 0.5  # default of the remaining share of torque or speed
 
 DAMAGE_HELP = (
-    "legs and joints that are damaged, such as 'L2 lost', 'R1 femur stuck 20' (°), "
-    "'R1 femur weak 0.5' or 'R1 femur slow 0.5' (share of torque or speed that is left)"
+    "damaged legs and joints, such as 'L2 lost', 'R1 femur stuck 20' (°), "
+    "'R1 femur weak 0.5' or 'R1 femur slow 0.5' (remaining share of torque or speed)"
 )
 
 
 @dataclass(frozen=True)
 class Damage:
-    """One leg or joint that does not work.
+    """One damaged leg or joint.
 
     Attributes:
-        part: name of a leg if it is lost, else of a joint.
+        part: name of the lost leg, or of the damaged joint.
         kind: lost; stuck at an angle; weak, with less torque; or slow, with less speed.
-        value: the angle of a stuck joint in rad, None for its angle in the standing pose; the
-            share of torque or speed that is left, 0 to 1; None for a lost leg.
+        value: angle of a stuck joint, rad, or None for its angle in the standing pose; remaining
+            share of torque or speed of a weak or slow joint, 0 to 1; None for a lost leg.
     """
 
     part: str
@@ -41,7 +41,7 @@ class Damage:
 
 
 def damage_options(damage: Sequence[str]) -> list[str]:
-    """Return the options of a command line that name damage."""
+    """Return the command-line options for some damage."""
     return [word for text in damage for word in ("--damage", text)]
 
 
@@ -54,14 +54,14 @@ def parse_damage(
     """Return the damage that texts describe.
 
     Args:
-        texts: a text for each damaged part.
-        legs: the joints of each leg of the body, by the name of the leg.
-        kinds: of damage that the body can have.
-        limits: smallest and largest angle of each joint, rad; None for any.
+        texts: one text for each damaged part.
+        legs: joints of each leg of the body, by the name of the leg.
+        kinds: kinds of damage that the body supports.
+        limits: smallest and largest angle of each joint, rad; None for no limits.
 
     Raises:
-        GaitsimError: a text is not a damage, a part is not one of the body's or is damaged twice,
-            a joint is stuck outside its limits, or no leg is left.
+        GaitsimError: a text is invalid, the body lacks a part, a part is damaged twice, a joint
+            is stuck outside its limits, or no leg is left.
     """
     found = [_parsed(text, legs, kinds) for text in texts]
     parts = [damage.part for damage in found]
@@ -93,7 +93,7 @@ def _parsed(text: str, legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind])
     part = " ".join(words[:-1])
     if kind is None or not part or (kind == "lost" and value is not None):
         raise GaitsimError(
-            f"{text!r} is not a damage of this body", key="damage", allowed=_allowed(legs, kinds)
+            f"invalid damage {text!r} for this body", key="damage", allowed=_allowed(legs, kinds)
         )
     joints = [joint for names in legs.values() for joint in names]
     known = [*legs] if kind == "lost" else joints
@@ -103,7 +103,7 @@ def _parsed(text: str, legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind])
         raise GaitsimError(f"{text!r}: invalid angle", key="damage", allowed="-360 to 360 degrees")
     if kind in ("weak", "slow") and not 0 <= (value := HALF if value is None else value) <= 1:
         raise GaitsimError(
-            f"{text!r}: invalid share", key="damage", allowed="0 (nothing is left) to 1"
+            f"{text!r}: invalid share", key="damage", allowed="0 (nothing left) to 1"
         )
     return Damage(part, kind, math.radians(value) if kind == "stuck" and value else value)
 
@@ -131,6 +131,6 @@ def _allowed(legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind]) -> str:
         "lost": f"'{leg} lost'",
         "stuck": f"'{joint} stuck 20' (degrees)",
         "weak": f"'{joint} weak 0.5'",
-        "slow": f"'{joint} slow 0.5' (share that is left)",
+        "slow": f"'{joint} slow 0.5' (remaining share)",
     }
     return ", ".join(examples[kind] for kind in kinds)

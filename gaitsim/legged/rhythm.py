@@ -1,7 +1,7 @@
-"""The stride of legs and the phases between them, from contacts, for whole populations.
+"""The stride of legs and the phases between them, computed from contacts for whole populations.
 
-Sums are of whole numbers, or of each individual alone, so that results do not depend on the rest
-of the population.
+Sums are either of whole numbers or over one individual at a time, so that an individual's result
+does not depend on the rest of the population.
 """
 
 from collections.abc import Sequence
@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Contacts = NDArray[np.bool_]
 
-STEPS = 2  # touch-downs: with fewer, a foot does not step
-MOST = 0.5  # of the feet: if fewer step, there is no stride
-CHATTER = 0.1  # of a stride: shorter stances and swings are chatter
-STEADY = 0.4  # autocorrelation from which there is a stride
-EQUAL = 0.8  # of the highest peak: the first that is as high is the stride, not a multiple of it
+STEPS = 2  # touch-downs; a foot with fewer does not step
+MOST = 0.5  # share of the feet; there is no stride if fewer step
+CHATTER = 0.1  # share of a stride; shorter stances and swings are chatter
+STEADY = 0.4  # smallest autocorrelation of a stride
+EQUAL = 0.8  # share of the highest peak; the first peak above it is the stride, not a multiple
 
 
 def touch_downs(stance: Contacts) -> Contacts:
-    """Return in which frames feet touch down, (population, frames, feet)."""
+    """Return whether each foot touches down in each frame, (population, frames, feet)."""
     downs = stance.copy()
     downs[:, 0] = False
     downs[:, 1:] &= ~stance[:, :-1]
@@ -28,17 +28,17 @@ def touch_downs(stance: Contacts) -> Contacts:
 
 
 def stride_lag(stance: Contacts, frames: NDArray[np.intp]) -> tuple[NDArray[np.intp], Floats]:
-    """Return the duration of a stride, whole frames, and the contacts' autocorrelation there.
+    """Return the duration of a stride in whole frames, and the contacts' autocorrelation there.
 
-    It is the first high peak of the autocorrelation within half of the time. At least half of the
-    feet step.
+    A stride is the first high peak of the autocorrelation, at a lag of at most half the motion.
+    At least half of the feet must step.
 
     Args:
-        stance: which feet are on the ground, (population, frames, feet).
-        frames: that count, from the first on, (population,).
+        stance: whether each foot is on the ground, (population, frames, feet).
+        frames: number of frames that count, from the first, (population,).
 
     Returns:
-        Both (population,); the duration is 0 where there is no stride.
+        Both (population,); the duration is 0 for an individual without a stride.
     """
     steps = touch_downs(stance).sum(axis=1) >= STEPS
     correlation = _autocorrelation(stance, steps, frames)
@@ -56,11 +56,11 @@ def stride_lag(stance: Contacts, frames: NDArray[np.intp]) -> tuple[NDArray[np.i
 def without_chatter(stance: Contacts, stride: NDArray[np.intp]) -> Contacts:
     """Remove swings, and then stances, that are shorter than a tenth of a stride.
 
-    The first and the last one of a foot stay, as they may be incomplete.
+    The first and the last of each foot are kept, as they may be incomplete.
 
     Args:
-        stance: which feet are on the ground, (population, frames, feet).
-        stride: its duration, frames, (population,); 0 removes nothing.
+        stance: whether each foot is on the ground, (population, frames, feet).
+        stride: duration of a stride, frames, (population,); 0 removes nothing.
     """
     shortest = np.round(CHATTER * stride)[:, None]
     tidy = np.empty_like(stance)
@@ -70,12 +70,11 @@ def without_chatter(stance: Contacts, stride: NDArray[np.intp]) -> Contacts:
 
 
 def mean_stride(downs: Contacts, stride: NDArray[np.intp]) -> Floats:
-    """Return the mean interval between touch-downs that lasts about a stride, frames.
+    """Return the mean interval between touch-downs about a stride apart, (population,) frames.
 
     Args:
-        downs: in which frames feet touch down, (population, frames, feet).
-        stride: duration of a stride, frames, (population,): intervals from half to one and a half
-            of it count.
+        downs: whether each foot touches down, (population, frames, feet).
+        stride: duration of a stride, frames, (population,). Intervals of 0.5 to 1.5 strides count.
     """
     time = np.arange(downs.shape[1])
     total, count = np.zeros((2, len(downs)))
@@ -90,14 +89,14 @@ def mean_stride(downs: Contacts, stride: NDArray[np.intp]) -> Floats:
 
 
 def phase_after(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
-    """Return when feet touch down in the strides of others, cycles from 0 to 1, (population,).
+    """Return the phase of touch-downs in the strides of other feet, cycles from 0 to 1.
 
     Args:
-        downs: in which frames feet touch down, (population, frames, feet).
-        pairs: of feet; the second is placed in the strides of the first.
+        downs: whether each foot touches down, (population, frames, feet).
+        pairs: pairs of feet; the phase of the second in the strides of the first is measured.
 
     Returns:
-        The circular mean of all strides and pairs; NaN where there is no stride.
+        The circular mean over all strides and pairs, (population,); NaN without a stride.
     """
     population, frames, _ = downs.shape
     east, north, count = np.zeros((3, population))
@@ -114,16 +113,16 @@ def phase_after(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
 
 
 def _autocorrelation(stance: Contacts, steps: Contacts, frames: NDArray[np.intp]) -> Floats:
-    """Return Pearson's correlation of contacts with themselves later, (population, lags).
+    """Return Pearson's autocorrelation of contacts, (population, lags).
 
-    Of all feet that step together, for lags up to half of the frames.
+    All stepping feet count together. Lags reach half of the frames.
     """
     population, length, feet = stance.shape
     lags = np.arange(length // 2 + 1)
     left = np.maximum(frames[:, None] - lags, 1)  # frames that overlap
     apart, now, later = np.zeros((3, population, len(lags)))
     power = np.zeros((population, length + 1))
-    for foot in range(feet):  # one at a time: a transform of all would fill the memory
+    for foot in range(feet):  # one at a time, as transforms of all feet would need much memory
         touching = (stance[..., foot] & steps[:, [foot]]).astype(np.float64)
         spectrum = np.fft.rfft(touching, 2 * length, axis=1)
         power += spectrum.real**2 + spectrum.imag**2
@@ -139,7 +138,7 @@ def _autocorrelation(stance: Contacts, steps: Contacts, frames: NDArray[np.intp]
 
 
 def _filled(stance: Contacts, shortest: NDArray[np.floating]) -> Contacts:
-    """Fill gaps of fewer frames between two stances of a foot, (population, frames)."""
+    """Fill gaps shorter than `shortest` between stances of a foot, (population, frames)."""
     before, after = _latest(stance), _next(stance)
     inner = (before >= 0) & (after < stance.shape[1])
     filled: Contacts = stance | (inner & (after - before - 1 < shortest))
@@ -147,7 +146,7 @@ def _filled(stance: Contacts, shortest: NDArray[np.floating]) -> Contacts:
 
 
 def _latest(event: Contacts) -> NDArray[np.intp]:
-    """Return the frame of the latest event until each frame, (population, frames); −1 for none."""
+    """Return the frame of the latest event up to each frame, (population, frames); −1 for none."""
     return np.maximum.accumulate(np.where(event, np.arange(event.shape[1]), -1), axis=1)
 
 

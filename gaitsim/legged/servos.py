@@ -1,4 +1,4 @@
-"""Servos of hobby robots, by their data sheets."""
+"""Servos of hobby robots, with figures from their data sheets."""
 
 import math
 from collections.abc import Mapping
@@ -15,21 +15,21 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class Servo:
-    """What a servo can do.
+    """The capabilities of a servo.
 
     Attributes:
-        name: in experiment files.
-        stall_torque: N m, at rest; 0 for a servo without force.
-        no_load_speed: rad/s, where no torque is left.
-        latency: from a command to the torque, s.
-        stiffness: torque per error, N m/rad.
-        damping: N m s/rad.
+        name: name in experiment files.
+        stall_torque: torque at rest, N m; 0 for a servo without force.
+        no_load_speed: speed at which no torque is left, rad/s.
+        latency: delay from a command to its torque, s.
+        stiffness: torque per position error, N m/rad.
+        damping: torque per speed, N m s/rad.
         armature: inertia of rotor and gears at the shaft, kg m².
-        source: of the figures.
-        bus: how it is commanded: pulses, or packets of a family of servos; '' where it is unknown.
-        travel: rad, from one end to the other, with the centre in the middle.
-        ticks: number of goal positions, from 0, of a servo on a bus; 0 for others.
-        tick: rad, from one goal position to the next.
+        source: source of the figures.
+        bus: type of its commands, pulses or the packets of a servo family; '' if unknown.
+        travel: range from one end to the other, rad; the centre is in the middle.
+        ticks: number of goal positions, counted from 0, of a servo on a bus; 0 for others.
+        tick: angle between two goal positions, rad.
     """
 
     name: str
@@ -47,12 +47,12 @@ class Servo:
 
     @property
     def centre_tick(self) -> float:
-        """The goal position in the middle of the travel, which may lie between two."""
+        """Goal position in the middle of the travel; may be fractional."""
         return self.travel / 2 / self.tick if self.tick else 0.0
 
 
 def _proportional(name: str, torque: float, speed: float, band: float, **data: Any) -> Servo:
-    """Return a servo that applies its full voltage from an error of `band`, rad."""
+    """Return a servo that applies its full voltage at errors of at least `band`, rad."""
     return Servo(name, torque, speed, stiffness=torque / band, damping=torque / speed, **data)
 
 
@@ -98,10 +98,10 @@ SERVOS: Mapping[str, Servo] = {
             band=0.2,
             armature=0.014,
             source="sellers' data sheets of the Tower Pro MG995, at 4.8 V, which print 9.4 to "
-            "13 kgf·cm: the lowest is taken; latency estimated as one pulse at 50 Hz, gain and "
-            "armature as those of similar servos",
+            "13 kgf·cm, of which this is the lowest; latency estimated as one pulse at 50 Hz, gain "
+            "and armature as those of similar servos",
             bus="pwm",
-            travel=math.pi,  # some print 120°: a calibration has the real ends
+            travel=math.pi,  # some sheets print 120°; a calibration has the real ends
         ),
         _proportional(
             "xl430-w250",

@@ -32,30 +32,31 @@ def stepping(
     """Return measures of how legs step.
 
     - `duty factor`: share of the time that a foot is on the ground (Alexander 1984, "The gaits of
-      bipedal and quadrupedal animals"), mean of all feet, and that of each, such as 'duty
-      factor L1'.
-    - `stride frequency`: strides a second; see `rhythm.stride_lag`. 0 without a stride.
-    - `phase lag`: when a foot touches down in the stride of the foot in front of it on its side, in
-      cycles from 0 to 1, circular mean of all strides and pairs (Hildebrand 1965, "Symmetrical
-      gaits of horses"); NaN without a stride. Only with `sides`.
+      bipedal and quadrupedal animals"): the mean over all feet, and the value of each foot, such
+      as 'duty factor L1'.
+    - `stride frequency`: strides per second; see `rhythm.stride_lag`. 0 without a stride.
+    - `phase lag`: phase at which a foot touches down in the stride of the foot in front of it on
+      the same side, in cycles from 0 to 1, circular mean over all strides and pairs (Hildebrand
+      1965, "Symmetrical gaits of horses"); NaN without a stride. Only with `sides`.
 
     Args:
-        stance: which feet are on the ground, (population, frames, feet), in the order of `legs`.
-        legs: their names.
-        frame_rate: Hz.
+        stance: whether each foot is on the ground, (population, frames, feet), in the order of
+            `legs`.
+        legs: names of the legs.
+        frame_rate: frames per second, Hz.
         sides: names of the legs on each side, front to back.
-        upright: number of frames before the fall of each, (population,); None for all.
+        upright: number of frames before each individual's fall, (population,); None for all.
     """
     steps = _Steps(stance, frame_rate, upright)
     pairs = [
         (legs.index(one), legs.index(next_)) for side in sides for one, next_ in pairwise(side)
     ]
     mean = Measure(steps.mean, "", "share of the time that a foot is on the ground, mean of all")
-    frequency = Measure(steps.frequency, "Hz", "strides a second; 0 without a stride")
+    frequency = Measure(steps.frequency, "Hz", "strides per second; 0 without a stride")
     lag = Measure(
         partial(steps.lag, pairs),
         "cycles",
-        "touch-down in the stride of the foot in front on its side, mean",
+        "mean phase of touch-downs in the stride of the foot in front on the same side",
     )
     return {
         DUTY: mean,
@@ -73,7 +74,7 @@ def stepping(
 
 
 class _Steps:
-    """What the measures share, computed when the first of them is read."""
+    """Intermediate values of the measures, computed on first use."""
 
     def __init__(
         self, stance: NDArray[np.bool_], frame_rate: float, upright: NDArray[np.intp] | None

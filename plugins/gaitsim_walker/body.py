@@ -1,10 +1,10 @@
 """The walker's body: its parts, their sizes, masses and positions.
 
-The plane is x forward and z up; angles are positive where they turn x to z, so that a
-positive pitch lifts the nose. A leg is a thigh and a shank of one length. All joint angles
-are offsets from the stance in which every knee is bent by 60° and each foot stands below its hip:
-a positive hip angle swings the leg forward, a positive knee angle bends the knee further.
-Fore knees point backward like a dog's elbows, all others forward.
+In the plane, x points forward and z up. Positive angles turn x towards z, so a positive pitch
+lifts the nose. A leg consists of a thigh and a shank of equal length. Joint angles are offsets
+from the stance, in which every knee is bent by 60° and each foot is below its hip. A positive hip
+angle swings the leg forward; a positive knee angle bends the knee further. Fore knees point
+backward like a dog's elbows, all others forward.
 """
 
 import math
@@ -13,15 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-TORSO_LENGTH, TORSO_HEIGHT = 0.50, 0.12  # m; the torso of a biped stands on end
+TORSO_LENGTH, TORSO_HEIGHT = 0.50, 0.12  # m; a biped's torso is upright
 TORSO_MASS, THIGH_MASS, SHANK_MASS = 6.0, 0.6, 0.3  # kg
-FRAME_RATE = 60.0  # Hz, of the commands to the servos and of the recorded frames
+FRAME_RATE = 60.0  # Hz, for both servo commands and recorded frames
 LIMB = 0.20  # m, length of a thigh and of a shank
 FOOT_RADIUS, KNEE_RADIUS = 0.025, 0.02  # m
-HIP_PLACE = 0.20  # m, of the hips of a four-legged walker before and behind the middle
-BEND = math.radians(30)  # of thigh and of shank from the vertical at rest
+HIP_PLACE = 0.20  # m, distance of a four-legged walker's hips from the middle
+BEND = math.radians(30)  # angle of thigh and shank from the vertical at rest
 HIP_LIMIT, KNEE_LIMIT = math.radians(60), math.radians(50)
-STOP = math.radians(5)  # how far beyond a limit the joint's mechanical stop is
+STOP = math.radians(5)  # angle from a limit to the joint's mechanical stop beyond it
 STANDING = 2 * LIMB * math.cos(BEND) + FOOT_RADIUS  # m, height of the hips at rest
 
 Floats = NDArray[np.float64]
@@ -29,11 +29,17 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Leg:
-    """A leg's name, its hip in the torso's frame in metres, and where its knee points."""
+    """A leg.
+
+    Attributes:
+        name: name of the leg.
+        hip: x and z of the hip in the torso's frame, m.
+        knee: direction of the knee, 1 forward or −1 backward.
+    """
 
     name: str
     hip: tuple[float, float]
-    knee: int  # 1 forward, −1 backward
+    knee: int
 
 
 @dataclass(frozen=True)
@@ -41,8 +47,8 @@ class Plan:
     """The build of a walker.
 
     Attributes:
-        legs: near ones first, front to back.
-        half: half of the torso's extent along x and z at rest, m.
+        legs: the legs, near ones first, front to back.
+        half: half of the torso's extents along x and z at rest, m.
     """
 
     legs: tuple[Leg, ...]
@@ -50,12 +56,12 @@ class Plan:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Hip and knee of each leg."""
+        """Names of the joints: hip and knee of each leg."""
         return tuple(f"{leg.name} {joint}" for leg in self.legs for joint in ("hip", "knee"))
 
     @property
     def sides(self) -> list[list[str]]:
-        """The names of the near legs and of the far legs, front to back."""
+        """Names of the near legs and of the far legs, front to back."""
         half = len(self.legs) // 2
         names = [leg.name for leg in self.legs]
         return [names[:half], names[half:]]
@@ -102,14 +108,14 @@ def outline(plan: Plan) -> Floats:
 
 
 def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
-    """Return the angles of thigh and shank from hanging straight down, relative to the torso.
+    """Return the angles of thighs and shanks relative to the torso; 0 hangs straight down.
 
     Args:
-        plan: of the body.
+        plan: build of the body.
         joint_angles: (…, joints) rad.
 
     Returns:
-        (…, joints) rad: of each leg the thigh's, then the shank's.
+        (…, joints) rad: the thigh's and then the shank's angle of each leg.
     """
     hips, knees = joint_angles[..., 0::2], joint_angles[..., 1::2]
     way = np.array([float(leg.knee) for leg in plan.legs])
@@ -120,16 +126,16 @@ def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
 
 
 def points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) -> Floats:
-    """Return hip, knee and foot of each leg in the world.
+    """Return the positions of each leg's hip, knee and foot in the world.
 
     Args:
-        plan: of the body.
+        plan: build of the body.
         position: x and z of the torso's middle, (…, 2) m.
-        pitch: of the torso, (…,) rad.
+        pitch: pitch of the torso, (…,) rad.
         joint_angles: (…, joints) rad.
 
     Returns:
-        (…, legs, 3, 2) m: x and z; a foot's is the middle of its round end.
+        x and z, (…, legs, 3, 2) m. A foot's position is the middle of its round end.
     """
     hips = np.array([leg.hip for leg in plan.legs])
     cos, sin = np.cos(pitch)[..., None], np.sin(pitch)[..., None]

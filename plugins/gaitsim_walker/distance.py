@@ -1,4 +1,4 @@
-"""The fitness `distance`: distance minus penalties."""
+"""The fitness `distance`: forward distance minus penalties."""
 
 import math
 from typing import ClassVar
@@ -9,46 +9,46 @@ from gaitsim.contracts import Array, Fitness, Motion, option
 
 
 class Distance(Fitness):
-    """Metres gone forward, minus penalties in metres for movement that is not walking."""
+    """Metres walked forward, minus penalties in metres for movement other than walking."""
 
     fall_weight: float = option(
         10.0,
-        "price of falling at the start, and in proportion of falling later",
+        "penalty for falling at the start, proportionally smaller for later falls",
         unit="m",
         ge=0,
     )
-    energy_weight: float = option(5.0, "price of a kilojoule of work", unit="m/kJ", ge=0)
+    energy_weight: float = option(5.0, "penalty per kilojoule of work", unit="m/kJ", ge=0)
     jerk_weight: float = option(
-        0.5, "price of a root mean square change of torque of 100 N m/s", unit="m", ge=0
+        0.5, "penalty per 100 N m/s of root mean square change of torque", unit="m", ge=0
     )
     lag_weight: float = option(
         4.0,
-        "price of a radian of root mean square deviation of the joints from their commands",
+        "penalty per radian of root mean square deviation of the joints from their commands",
         unit="m",
         ge=0,
     )
     impact_weight: float = option(
         5.0,
-        "price of a root mean square load on the feet of twice its mean",
+        "penalty for a root mean square load on the feet of twice its mean",
         unit="m",
         ge=0,
     )
     low_height: float = option(
         0.85,
-        "share of the height at the start below which the torso is low",
+        "share of the initial height below which the torso is too low",
         ge=0,
         le=1,
     )
     low_weight: float = option(
-        40.0, "price of a metre, root mean square, that the torso is too low", ge=0
+        40.0, "penalty per metre of root mean square height that the torso is too low", ge=0
     )
     bounce_weight: float = option(
-        20.0, "price of a metre, root mean square, that the height varies", ge=0
+        20.0, "penalty per metre of root mean square variation of the height", ge=0
     )
     pitch_weight: float = option(
-        5.0, "price of a radian of root mean square pitch of the torso", unit="m", ge=0
+        5.0, "penalty per radian of root mean square pitch of the torso", unit="m", ge=0
     )
-    slip_weight: float = option(1.0, "price of a metre that the stance feet slide", ge=0)
+    slip_weight: float = option(1.0, "penalty per metre that the stance feet slide", ge=0)
 
     unit: ClassVar[str] = "m"
     needs: ClassVar[tuple[str, ...]] = (
@@ -65,7 +65,7 @@ class Distance(Fitness):
     )
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Forward, fall, energy, jerk, lag, impact, low, bounce, pitch and slip, all in metres."""
+        """Return forward, fall, energy, jerk, lag, impact, low, bounce, pitch and slip, m."""
         forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
         whole = (motion["pitch"].shape[1] - 1) / motion.frame_rate
         height = motion["height"]
@@ -88,17 +88,17 @@ class Distance(Fitness):
 
 
 def _rms(values: Array) -> Array:
-    """Root mean square over all but the population.
+    """Return the root mean square over all axes but the population.
 
-    One individual at a time: NumPy's order of summation may depend on the number.
+    One individual at a time, as NumPy's order of summation may depend on the array's shape.
     """
     return np.array([math.sqrt(float(np.mean(np.square(one)))) for one in values])
 
 
 def _unevenness(motion: Motion) -> Array:
-    """Root mean square load on all feet over its mean, less 1: 0 at rest, large in leaps.
+    """Return the root mean square load on all feet over its mean, minus 1, (population,).
 
-    Until the fall; the load is 0 after it.
+    It is 0 at rest and large in leaps. Frames after a fall do not count, as their load is 0.
     """
     uneven = np.zeros(motion.population)
     for individual, lasted in enumerate(motion["lasted"]):

@@ -1,4 +1,4 @@
-"""How a genome becomes joint angles over time: the sine and cpg encodings."""
+"""Encodings of the walker, `sine` and `cpg`: turn a genome into joint angles over time."""
 
 import math
 from dataclasses import replace
@@ -9,12 +9,12 @@ from gaitsim.contracts import Genomes
 from gaitsim.encoding import GeneGroup, Oscillators, split_genomes
 from gaitsim_walker.body import FRAME_RATE, Floats, Plan
 
-SLOWEST = 0.5  # Hz, lower bound of the gene for the frequency
+SLOWEST = 0.5  # Hz, lower bound of the frequency gene
 _DEGREE = math.pi / 180
 
 
 def groups(plan: Plan, alternating: bool, fastest: float) -> tuple[GeneGroup, ...]:
-    """Return six groups of genes, a gene a leg, and the frequency.
+    """Return the gene groups: six with one gene per leg, and the frequency.
 
     In an alternating gait, only the near legs have genes.
     """
@@ -42,12 +42,12 @@ def commands(
 ) -> Floats:
     """Return the commands to the servos, (population, frames, joints) rad, within the limits.
 
-    A leg swings about its hip by lean + swing · sin(2πft + φ) and bends by crouch + bend ·
-    sin(2πft + φ + lag), each of which turns the thigh back by half, so that bending lifts the
-    foot and moves it neither forward nor back.
+    A leg swings about its hip by lean + swing · sin(2πft + φ), and its knee bends by crouch +
+    bend · sin(2πft + φ + lag). The hip compensates for half of the knee's bend, so that bending
+    lifts the foot without moving it forward or back.
 
-    `sine` swings fully from the start. `cpg` starts from a standing pose with the phases of a
-    trot; its oscillators follow a leading one.
+    `sine` moves at full amplitude from the start. `cpg` starts from a standing pose with the
+    phases of a trot, and its oscillators follow a leading one.
     """
     swing, lean, bend, crouch, phase, lag, frequency = split_genomes(genomes, genes)
     oscillators = Oscillators(np.repeat(np.arange(len(plan.legs)), 2), frames, FRAME_RATE)
@@ -70,14 +70,14 @@ def commands(
     return np.clip(angles.swapaxes(1, 2), -plan.limits, plan.limits)
 
 
-COUPLING = 4.0  # 1/s, to the leading oscillator
+COUPLING = 4.0  # 1/s, coupling to the leading oscillator
 
 
 def _by_joint(hips: Floats, knees: Floats) -> Floats:
-    """(population, legs) twice -> (population, joints), hip and knee of each leg."""
+    """Interleave two arrays (population, legs) into (population, joints), hip before knee."""
     return np.stack([hips, knees], axis=2).reshape(len(hips), -1)
 
 
 def _trot(legs: int) -> Floats:
-    """Phases of a trot, or of two legs in turn, (legs,) rad."""
+    """Return the phases of a trot, or of two alternating legs, (legs,) rad."""
     return np.array([0.0, math.pi] if legs == 2 else [0.0, math.pi, math.pi, 0.0])

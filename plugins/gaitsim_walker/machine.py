@@ -1,7 +1,7 @@
 """The walker in pymunk: its bodies, joints, servos and feet, and the ground under them.
 
-Every individual gets a new space, so that no state of the solver, such as the impulses that it
-starts from, passes from one individual to the next.
+Every individual gets a new space, so that no state of the solver, such as its initial impulses,
+passes from one individual to the next.
 """
 
 import math
@@ -15,7 +15,7 @@ from gaitsim_walker.body import Floats
 from gaitsim_walker.ground import Ground
 from gaitsim_walker.surroundings import Surroundings
 
-ITERATIONS = 20  # of the solver a step
+ITERATIONS = 20  # of the solver per step
 TIPPED = math.radians(60)  # pitch from which a walker has fallen
 
 
@@ -24,11 +24,11 @@ class Joint:
     """A hinge with its servo.
 
     Attributes:
-        motor: pymunk's, which turns at a rate with a limited torque.
-        above: index of the body that it turns against.
-        below: index of the body that it turns.
-        rest: how far they are turned at the joint's angle 0, rad.
-        way: 1 where the angle counts as pymunk's does, else −1.
+        motor: pymunk's motor, which turns at a set rate with limited torque.
+        above: index of the body on which the joint is mounted.
+        below: index of the body that the joint turns.
+        rest: angle between both bodies at the joint's angle 0, rad.
+        way: sign of the joint's angle relative to pymunk's, 1 or −1.
     """
 
     motor: pymunk.SimpleMotor
@@ -42,11 +42,11 @@ class Machine:
     """A walker in a space of its own, in the pose of the first command.
 
     Args:
-        surroundings: to walk in.
+        surroundings: body, ground and servos.
         pose: joint angles at the start, (joints,) rad.
 
     Attributes:
-        space: pymunk's.
+        space: pymunk's space.
         bodies: the torso, then thigh and shank of each leg.
         joints: hip and knee of each leg.
     """
@@ -57,7 +57,7 @@ class Machine:
         slope, gravity = surroundings.slope, surroundings.gravity
         self.space.gravity = (-gravity * math.sin(slope), -gravity * math.cos(slope))
         self.space.iterations = ITERATIONS
-        self.space.collision_slop = 1e-4  # m; pymunk's own 0.1 is meant for pixels
+        self.space.collision_slop = 1e-4  # m; pymunk's default of 0.1 is meant for pixels
         self._lay(surroundings.ground)
         turned = body.limb_angles(self.plan, pose)
         where = body.points(self.plan, np.zeros(2), np.zeros(()), pose)
@@ -98,14 +98,14 @@ class Machine:
             piece = pymunk.Segment(
                 self.space.static_body, corners[number], corners[number + 1], 0.0
             )
-            piece.friction = 1.0  # pymunk multiplies both; the foot's value counts
+            piece.friction = 1.0  # pymunk multiplies it by the foot's friction
             piece.set_neighbors(
                 corners[max(number - 1, 0)], corners[min(number + 2, len(corners) - 1)]
             )
             self.space.add(piece)
 
     def _limb(self, nominal_mass: float, top: Floats, angle: float) -> int:
-        """Add a limb that hangs from `top`; its index."""
+        """Add a limb that hangs from `top` and return its index."""
         half, mass = body.LIMB / 2, self.surroundings.mass * nominal_mass
         limb = pymunk.Body(mass, pymunk.moment_for_segment(mass, (0, -half), (0, half), 0))
         x, z = top.tolist()
@@ -136,7 +136,7 @@ class Machine:
         self.joints.append(Joint(motor, above, below, rest, way))
 
     def joint_angles(self) -> list[float]:
-        """Where the joints are, rad."""
+        """Return the current joint angles, rad."""
         angles = [part.angle for part in self.bodies]
         return [
             joint.way * (angles[joint.below] - angles[joint.above] - joint.rest)
@@ -144,7 +144,7 @@ class Machine:
         ]
 
     def fallen(self) -> bool:
-        """Whether the torso or a knee is on the ground, or the torso has tipped over."""
+        """Return whether the torso or a knee touches the ground, or the torso has tipped over."""
         torso = self.bodies[0]
         pitch, (x, z) = torso.angle, torso.position
         if abs(pitch) > TIPPED:
@@ -165,12 +165,12 @@ class Machine:
         return False
 
     def loads(self) -> list[tuple[float, float]]:
-        """Force of the ground on each foot in the last step, x and z in N."""
+        """Return the force of the ground on each foot in the last step, x and z in N."""
         found: list[tuple[float, float]] = []
 
         def add(arbiter: pymunk.Arbiter) -> None:
             x, z = arbiter.total_impulse
-            # Either body can be the first of the two.
+            # The sign depends on which body comes first, which pymunk does not guarantee.
             way = math.copysign(1.0, z) / self.surroundings.step
             forces.append((x * way, z * way))
 

@@ -1,4 +1,4 @@
-"""Measures of how a walker walked, for people."""
+"""Measures that describe a walk to people."""
 
 import math
 from collections.abc import Mapping
@@ -15,11 +15,11 @@ from gaitsim_walker.body import Plan
 def measures(motion: Motion, plan: Plan) -> Mapping[str, Measure]:
     """Return distance, duration, steadiness, effort, slip and steps.
 
-    Means over time end with the fall.
+    Means over time end at the fall.
 
     Args:
-        motion: of a population.
-        plan: of its body.
+        motion: motion of a population.
+        plan: build of the body.
     """
     forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
     lasted, energy = motion["lasted"], motion["energy"][:, -1]
@@ -31,24 +31,24 @@ def measures(motion: Motion, plan: Plan) -> Mapping[str, Measure]:
         "body lengths": Measure(
             forward / body.TORSO_LENGTH,
             "",
-            f"forward in torsos of {body.TORSO_LENGTH:g} m",
+            f"forward displacement in torso lengths of {body.TORSO_LENGTH:g} m",
         ),
-        "lasted": Measure(lasted, "s", "before the fall, or the whole rollout"),
+        "lasted": Measure(lasted, "s", "time before the fall, or the whole rollout"),
         "cost of transport": Measure(
             _ratio(energy, motion["weight"] * np.abs(forward)),
             "",
             "work over weight times distance",
         ),
-        "pitch range": Measure(np.ptp(pitch, axis=1), "°", "between its highest and lowest nose"),
+        "pitch range": Measure(np.ptp(pitch, axis=1), "°", "range of the torso's pitch"),
         BODY_HEIGHT: Measure(
             partial(_height, motion["height"], upright),
             "m",
-            "of the torso's middle above the ground, mean",
+            "mean height of the torso's middle above the ground",
         ),
         "slip ratio": Measure(
             _ratio(motion["slip"].sum(axis=1), path),
             "",
-            "slide of the stance feet over path",
+            "slide of the stance feet over the torso's path",
         ),
         **stepping(
             motion["stance"],
@@ -67,6 +67,6 @@ def _height(height: Array, upright: Array) -> Array:
 
 
 def _ratio(part: Array, whole: Array) -> Array:
-    """Part over whole; infinite where there is no whole."""
+    """Return part / whole; infinite for a whole of 0."""
     ratio: Array = np.divide(part, whole, out=np.full(len(part), math.inf), where=whole > 0)
     return ratio

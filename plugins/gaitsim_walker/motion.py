@@ -12,11 +12,11 @@ from gaitsim_walker.surroundings import Surroundings
 
 
 def walked(surroundings: Surroundings, courses: Iterable[Floats]) -> Motion:
-    """Return the motion of walkers, one after the other.
+    """Roll out walkers one after the other, and return their motion.
 
     Args:
-        surroundings: what each walks in, alone.
-        courses: commands to the servos of each, (frames, joints) rad.
+        surroundings: surroundings in which each walker walks alone.
+        courses: servo commands of each walker, (frames, joints) rad.
     """
     commanded, rolled = [], []
     for course in courses:
@@ -64,15 +64,14 @@ def walked(surroundings: Surroundings, courses: Iterable[Floats]) -> Motion:
 
 
 def _measured(surroundings: Surroundings, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
-    """Return height (frames,), feet (frames, legs, 3) and slip (frames,) of one walker.
+    """Return height (frames,), feet (frames, legs, 3) and slip (frames,) of one walker, m.
 
-    One walker at a time, so that the shapes of arrays, and with them the bits, do not depend on
-    the population.
+    One walker at a time, so that array shapes, and hence rounding, do not depend on the population.
     """
     plan = surroundings.plan
     feet = body.points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
     turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
-    # A round foot that rolls without sliding goes back as its shank turns forward.
+    # A round foot that rolls without sliding moves back as its shank turns forward.
     slid = np.abs(np.diff(feet[..., 0], axis=0) + body.FOOT_RADIUS * np.diff(turned, axis=0))
     stance = rollout.load[..., 1] > 0
     standing = stance[1:] & stance[:-1]

@@ -12,7 +12,10 @@ DOWN = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -LIMB]])  # a thigh or shank in its
 
 
 def rig(plan: Plan) -> Rig:
-    """Return the rig of a walker. Its links turn about y; thigh and shank hang down at zero."""
+    """Return the rig of a walker.
+
+    Links turn about y. In its own frame, a thigh or shank hangs down.
+    """
     links, names, ends, carriers = (
         [Link(TRUNK)],
         list(body.OUTLINE_NAMES),

@@ -1,4 +1,4 @@
-"""The rollout of one walker: servos that follow their commands, and what is recorded."""
+"""The rollout of one walker: simulate the servos and record the motion."""
 
 from dataclasses import dataclass
 
@@ -8,24 +8,25 @@ from gaitsim_walker.body import FRAME_RATE, Floats
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.surroundings import Surroundings
 
-GAIN = 15.0  # 1/s: speed of a servo for a radian of error
-FASTEST = 30.0  # m/s, above which the simulation has diverged
+GAIN = 15.0  # 1/s, speed of a servo per radian of error
+FASTEST = 30.0  # m/s; at higher speeds, the simulation has diverged
 
 
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """Record of one walker, by frame; constant from the frame in which it fell.
+    """The recorded frames of one walker; constant from the frame in which it fell.
 
     Attributes:
         position: x and z of the torso's middle, (frames, 2) m.
-        velocity: of it, (frames, 2) m/s.
-        pitch: of the torso, (frames,) rad.
-        joints: where the joints really were, (frames, joints) rad.
-        torque: size of the mean torque of each servo since the frame before, (frames, joints) N m.
-        work: done on or by the servos since the start, both counted as spent, (frames,) J.
+        velocity: velocity of the torso's middle, (frames, 2) m/s.
+        pitch: pitch of the torso, (frames,) rad.
+        joints: actual joint angles, (frames, joints) rad.
+        torque: magnitude of each servo's mean torque since the previous frame, (frames, joints)
+            N m.
+        work: work since the start, (frames,) J; work done on the servos counts as positive, too.
         load: x and z of the force of the ground on each foot, (frames, legs, 2) N.
-        lasted: number of frames before the fall; all where there was none.
-        failure: why the simulation diverged; '' where it did not.
+        lasted: number of frames before the fall; all frames without a fall.
+        failure: reason why the simulation diverged, or ''.
     """
 
     position: Floats
@@ -40,20 +41,20 @@ class Rollout:
 
 
 def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
-    """Walk by commands to the servos.
+    """Simulate one walker with the given servo commands.
 
-    A servo turns towards its command at GAIN times its error, at most at its speed limit,
-    with as much torque as that takes, at most its torque limit.
+    A servo turns towards its command at a speed of GAIN times its error, up to its speed limit,
+    with the torque that this requires, up to its torque limit.
 
     Args:
-        surroundings: that the walker walks in.
-        commands: (frames, joints) rad, within the limits; the first is the pose at the start,
-            but for what the joints are off.
+        surroundings: body, ground and servos.
+        commands: (frames, joints) rad, within the limits. The first is the initial pose, to which
+            the errors of the joints are added.
     """
     frames, joints = commands.shape
     machine = Machine(surroundings, surroundings.pose(commands[0]))
     bodies, torso, hinges = machine.bodies, machine.bodies[0], machine.joints
-    # Bodies are read once a step, not once a joint: pymunk's properties cost most.
+    # Read the bodies once per step, not per joint: pymunk's properties take most of the time.
     parts = [(hinge.motor, hinge.above, hinge.below) for hinge in hinges]
     step, dt, fastest = machine.space.step, surroundings.step, surroundings.speed_limit
     state, torque = np.zeros((frames, 5)), np.zeros((frames, joints))
@@ -84,7 +85,7 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
         turned[frame] = machine.joint_angles()
         work[frame] = spent
         load[frame] = machine.loads()
-        if not (abs(velocity.x) < FASTEST and abs(velocity.y) < FASTEST):  # fails for NaN too
+        if not (abs(velocity.x) < FASTEST and abs(velocity.y) < FASTEST):  # true for NaN, too
             failure = f"the simulation diverged after {frame / FRAME_RATE:.3g} s"
         if failure or machine.fallen():
             lasted = frame

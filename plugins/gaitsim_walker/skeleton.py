@@ -14,9 +14,9 @@ def skeleton(surroundings: Surroundings, motion: Motion, individual: int) -> Ske
     """Return the outline of the torso, and thigh and shank of each leg, in the plane y = 0.
 
     Args:
-        surroundings: that it walks in; their slope turns it, so that gravity points down.
-        motion: of the population.
-        individual: index of the one to draw.
+        surroundings: body and ground; their slope rotates the result, so that gravity points down.
+        motion: motion of the population.
+        individual: index of the individual to draw.
     """
     plan, ground, slope = surroundings.plan, surroundings.ground, surroundings.slope
     level = not slope and not any(ground.z)
@@ -49,7 +49,7 @@ def skeleton(surroundings: Surroundings, motion: Motion, individual: int) -> Ske
 
 
 def _turned(points: Floats, slope: float) -> Floats:
-    """Turn points, (…, 3) m, uphill about the start, by a slope in rad."""
+    """Rotate points, (…, 3) m, uphill about the start by a slope in rad."""
     cos, sin = math.cos(slope), math.sin(slope)
     turned = points.copy()
     turned[..., 0] = cos * points[..., 0] - sin * points[..., 2]

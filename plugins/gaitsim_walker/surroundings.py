@@ -1,4 +1,4 @@
-"""What a walker is in: its build, the ground, its servos and what happens to it."""
+"""Everything that determines a walker's rollout besides its commands."""
 
 from dataclasses import dataclass
 
@@ -8,28 +8,28 @@ from gaitsim.legged import delayed, held
 from gaitsim_walker.body import FRAME_RATE, STOP, Floats, Plan
 from gaitsim_walker.ground import Ground
 
-STEP = 1 / (4 * FRAME_RATE)  # s: 240 Hz, four steps a frame
+STEP = 1 / (4 * FRAME_RATE)  # s: 240 Hz, four steps per frame
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """The body, the ground, the servos, and what a world does to them.
+    """The body, the ground, the servos, and the conditions of a world.
 
     Attributes:
-        plan: of the body.
-        ground: that it walks on.
-        gravity: m/s².
-        slope: of the ground, uphill, rad; x is along it and z normal to it.
-        friction: of feet on the ground.
-        torque_limit: of each servo, N m.
-        speed_limit: of each servo, rad/s.
-        steps: number of physics steps a frame.
-        mass: share of the masses of all parts.
-        latency: of the servos, s.
-        command_rate: at which commands arrive, Hz.
-        joint_offset: by which each joint is off its command, (joints,) rad.
-        initial_pose: by which each joint is off the first command at the start, (joints,) rad.
-        push: frame after which the whole body's velocity changes, and by how much forward, m/s.
+        plan: build of the body.
+        ground: the ground under the walker.
+        gravity: acceleration of gravity, m/s².
+        slope: slope of the ground, uphill, rad; x is along the slope and z normal to it.
+        friction: friction of the feet on the ground.
+        torque_limit: largest torque of each servo, N m.
+        speed_limit: largest speed of each servo, rad/s.
+        steps: number of physics steps per frame.
+        mass: scale factor of the masses of all parts.
+        latency: delay of the servos, s.
+        command_rate: rate of the commands, Hz.
+        joint_offset: constant error of each joint relative to its command, (joints,) rad.
+        initial_pose: additional error of each joint at the start, (joints,) rad.
+        push: frame after which the whole body's velocity changes, and its forward change, m/s.
     """
 
     plan: Plan
@@ -54,7 +54,7 @@ class Surroundings:
 
     @property
     def weight(self) -> float:
-        """Of the body, N."""
+        """Weight of the body, N."""
         return self.mass * self.plan.mass * self.gravity
 
     def pose(self, command: Floats) -> Floats:
@@ -63,11 +63,11 @@ class Surroundings:
         return np.clip(command + self.joint_offset + self.initial_pose, -stops, stops)
 
     def targets(self, commands: Floats) -> Floats:
-        """Return where the servos turn to in each step, (steps, joints) rad.
+        """Return the targets of the servos in each step, (steps, joints) rad.
 
         Args:
-            commands: (frames, joints) rad; those of a frame are in force before it, and the first
-                is that of the pose at the start.
+            commands: (frames, joints) rad. Each is in force in the steps before its frame; the
+                first is the initial pose.
         """
         in_force = held(commands, FRAME_RATE, self.command_rate, self.steps)
         arrived = delayed(in_force, self.latency / self.step)
