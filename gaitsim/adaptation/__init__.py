@@ -1,4 +1,4 @@
-"""Adapt the gait of a damaged body in a few trials, by the map of an atlas."""
+"""Adapt the gait of a damaged body in a few trials, guided by the map of an atlas."""
 
 from gaitsim.adaptation.prior import Prior, read_prior
 from gaitsim.adaptation.settings import Settings

@@ -1,4 +1,4 @@
-"""An adaptation that is in progress: its trials, the next proposal, and its file."""
+"""An adaptation in progress: its trials, its next proposal and its file."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -32,21 +32,21 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 class Adaptation(ReprMixin, Iterator[Trial]):
-    """Trials of the gaits of an atlas on a damaged body; an iterator that makes the next one.
+    """Trials of an atlas's gaits on a damaged body; an iterator that performs the next trial.
 
-    Each trial is in the file, if there is one, before it is yielded.
+    Each trial is saved in the session's file, if it has one, before it is yielded.
 
     Args:
-        prior: the map of the intact body.
-        session: what is adapted, and the trials so far.
-        measured: returns the performance of a gait; None where a person records it.
-        path: file of the session; None records nothing.
+        prior: map of the intact body.
+        session: conditions of the adaptation, and its trials so far.
+        measured: function that returns the performance of a gait; None if a person records it.
+        path: file of the session; None saves nothing.
 
     Attributes:
-        prior: the map of the intact body.
-        session: what is adapted, and the trials so far.
-        path: file of the session; None where nothing is recorded.
-        proposal: the gait to try next; None where the adaptation has ended.
+        prior: map of the intact body.
+        session: conditions of the adaptation, and its trials so far.
+        path: file of the session; None if nothing is saved.
+        proposal: gait to try next; None once the adaptation has ended.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Adaptation(ReprMixin, Iterator[Trial]):
 
     @property
     def trials(self) -> tuple[Trial, ...]:
-        """The trials so far, in their order."""
+        """The trials so far, in order."""
         return self.session.trials
 
     @property
@@ -74,24 +74,27 @@ class Adaptation(ReprMixin, Iterator[Trial]):
 
     @property
     def ending(self) -> str:
-        """Why the adaptation has ended, one sentence; '' while it has not."""
+        """Reason why the adaptation has ended, one sentence; '' until then."""
         return ending(self.prior, self.trials, self.session.settings)
 
     def __next__(self) -> Trial:
         if self.proposal is None:
             raise StopIteration
         if self._measured is None:
-            raise GaitsimError("nothing measures a gait", remedy="record() the next trial")
+            raise GaitsimError(
+                "the adaptation has no function that measures a gait",
+                remedy="add the next trial with record()",
+            )
         return self.record(self._measured(self.prior.individual(self.proposal.member)))
 
     def record(self, measured: float) -> Trial:
         """Add the trial of the proposed gait.
 
         Args:
-            measured: its performance.
+            measured: measured performance of the gait.
 
         Raises:
-            GaitsimError: it is not a finite number, or the adaptation has ended.
+            GaitsimError: `measured` is not a finite number, or the adaptation has ended.
             RunError: the file cannot be written, or another process has changed it.
         """
         if self.proposal is None:
@@ -132,30 +135,31 @@ def open_adaptation(
     on_progress: OnProgress = lambda done: None,
     on_warning: OnWarning = lambda text: None,
 ) -> Adaptation:
-    """Begin an adaptation, or continue the one in its file.
+    """Start an adaptation, or continue the one in its file.
 
-    For trials in physics, the most promising gaits are measured on the intact twin first, and the
-    map is corrected by them.
+    For trials in physics, the most promising gaits are first measured on the intact twin, and
+    these measurements correct the map.
 
     Args:
         run: the atlas.
-        damage: of the simulated body, such as 'L2 lost'.
-        place: where the trials are made.
-        robot: returns the performance of a gait on a robot; None where a person records it.
-        measure: that is the performance; None for that of the file, or forward.
-        settings: fields of `Settings` by name; others are as in the file, or as they are by
-            default.
-        record: whether to keep the trials in a file of the run's folder.
-        name: of that file; None names it after the damage, or the place.
+        damage: damage to the simulated body, such as 'L2 lost'.
+        place: place of the trials.
+        robot: function that returns the performance of a gait on a robot; None if a person
+            records it.
+        measure: name of the performance measure; None for the measure in the file, or forward.
+        settings: fields of `Settings` by name; the file, or else `Settings`, has the others.
+        record: whether to save the trials in a file in the run's folder.
+        name: name of that file; None for a name that consists of the damage or the place.
         fresh: whether to replace the file.
-        workers: how many evaluate the map at a time; None for what suits the body.
-        on_progress: called with the number of gaits that were evaluated since the last call.
+        workers: number of workers that evaluate the map; None for a number that suits the body.
+        on_progress: called with the number of gaits evaluated since the last call.
         on_warning: called with a message for the user.
 
     Raises:
-        GaitsimError: the body cannot be damaged, or not like this; a setting is invalid; or the
-            body has no such measure.
-        RunError: the run is not an atlas; or the file is damaged, or of another adaptation.
+        GaitsimError: the body does not support the damage, a setting is invalid, or the body does
+            not have the measure.
+        RunError: the run is not an atlas, or the file is damaged or belongs to a different
+            adaptation.
     """
     members = atlas_members(run)
     experiment, wanted = run.experiment_at(run.generation), canonical(damage)
@@ -175,7 +179,7 @@ def open_adaptation(
         raise RunError(
             f"the adaptation in {path} cannot be continued: {reason}",
             allowed="the same atlas, damage, measure and settings; trials and stop may differ",
-            remedy="begin again with --fresh, or another one with --name",
+            remedy="start over with --fresh, or start another adaptation with --name",
         )
     named = (*session.intact, *(trial.member for trial in session.trials))
     if not all(1 <= member <= len(members.scores) for member in named):
@@ -183,7 +187,7 @@ def open_adaptation(
     measured = robot
     if robot is not None and place != "robot":
         raise GaitsimError(
-            "damage and physics are for trials in simulation, not on a robot", where="robot"
+            "damage and physics apply to trials in simulation, not on a robot", where="robot"
         )
     if place != "robot":
         physics = place == "physics"

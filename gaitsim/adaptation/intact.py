@@ -1,4 +1,4 @@
-"""The performance of an atlas on the intact body, kept in its folder: a robot takes minutes."""
+"""Cache of an atlas's performance on the intact body, as computing it can take minutes."""
 
 import hashlib
 import re
@@ -17,13 +17,13 @@ _DIGEST = hashlib.sha256().digest_size
 
 
 def read_intact(run: Path, measure: str, key: str, members: int) -> Floats | None:
-    """Return the performance of each member, (members,); None where it is not known.
+    """Return the cached performance of each member, (members,); None if it is not cached.
 
     Args:
-        run: the folder of the atlas.
-        measure: that is the performance.
-        key: of all that the performance depends on.
-        members: their number.
+        run: folder of the atlas.
+        measure: name of the performance measure.
+        key: text that identifies everything on which the performance depends.
+        members: number of members.
     """
     try:
         data = read_regular(_file(run, measure), _DIGEST + 8 * members)
@@ -37,7 +37,7 @@ def read_intact(run: Path, measure: str, key: str, members: int) -> Floats | Non
 
 
 def write_intact(run: Path, measure: str, key: str, performance: Floats) -> None:
-    """Keep the performance of each member, unless the folder cannot be written."""
+    """Cache the performance of each member; do nothing if the folder cannot be written."""
     content = performance.astype("<f8").tobytes()
     with suppress(RunError):
         own_folder(run, ADAPTATIONS)

@@ -1,4 +1,4 @@
-"""Adaptations of a run, for Python."""
+"""The methods of a run that adapt its gaits, for Python."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ class _HasSnapshot(Protocol):
 
 
 class RunAdaptations:
-    """A run on disk, with the method that adapts its gaits."""
+    """A run on disk, with the methods that adapt its gaits."""
 
     def adapt(
         self: _HasSnapshot,
@@ -35,30 +35,32 @@ class RunAdaptations:
         fresh: bool = False,
         workers: int | None = None,
     ) -> Adaptation:
-        """Return an adaptation to loop over, an iterator of trials, as `gaitsim adapt` makes them.
+        """Return an adaptation, an iterator over the same trials as those of `gaitsim adapt`.
 
         Args:
-            damage: legs and joints of the simulated body, such as 'L2 lost'.
-            physics: whether the trials are made on the physical twin of the body.
-            robot: a function that plays an individual on a robot of yours and returns its
-                performance; without it and without damage, `record()` the trials.
-            measure: name of the measure that is the performance; more is better. None for forward.
-            trials: the greatest number of trials. None, as for the next four, for the default of
-                `gaitsim.adaptation.Settings`, or for that of the file.
+            damage: damaged legs and joints of the simulated body, such as 'L2 lost'.
+            physics: whether the trials take place on the physical twin of the body.
+            robot: function that plays an individual on your robot and returns its performance.
+                Without it and without damage, add each trial with `record()`.
+            measure: name of the performance measure, of which more is better; None for forward.
+            trials: maximum number of trials. For this and the next four arguments, None keeps the
+                value in the file, or the default of `gaitsim.adaptation.Settings`.
             kappa: weight of the uncertainty in the choice of a trial.
             length_scale: distance over which a trial informs about other gaits, in shares of the
                 axes' ranges.
             noise: variance of a measured performance, in shares of the map's best.
-            stop: the trials end when the best one is this share of the best still expected.
-            name: of the file that keeps the trials, by which the same call continues; None keeps
-                none.
-            fresh: whether to begin again in that file.
-            workers: how many evaluate the map at a time; None for what suits the body.
+            stop: share of the best expected performance at which the trials end.
+            name: name of the file that stores the trials, from which the same call continues; None
+                stores nothing.
+            fresh: whether to start over and replace that file.
+            workers: number of workers that evaluate the map; None for a number that suits the
+                body.
 
         Raises:
-            GaitsimError: the body cannot be damaged, or not like this; a setting is invalid; or
-                the body has no such measure.
-            RunError: the run is not an atlas; or the file is damaged, or of another adaptation.
+            GaitsimError: the body does not support the damage, a setting is invalid, or the body
+                does not have the measure.
+            RunError: the run is not an atlas, or the file is damaged or belongs to a different
+                adaptation.
         """
         given = {
             "trials": trials,
@@ -89,18 +91,18 @@ class RunAdaptations:
         settings: Settings | None = None,
         workers: int | None = None,
     ) -> Report:
-        """Adapt to the loss of each leg, as `gaitsim adapt --report` does; or continue a report.
+        """Adapt to the loss of each leg, as `gaitsim adapt --report` does, or continue a report.
 
         Args:
-            folder: which keeps all trials in `report.json`.
-            pairs: whether also to the loss of each two legs.
-            physics: whether the physical twin of the body moves.
-            settings: of the adaptations; None for those of `gaitsim adapt`.
-            workers: how many gaits are tried at a time; None for as many as there are cores.
+            folder: folder of the report, which stores all trials in `report.json`.
+            pairs: whether to adapt to the loss of each pair of legs, too.
+            physics: whether to use the physical twin of the body.
+            settings: settings of the adaptations; None for those of `gaitsim adapt`.
+            workers: number of gaits tried at a time; None for the number of cores.
 
         Raises:
             GaitsimError: the body cannot lose legs, or has no twin.
-            RunError: the run is not an atlas; or the folder has another report, or cannot be
+            RunError: the run is not an atlas, or the folder holds a different report or cannot be
                 written.
         """
         return make_report(

@@ -1,4 +1,4 @@
-"""The performance of gaits: one measure of their motion, of which more is better."""
+"""The performance of gaits: a measure of their motion, of which more is better."""
 
 from collections.abc import Mapping
 
@@ -17,12 +17,12 @@ Floats = NDArray[np.float64]
 
 
 def performance(experiment: Experiment, genomes: Genomes, measure: str) -> Floats:
-    """Move genomes, (population, genes), and return a measure of each, (population,).
+    """Simulate genomes, (population, genes), and return a measure of each, (population,).
 
-    It is 0 for a gait that fails, and where the measure is not finite.
+    The performance is 0 for a gait that fails or whose measure is not finite.
 
     Raises:
-        GaitsimError: the body has no such measure.
+        GaitsimError: the body does not have the measure.
         PluginError: the body fails or breaks its contract.
     """
     return performance_of(experiment, moved(experiment, genomes), measure)
@@ -40,13 +40,13 @@ def unit_of(experiment: Experiment, genomes: Genomes, measure: str) -> str:
     """Return the unit of a measure.
 
     Raises:
-        GaitsimError: the body has no such measure.
+        GaitsimError: the body does not have the measure.
     """
     return str(_measures(experiment, moved(experiment, genomes[:1]), measure)[measure].unit)
 
 
 def _measures(experiment: Experiment, motion: Motion, measure: str) -> Mapping[str, Measure]:
-    """Return the measures of a motion, with this one among them."""
+    """Return the measures of a motion after checking that `measure` is among them."""
     body = experiment.entries["organism"]
     with plugin_errors(body, "measuring a population"):
         known: Mapping[str, Measure] = experiment.organism.measures(motion)

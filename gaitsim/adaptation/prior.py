@@ -1,4 +1,4 @@
-"""The map of an atlas: how each of its gaits behaves, and how it performs on the intact body."""
+"""The map of an atlas: the behaviour of each gait and its performance on the intact body."""
 
 import hashlib
 import math
@@ -23,27 +23,27 @@ from gaitsim.runs.compatibility import ENGINES, versions
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
-_BETWEEN = 0.2  # seconds from one report of the progress to the next, at least
+_BETWEEN = 0.2  # seconds, minimum interval between reports of progress
 
 OnProgress = Callable[[int], None]
-"""Called with the number of gaits that were evaluated since the last call."""
+"""Called with the number of gaits evaluated since the last call."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """The gaits of an atlas, with what is expected of them before any is tried.
+    """The gaits of an atlas, with their expected performance before any trial.
 
     Attributes:
-        experiment: of the intact body.
-        source: the run's folder.
-        generation: of the archive.
-        measure: name of the measure that is the performance; more is better.
-        unit: of that measure.
-        genomes: (members, genes).
-        scores: of the members in the search, (members,).
+        experiment: experiment with the intact body.
+        source: folder of the run.
+        generation: generation of the archive.
+        measure: name of the performance measure, of which more is better.
+        unit: unit of that measure.
+        genomes: genomes of the members, (members, genes).
+        scores: scores of the members in the search, (members,).
         axes: names of the axes of the archive.
-        behaviour: the axes in shares of their ranges, (members, axes).
-        performance: on the intact body, (members,); 0 for a gait that fails.
+        behaviour: values on the axes in shares of their ranges, (members, axes).
+        performance: performance on the intact body, (members,); 0 for a gait that fails.
     """
 
     experiment: Experiment
@@ -63,7 +63,7 @@ class Prior:
         return float(self.performance.max())
 
     def individual(self, member: int) -> Individual:
-        """Return the gait of a member, by its number from 1, on the intact body; without terms."""
+        """Return the gait of a member, counted from 1, on the intact body; without terms."""
         index = member - 1
         return Individual(
             self.experiment,
@@ -86,17 +86,18 @@ def read_prior(
 ) -> Prior:
     """Evaluate all members of an atlas on the intact body.
 
-    The run's folder keeps the result, by which the next call needs no evaluation.
+    The result is cached in the run's folder, so that the next call evaluates nothing.
 
     Args:
-        run: of a search that keeps an archive.
-        measure: name of the measure that is the performance.
-        workers: how many work at a time; None for what suits the body. Does not change the result.
-        on_progress: called with the number of gaits that were evaluated since the last call.
+        run: run of a search that keeps an archive.
+        measure: name of the performance measure.
+        workers: number of workers, which does not change the result; None for a number that suits
+            the body.
+        on_progress: called with the number of gaits evaluated since the last call.
         on_warning: called with a message for the user.
 
     Raises:
-        GaitsimError: the body has no such measure, or no gait has a performance above 0.
+        GaitsimError: the body does not have the measure, or no gait has a performance above 0.
         PluginError: the body fails or breaks its contract.
         RunError: the run is not an atlas, or has no members.
     """
@@ -132,11 +133,11 @@ def read_prior(
 
 
 def _key(run: RunSnapshot, members: Members, measure: str) -> str:
-    """Return all that the performance of the members depends on."""
+    """Return a text that identifies everything on which the members' performance depends."""
     experiment = run.experiment_at(run.generation)
-    # The versions are complete once a gait was moved, as an engine is loaded then.
+    # The versions are complete only after a gait was simulated, as that loads the engine.
     known = versions(experiment)
-    if not experiment.organism.dynamic:  # an engine moves another body of this process
+    if not experiment.organism.dynamic:  # an engine was loaded for another body
         known = {name: version for name, version in known.items() if name not in ENGINES}
     parts = (measure, checksum_of(members), run.finished.experiment, sorted(known.items()))
     return "\n".join(map(str, parts))
@@ -194,5 +195,5 @@ def _shares(members: Members) -> Floats:
         (values - ends[name][0]) / (ends[name][1] - ends[name][0])
         for name, values in members.values.items()
     ]
-    # Cells at the border hold the values beyond it, too.
+    # Cells at the border also hold the values beyond it.
     return np.asarray(np.clip(np.stack(shares, axis=1), 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""Adaptations to many damages, beside the champion without adaptation and random gaits."""
+"""Adaptations to many damages, compared with the unadapted champion and with random gaits."""
 
 import threading
 import zlib
@@ -33,7 +33,7 @@ FILE = "report.json"
 _LARGEST = 100_000_000  # bytes
 
 OnSteps = Callable[[int, int], object]
-"""Called with the numbers of finished steps and of all."""
+"""Called with the number of finished steps and the number of all steps."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Case:
     """The adaptation to one damage.
 
     Attributes:
-        damage: such as ('L1 lost', 'L2 lost').
-        trials: in their order. The first is the map's best gait, the champion.
-        random: what as many gaits measured that were drawn from the map at random.
+        damage: damage to the body, such as ('L1 lost', 'L2 lost').
+        trials: trials in order. The first is the map's best gait, the champion.
+        random: measured performance of gaits drawn at random from the map, one for each trial.
     """
 
     damage: tuple[str, ...]
@@ -65,7 +65,7 @@ class Case:
 
     @property
     def champion(self) -> float:
-        """What the map's best gait measured, without adaptation."""
+        """Measured performance of the map's best gait, without adaptation."""
         return self.trials[0].measured
 
 
@@ -74,13 +74,13 @@ class Report:
     """Adaptations of one atlas to many damages.
 
     Attributes:
-        atlas: checksum of its members.
-        place: where the trials were made.
-        measure: name of the measure that is the performance.
-        unit: of that measure.
-        settings: of the adaptations.
-        intact: what the most promising gaits measured on the intact body, by member.
-        cases: one for each damage.
+        atlas: checksum of the atlas's members.
+        place: place of the trials.
+        measure: name of the performance measure.
+        unit: unit of that measure.
+        settings: settings of the adaptations.
+        intact: measured performance of the most promising gaits on the intact body, by member.
+        cases: adaptations, one for each damage.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -107,7 +107,7 @@ _REPORT = TypeAdapter(Report)
 
 
 def leg_losses(experiment: Experiment, *, pairs: bool = False) -> list[tuple[str, ...]]:
-    """Return the loss of each leg, and of each two legs if asked.
+    """Return the loss of each leg, and with `pairs` also of each pair of legs.
 
     Raises:
         GaitsimError: the body has fewer than three legs.
@@ -134,25 +134,27 @@ def make_report(
     on_atlas: OnProgress = lambda done: None,
     on_case: OnSteps = lambda done, total: None,
 ) -> Report:
-    """Adapt an atlas to the loss of each leg; continue the report in the folder, if there is one.
+    """Adapt an atlas to the loss of each leg, or continue the report in the folder.
 
-    In physics, the most promising gaits are measured on the intact twin first, and the map is
-    corrected by them. Damages are adapted to in parallel; the result is the same in any order.
+    In physics, the most promising gaits are first measured on the intact twin, and these
+    measurements correct the map. The adaptations run in parallel; their order does not change the
+    result.
 
     Args:
         run: the atlas.
-        folder: of the report, which keeps all that is measured in `report.json`.
-        pairs: whether also to the loss of each two legs.
-        physics: whether the physical twin of the body moves.
-        measure: name of the measure that is the performance.
-        settings: of the adaptations.
-        workers: how many gaits are tried at a time; None for as many as there are cores.
-        on_atlas: called with the number of gaits that moved on the intact body since.
-        on_case: called as cases finish.
+        folder: folder of the report, which stores all measurements in `report.json`.
+        pairs: whether to adapt to the loss of each pair of legs, too.
+        physics: whether to use the physical twin of the body.
+        measure: name of the performance measure.
+        settings: settings of the adaptations; None for the defaults.
+        workers: number of gaits tried at a time; None for the number of cores.
+        on_atlas: called with the number of gaits measured on the intact body since the last call.
+        on_case: called whenever a case finishes.
 
     Raises:
-        GaitsimError: the body cannot lose legs, or has no twin; or it has no such measure.
-        RunError: the run is not an atlas; or the folder has another report, or cannot be written.
+        GaitsimError: the body cannot lose legs, has no twin, or does not have the measure.
+        RunError: the run is not an atlas, or the folder holds a different report or cannot be
+            written.
     """
     prior = read_prior(run, measure, workers=workers, on_progress=on_atlas)
     damages, experiment = leg_losses(prior.experiment, pairs=pairs), prior.experiment
@@ -206,7 +208,7 @@ def make_report(
 
 
 class _StoppedError(Exception):
-    """The report was interrupted, and no gait is tried any more."""
+    """Stops the remaining trials of an interrupted report."""
 
 
 def _case(prior: Prior, damage: tuple[str, ...], measured: Measured, settings: Settings) -> Case:
@@ -219,10 +221,11 @@ def _case(prior: Prior, damage: tuple[str, ...], measured: Measured, settings: S
 
 
 def _continued(path: Path, wanted: Report, members: int) -> Report:
-    """Return the report in a file about so many members, or the wanted one without cases.
+    """Return the report in a file, or `wanted` if there is no file.
 
     Raises:
-        RunError: the file is damaged, or has another report.
+        RunError: the file is damaged, contradicts the number of members, or holds a different
+            report.
     """
     remedy = "remove it, or choose another folder"
     try:
@@ -235,17 +238,19 @@ def _continued(path: Path, wanted: Report, members: int) -> Report:
     except ValidationError as error:
         key, what = first_problem(error, "report")
         raise RunError(f"{path} is damaged: {key}: {what}", remedy=remedy) from None
-    except GaitsimError as error:  # of the settings
+    except GaitsimError as error:  # invalid settings
         raise RunError(f"{path} is damaged: {error.what}", remedy=remedy) from None
     if reason:
         raise RunError(f"{path} is damaged: {reason}", remedy=remedy)
     if replace(found, intact={}, cases=()) != wanted:
-        raise RunError(f"{path} is a report of another atlas, or with other options", remedy=remedy)
+        raise RunError(
+            f"{path} holds a report of a different atlas or with different options", remedy=remedy
+        )
     return found
 
 
 def _contradiction(report: Report, members: int) -> str:
-    """Return what no report about so many members says, or ''."""
+    """Return why a report on an atlas of `members` members is inconsistent, or ''."""
     trials = [trial for case in report.cases for trial in case.trials]
     numbers = [*report.intact.values(), *(one for case in report.cases for one in case.random)]
     numbers += [one for trial in trials for one in (trial.expected, trial.deviation)]

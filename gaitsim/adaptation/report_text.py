@@ -1,4 +1,4 @@
-"""A report of adaptations as tables: every trial in CSV, a summary in Markdown."""
+"""A report of adaptations as text: a CSV table of all trials and a summary in Markdown."""
 
 import statistics
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ _COLUMNS = ("damage", "way", "trial", "member", "expected", "deviation", "measur
 
 
 def trials_table(report: Report) -> str:
-    """Return a row for each trial, those of random gaits after those of the adaptation."""
+    """Return a CSV table with a row for each trial; for each damage, random gaits come last."""
     text = line(_COLUMNS)
     for case in report.cases:
         for trial in case.trials:
@@ -33,12 +33,12 @@ def trials_table(report: Report) -> str:
 
 
 def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
-    """Return the report in Markdown.
+    """Return a summary of the report in Markdown.
 
     Args:
-        report: with all its cases.
+        report: the report, with all its cases.
         source: name of the atlas.
-        figures: names of image files beside it.
+        figures: names of image files in the same folder.
     """
     where = "in rigid-body physics" if report.place == "physics" else "in simulation"
     tried = len(report.intact)
@@ -48,8 +48,9 @@ def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
         "",
         f"Trials {where}. Best on the intact body: {report.best:.3g}{unit}"
         + (f", of the {tried} most promising gaits." if tried > 1 else "."),
-        "Kept is the share of that. The champion is the map's best gait, without adaptation; "
-        "random is the best of as many random gaits of the map as there were trials.",
+        "Each column gives a share of this value: kept, of the best gait found by adaptation; "
+        "champion, of the map's best gait without adaptation; random, of the best among random "
+        "gaits of the map, one for each trial.",
         "",
         "| damage | trials | kept | champion | random |",
         "| --- | --- | --- | --- | --- |",

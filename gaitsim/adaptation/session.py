@@ -1,4 +1,4 @@
-"""The trials of an adaptation in the folder of its atlas: `adaptations/NAME.json`."""
+"""The file that stores an adaptation in the folder of its atlas: `adaptations/NAME.json`."""
 
 import re
 from collections.abc import Sequence
@@ -19,26 +19,26 @@ from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
 from gaitsim.toml import checksum
 
 LARGEST = 1_000_000  # bytes
-_REMEDY = "remove it, or begin again with --fresh"
+_REMEDY = "remove it, or start over with --fresh"
 _NAME = re.compile(r"[^\W_][\w.-]{0,99}", re.ASCII)
 
 Place = Literal["simulation", "physics", "robot"]
-"""Where trials are made: in simulation, on the physical twin, or on a robot by a person."""
+"""Place of the trials: in simulation, on the physical twin, or on a robot operated by a person."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """What is adapted and how, and the trials so far.
+    """The conditions of an adaptation, and its trials so far.
 
     Attributes:
         atlas: checksum of the members of the atlas, see `prior.checksum_of`.
-        place: where the trials are made.
-        damage: of the simulated body, in alphabetical order.
-        measure: name of the measure that is the performance.
-        settings: of the adaptation.
-        trials: in their order.
-        intact: what the most promising gaits measured on the intact twin, by member, for trials
-            in physics; {} before they are measured.
+        place: place of the trials.
+        damage: damage to the simulated body, in alphabetical order.
+        measure: name of the performance measure.
+        settings: settings of the adaptation.
+        trials: trials in order.
+        intact: for trials in physics, the measured performance of the most promising gaits on the
+            intact twin, by member; {} before they are measured.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -59,20 +59,20 @@ def session_file(run: Path, name: str) -> Path:
     """Return the file of a session.
 
     Raises:
-        GaitsimError: no file can have this name.
+        GaitsimError: the name is invalid.
         RunError: the folder cannot be created, or is a link.
     """
     if not _NAME.fullmatch(name):
         raise GaitsimError(
-            f"{name!r:.120} cannot be the name of an adaptation",
+            f"invalid name {name!r:.120} of an adaptation",
             where="name",
-            allowed="up to 100 letters, digits, '-', '_' and '.', a letter or digit first",
+            allowed="up to 100 letters, digits, '-', '_' and '.', starting with a letter or digit",
         )
     return own_folder(run, ADAPTATIONS) / f"{name}.json"
 
 
 def default_name(place: Place, damage: Sequence[str]) -> str:
-    """Return the name of a session that is given none, such as 'L2-lost' or 'robot'."""
+    """Return the default name of a session, such as 'L2-lost' or 'robot'."""
     parts = ["-".join(re.findall(r"[a-zA-Z0-9.-]+", text)) for text in damage]
     if place != "simulation" or not parts:
         parts.append(place)
@@ -81,16 +81,16 @@ def default_name(place: Place, damage: Sequence[str]) -> str:
 
 
 def canonical(damage: Sequence[str]) -> tuple[str, ...]:
-    """Return damage in alphabetical order, with single spaces; one text is one damage."""
+    """Return damage in alphabetical order, with single spaces; a single text is one damage."""
     texts = [damage] if isinstance(damage, str) else damage
     return tuple(sorted(" ".join(text.split()) for text in texts))
 
 
 def read_session(path: Path) -> Session | None:
-    """Read a session; None without a file.
+    """Read a session; return None if there is no file.
 
     Raises:
-        RunError: it is damaged, or cannot be read.
+        RunError: the file is damaged, or cannot be read.
     """
     try:
         session = _SESSION.validate_json(read_regular(path, LARGEST), strict=True)
@@ -102,7 +102,7 @@ def read_session(path: Path) -> Session | None:
     except ValidationError as error:
         key, what = first_problem(error, "adaptation")
         reason = f"{key}: {what}"
-    except GaitsimError as error:  # of the settings
+    except GaitsimError as error:  # invalid settings
         reason = error.what
     if reason:
         raise RunError(f"{path} is damaged: {reason}", remedy=_REMEDY)
@@ -110,32 +110,32 @@ def read_session(path: Path) -> Session | None:
 
 
 def replace_session(path: Path, read: Session | None, session: Session) -> None:
-    """Write a session in place of the one that was read from its file.
+    """Replace the session that was read from a file.
 
     Raises:
         RunError: another process has changed the file since, or it cannot be written.
     """
     if read_session(path) != read:
         raise RunError(
-            f"{path} has changed meanwhile: another process adapts with it",
-            remedy="run the same command again, which continues it, or choose another --name",
+            f"{path} has changed since it was read: another process uses it",
+            remedy="run the same command again to continue it, or choose another --name",
         )
     write_session(path, session)
 
 
 def write_session(path: Path, session: Session) -> None:
-    """Write a session atomically, whatever its file holds.
+    """Write a session atomically, and replace any existing file.
 
     Raises:
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     write_bytes(path, _SESSION.dump_json(session, indent=1) + b"\n", follow=False)
 
 
 def mismatch(found: Session, wanted: Session) -> str:
-    """Return by what a session differs from the wanted one so that it cannot continue, or ''.
+    """Return the difference that keeps a session from being continued as the wanted one, or ''.
 
-    More trials, or another condition to stop, are no difference: the trials before are the same.
+    `trials` and `stop` may differ, as they do not change the earlier trials.
     """
     if found.atlas != wanted.atlas:
         return "the atlas has changed since"
@@ -155,15 +155,15 @@ def _words(value: str | tuple[str, ...]) -> str:
 
 
 def _contradiction(session: Session) -> str:
-    """Return what no adaptation writes, or ''."""
+    """Return why the content of a session is inconsistent, or ''."""
     trials = session.trials
     if len(trials) > MOST_TRIALS:
-        return f"it has {len(trials)} trials, of at most {MOST_TRIALS}"
+        return f"it has {len(trials)} trials, more than {MOST_TRIALS}"
     if [trial.number for trial in trials] != [*range(1, len(trials) + 1)]:
         return "its trials are not numbered in order"
     members = [trial.member for trial in trials]
     if len({*members}) < len(members) or not all(0 < member < 2**40 for member in members):
-        return "its trials are not of different members"
+        return "a member is invalid or was tried twice"
     numbers = (
         value for trial in trials for value in (trial.expected, trial.deviation, trial.measured)
     )

@@ -1,4 +1,4 @@
-"""How gaits are tried on a damaged body."""
+"""Settings of the trials on a damaged body."""
 
 from dataclasses import dataclass
 
@@ -11,20 +11,20 @@ MOST_TRIALS = 1000
 class Settings:
     """The settings of an adaptation.
 
-    Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals", whose
-    length scale is 0.4 over six axes, and whose trials stop at 0.9. Over the spider's eight axes,
-    trials at a shorter distance inform better.
-    Performance is counted in shares of the map's best, distances of behaviour in shares of the
+    Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals", with a
+    length scale of 0.4 over six axes and a stop at 0.9. For the spider's eight axes, a shorter
+    length scale works better.
+    Performance is in shares of the map's best, distances between behaviours are in shares of the
     axes' ranges.
 
     Attributes:
-        trials: the greatest number of trials.
-        kappa: weight of the uncertainty in the choice of a trial; 0 always tries the gait that
-            is expected to be best.
+        trials: maximum number of trials.
+        kappa: weight of the uncertainty in the choice of a trial; 0 always tries the gait with
+            the best expected performance.
         length_scale: distance over which a trial informs about other gaits.
         noise: variance of a measured performance.
-        stop: the trials end when the best measured performance is this share of the best that
-            is still expected.
+        stop: share of the best expected performance; the trials end when the best measured
+            performance reaches it.
 
     Raises:
         GaitsimError: a value is out of range.

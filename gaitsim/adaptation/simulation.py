@@ -1,4 +1,4 @@
-"""Trials in simulation: on the damaged body, or on the damaged physical twin of the body."""
+"""Trials in simulation, on the damaged body or on its damaged physical twin."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,16 +20,16 @@ def in_simulation(
 ) -> Measured:
     """Return a function that measures gaits on the damaged body; a gait that fails measures 0.
 
-    Several threads may call it.
+    Several threads may call the function at the same time.
 
     Args:
-        experiment: of the intact body.
-        damage: legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
-        measure: name of the measure that is the performance.
-        physics: whether the physical twin of the body moves instead.
+        experiment: experiment with the intact body.
+        damage: damaged legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
+        measure: name of the performance measure.
+        physics: whether to use the physical twin of the body.
 
     Raises:
-        GaitsimError: the body cannot be damaged, or not like this; or it has no twin.
+        GaitsimError: the body does not support the damage, or has no twin.
     """
     if physics:
         body = twin_of(experiment, damage)

@@ -1,10 +1,10 @@
-"""Intelligent trial and error: which gait a damaged body tries next, and when it has found one.
+"""Intelligent trial and error: choose the next gait of a damaged body, and decide when to stop.
 
     map ─▶ propose ─▶ a gait ─▶ measured on the damaged body ─▶ belief ─▶ propose …
 
 Source: the map-based Bayesian optimisation (M-BOA) of Cully, Clune, Tarapore and Mouret 2015,
-"Robots that can adapt like animals". A member is tried once: the same gait again would teach next
-to nothing, as the noise is small.
+"Robots that can adapt like animals". Each member is tried at most once: as the noise is small, a
+second trial of the same gait would add almost no information.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +20,7 @@ from gaitsim.gaussian_process import Belief, posterior
 from gaitsim.individual import Individual
 
 Measured = Callable[[Individual], float]
-"""Returns the performance of a gait on the damaged body, in the unit of the prior."""
+"""Function that returns the performance of a gait on the damaged body, in the prior's unit."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Proposal:
     """A gait to try.
 
     Attributes:
-        number: of the trial, from 1.
-        member: of the atlas, from 1.
-        expected: its performance by all trials before.
+        number: number of the trial, counted from 1.
+        member: number of the atlas's member, counted from 1.
+        expected: expected performance, given the earlier trials.
         deviation: standard deviation of `expected`.
     """
 
@@ -45,14 +45,14 @@ class Trial(Proposal):
     """A gait that was tried.
 
     Attributes:
-        measured: its performance on the damaged body.
+        measured: measured performance on the damaged body.
     """
 
     measured: float
 
 
 def believe(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Belief:
-    """Return the performance that each member is believed to have after some trials.
+    """Return the expected performance of each member after some trials.
 
     Returns:
         Mean and standard deviation in the unit of the prior, (members,) each.
@@ -72,10 +72,10 @@ def believe(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Belief
 
 
 def propose(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Proposal | None:
-    """Return the gait to try next; None where the adaptation has ended.
+    """Return the gait to try next; None once the adaptation has ended.
 
-    It is the one with the highest sum of mean and `kappa` standard deviations among those that
-    were not tried; of equal ones the first in the atlas.
+    The untried gait with the highest sum of mean and `kappa` standard deviations is chosen. Ties go
+    to the first member.
     """
     belief = believe(prior, trials, settings)
     if _ending(prior, trials, settings, belief):
@@ -89,12 +89,12 @@ def propose(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Propos
 
 
 def ending(prior: Prior, trials: Sequence[Trial], settings: Settings) -> str:
-    """Return why the adaptation has ended, a sentence, or '' while it has not."""
+    """Return why the adaptation has ended, one sentence; '' until then."""
     return _ending(prior, trials, settings, believe(prior, trials, settings))
 
 
 def best_of(trials: Sequence[Trial]) -> Trial | None:
-    """Return the trial with the best measured performance, the first of equal ones."""
+    """Return the trial with the best measured performance; ties go to the first trial."""
     return max(trials, key=lambda trial: trial.measured, default=None)
 
 
@@ -103,16 +103,16 @@ def adapt(
 ) -> Iterator[Trial]:
     """Try gaits on the damaged body until one is good enough.
 
-    Several threads may adapt by one prior at a time.
+    Several threads may use the same prior at the same time.
 
     Args:
-        prior: the map of the intact body.
-        measured: returns the performance of a gait on the damaged body.
-        settings: of the adaptation.
-        trials: which were made before, to continue from.
+        prior: map of the intact body.
+        measured: function that returns the performance of a gait on the damaged body.
+        settings: settings of the adaptation.
+        trials: earlier trials, from which to continue.
 
     Yields:
-        Each further trial.
+        The next trial.
 
     Raises:
         GaitsimError: a measured performance is not a finite number.
@@ -136,7 +136,7 @@ def tried(proposal: Proposal, measured: float) -> Trial:
         value = np.nan
     if not abs(value) < LARGEST_SCORE:
         raise GaitsimError(
-            f"{measured!r:.80} is not a measured performance",
+            f"invalid measured performance {measured!r:.80}",
             where=f"trial {proposal.number}",
             allowed="a finite number",
         )
@@ -151,10 +151,10 @@ def _ending(prior: Prior, trials: Sequence[Trial], settings: Settings, belief: B
     if best.measured >= settings.stop * expected:
         return (
             f"trial {best.number} reached {best.measured:.3g}{unit}, at least "
-            f"{settings.stop:.0%} of the {expected:.3g}{unit} that is expected of the best gait"
+            f"{settings.stop:.0%} of the best expected performance, {expected:.3g}{unit}"
         )
     if len(trials) >= settings.trials:
-        return f"the limit of {settings.trials} trials is reached"
+        return f"the limit of {settings.trials} trials was reached"
     if len(trials) >= len(prior.performance):
         return f"all {len(trials)} gaits of the atlas were tried"
     return ""
