@@ -1,4 +1,4 @@
-"""The formats of `gaitsim export`: what each is made of, the options it takes, and its writer."""
+"""The formats of `gaitsim export`: the input, options and writer of each."""
 
 import shlex
 from collections.abc import Callable, Iterable, Mapping
@@ -21,18 +21,18 @@ CHOOSES: Mapping[Of, tuple[str, ...]] = {
     "individuals": (*_ONE, "--generations"),
     "run": (),
 }
-"""The options that say which individuals, and on which body, by what a format is made of."""
+"""The options that choose the individuals and change their body, for each kind of input."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """What is exported.
+    """The input of an export.
 
     Attributes:
         run: the run on disk; None for an individual on its own.
         individuals: one or more; () for a format of a whole run.
-        begin: called with the number of what the format counts.
-        advance: called with a number of these when they are done.
+        begin: function called with the total number of items, such as gaits or generations.
+        advance: function called with the number of items finished since the last call.
     """
 
     run: RunSnapshot | None
@@ -51,10 +51,10 @@ class Format:
     Attributes:
         stem: the beginning of a default file name.
         ending: the end of a default file name; '' for a folder.
-        of: what it is made of.
-        write: writes it to a path and says what the file holds.
-        options: the flags that it takes, besides those of `CHOOSES`.
-        counts: what its writer counts for its progress, in the plural; '' if it is quick.
+        of: kind of input: one individual, several individuals or a whole run.
+        write: function that writes the file and returns a description of its content.
+        options: flags that the format accepts besides those in `CHOOSES`.
+        counts: plural noun for the items in the progress bar; '' if writing is quick.
     """
 
     stem: str
@@ -66,7 +66,7 @@ class Format:
 
     @property
     def takes(self) -> tuple[str, ...]:
-        """The flags that it takes."""
+        """All flags that the format accepts."""
         return (*CHOOSES[self.of], *self.options)
 
 
@@ -83,7 +83,7 @@ def _write_page(subject: Subject, path: Path, options: Options) -> Exported:
 def _write_atlas(subject: Subject, path: Path, _: Options) -> Exported:
     from gaitsim.render.page.atlas import write_atlas
 
-    assert subject.run is not None, "a format of a run has one"
+    assert subject.run is not None, "the input of this format is a run"
     return Exported(write_atlas(subject.run, path, begin=subject.begin, advance=subject.advance))
 
 
@@ -100,11 +100,11 @@ def _write_glb(subject: Subject, path: Path, _: Options) -> Exported:
 def _write_events(subject: Subject, path: Path, _: Options) -> Exported:
     from gaitsim.render.tensorboard import write_events
 
-    assert subject.run is not None  # as for every format of a whole run
+    assert subject.run is not None, "the input of this format is a run"
     subject.begin(subject.run.generation)
     notices = write_events(subject.run, path, subject.advance)
     show = f"tensorboard --logdir {shlex.quote(str(path))}"
-    return Exported(f"{subject.run.generation:,} generations; to see them: {show}", notices)
+    return Exported(f"{subject.run.generation:,} generations; to view them: {show}", notices)
 
 
 FORMATS: Mapping[str, Format] = {
@@ -120,20 +120,20 @@ FORMATS: Mapping[str, Format] = {
 """All formats by name, in the order of `gaitsim.choices.ExportFormat`."""
 
 BY_ENDING = tuple(name for name, format in FORMATS.items() if format.ending == f".{name}")
-"""The formats that a file's ending names."""
+"""The formats that can be chosen by a file's extension."""
 
 
 def check_flags(format: str, given: Iterable[str]) -> None:
-    """Refuse flags that a format does not take.
+    """Refuse flags that a format does not accept.
 
     Raises:
-        GaitsimError: there are some.
+        GaitsimError: a flag is not accepted by this format.
     """
     refuse_options(format, given, {name: one.takes for name, one in FORMATS.items()})
 
 
 def default_name(format: str, subject: Subject) -> str:
-    """Return the default name of a file, or of a folder, of what is exported."""
+    """Return the default name of the exported file or folder."""
     chosen, shown = FORMATS[format], subject.individuals
     if format in ENDINGS:
         return file_name(shown[0], format)
@@ -151,22 +151,22 @@ def export(
     """Write an individual or a run to a file, as `gaitsim export` does.
 
     Args:
-        exported: such as a run's champion, `run.replay(12)` or `run.replay(world={...})`; a run
-            for its champion, and for a format of whole runs.
-        path: the file; a folder for 'arduino', 'rosbag2' and others.
-        format: one of `gaitsim export --help`, such as 'mat', 'csv', 'arduino' or 'ros2'; None
-            for the one that the file's ending names, or else 'mat'.
+        exported: an individual, such as a run's champion, `run.replay(12)` or
+            `run.replay(world={...})`; or a run, for its champion or a format of whole runs.
+        path: path of the file, or of a folder for some formats, such as 'arduino' and 'rosbag2'.
+        format: a format listed by `gaitsim export --help`, such as 'mat', 'csv', 'arduino' or
+            'ros2'; None takes the format from the file's extension, or else 'mat'.
         **options: `calibration` (the path of a TOML file), `keyframe_ms`, `speed`, `clip`,
-            `centre`, `low`, `high`, as the flags of the command.
+            `centre`, `low` and `high`, with the meaning of the command's flags.
 
     Returns:
-        What the file holds, in words, and notices.
+        A description of the file's content, and notices.
 
     Raises:
-        GaitsimError: there is no such format or option, the body lacks what the format needs, such
-            as joint angles, the calibration has problems, or the gait exceeds what the servos
-            can do.
-        RunError: it cannot be written.
+        GaitsimError: the format or an option is unknown, the body lacks something that the format
+            needs, such as joint angles, the calibration is invalid, or the gait exceeds the
+            limits of the servos.
+        RunError: the file cannot be written.
     """
     path = Path(path)
     ending = path.suffix[1:].lower()
@@ -185,14 +185,14 @@ def export(
 
 
 def _subject(exported: Individual | RunViews, format: str) -> Subject:
-    """Return what is exported: of a run its champion, where the format is of individuals."""
+    """Return the input of an export; a format for individuals takes a run's champion."""
     of_run = FORMATS[format].of == "run"
     if isinstance(exported, RunViews):
         run = exported.snapshot
         return Subject(run) if of_run else Subject(run, (run.individual(),))
     if of_run:
         raise GaitsimError(
-            f"the format {format} is of a whole run, not of an individual",
-            remedy="give the run that gs.load() opens",
+            f"the format {format} exports a whole run, not an individual",
+            remedy="pass the run that gs.load() returns",
         )
     return Subject(None, (exported,))

@@ -1,4 +1,4 @@
-// Builds ../gaitsim/render/page/assets/three.min.js: the classes of entry.js, from the registry's three.
+// Builds ../gaitsim/render/page/assets/three.min.js: the classes in entry.js, from three.js.
 import { copyFile, readFile } from "node:fs/promises";
 import { build } from "esbuild";
 
@@ -6,8 +6,8 @@ const assets = new URL("../gaitsim/render/page/assets/", import.meta.url);
 const three = new URL("node_modules/three/", import.meta.url);
 const { version } = JSON.parse(await readFile(new URL("package.json", three), "utf8"));
 
-// The viewer brings its own shaders (RawShaderMaterial) and has no use for headsets or maps of
-// environments: without those the file has 93 kB, compressed, instead of 136 kB.
+// The viewer has its own shaders (RawShaderMaterial) and uses neither headsets nor environment
+// maps. Leaving these out reduces the compressed file from 136 kB to 93 kB.
 const left_out = [
   [/ShaderLib[\\/].*\.glsl\.js$/, 'export const vertex = ""; export const fragment = "";'],
   [/ShaderChunk[\\/].*\.glsl\.js$/, 'export default "";'],

@@ -1,4 +1,4 @@
-// The classes of three.js that the viewer uses; `npm run build` keeps nothing else.
+// The classes of three.js that the viewer uses; `npm run build` leaves out all others.
 export {
   BufferAttribute,
   BufferGeometry,

@@ -1,1 +1,1 @@
-"""Challenge codes: one individual with its experiment and its score, as a text to share."""
+"""Challenge codes: texts to share that hold one individual with its experiment and score."""

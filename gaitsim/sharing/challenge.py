@@ -27,11 +27,11 @@ from gaitsim.runs.files.schema import Name
 from gaitsim.sharing.code import WHERE, decode, encode, invalid
 
 _HEAD = struct.Struct("<IIdcIII")
-"""Generation, member or 0, score, kind of genes, and how many genes, bytes of the experiment and
-bytes of the versions follow."""
+"""The header: generation, member or 0, score, kind of genes, number of genes, and the sizes in
+bytes of the experiment and of the versions that follow."""
 
 _BITS, _BYTES, _REALS = b"b", b"u", b"f"
-_ITEMS = {_BYTES: 1, _REALS: 8}  # bytes of a gene
+_ITEMS = {_BYTES: 1, _REALS: 8}  # bytes per gene
 _LARGEST_VERSIONS = 100_000  # bytes
 
 
@@ -50,12 +50,14 @@ class Challenge:
     """An individual with the score that its author claims.
 
     Attributes:
-        text: its resolved experiment as TOML, without comments.
+        text: resolved experiment as TOML, without comments.
         genome: (genes,), float64 or uint8.
-        generation: in whose worlds it was scored, from 1.
-        member: its number in a front or archive; None for the best of the generation.
-        score: the score that is claimed, finite.
-        versions: names and versions of what made the score, and the processor; {} if unknown.
+        generation: generation whose worlds the individual was scored in, counted from 1.
+        member: number of the individual in a front or archive; None for the best of the
+            generation.
+        score: claimed score, finite.
+        versions: packages and plugins that computed the score, with their versions, and the
+            processor; {} if unknown.
     """
 
     text: str
@@ -70,7 +72,7 @@ class Challenge:
         """Return the challenge of an individual of a run or a search.
 
         Raises:
-            GaitsimError: it has no genome or no score, or its run is damaged.
+            GaitsimError: the individual has no genome or score, or its run is damaged.
         """
         if individual.genome is None:
             raise GaitsimError(
@@ -80,13 +82,13 @@ class Challenge:
             )
         for entry in individual.experiment.outside:
             raise GaitsimError(
-                f"the {entry} is code outside the run: nobody could verify a challenge code",
+                f"the {entry} is code outside the run, so a challenge code cannot be verified",
                 where=individual.title,
-                allowed="a body and a fitness of installed packages",
-                remedy="make a package of it: gaitsim plugins new",
+                allowed="a body and a fitness from installed packages",
+                remedy="move the code into a package: gaitsim plugins new",
             )
         if not math.isfinite(individual.score):
-            raise GaitsimError("an individual that failed has no score", where=individual.title)
+            raise GaitsimError("a failed individual has no score", where=individual.title)
         return cls(
             _compact(individual.experiment.to_toml()),
             individual.genome,
@@ -98,38 +100,38 @@ class Challenge:
 
     @classmethod
     def read(cls, code: str) -> "Challenge":
-        """Return the challenge that a code holds; no plugin is loaded.
+        """Return the challenge in a code, without loading plugins.
 
         Raises:
-            GaitsimError: the text is not a code, is of another format, damaged or invalid.
+            GaitsimError: the text is not a code, has a different format, or is damaged or invalid.
         """
         return _unpacked(decode(code))
 
     @property
     def code(self) -> str:
-        """The code that holds it.
+        """The challenge as a code.
 
         Raises:
-            GaitsimError: it is too large.
+            GaitsimError: the challenge is too large.
         """
         return encode(_packed(self))
 
     @cached_property
     def experiment(self) -> Experiment:
-        """The experiment, its plugins loaded.
+        """The experiment, with its plugins loaded.
 
         Raises:
-            ExperimentError: it has problems, such as a plugin that is not installed.
+            ExperimentError: the experiment has problems, such as a plugin that is not installed.
         """
         return self.experiment_with()
 
     def experiment_with(
         self, overrides: Overrides | None = None, place: str = COMMAND_LINE
     ) -> Experiment:
-        """Return the experiment with options changed by key, its plugins loaded.
+        """Return the experiment with some options changed and its plugins loaded.
 
         Raises:
-            ExperimentError: with all the problems of both.
+            ExperimentError: the experiment or the changes have problems; lists all of them.
         """
         try:
             return parse_experiment(self.text, WHERE, overrides, place)
@@ -139,7 +141,7 @@ class Challenge:
 
     @cached_property
     def individual(self) -> Individual:
-        """The individual, with the score that is claimed, to be replayed.
+        """The individual with the claimed score, ready to replay.
 
         Raises:
             ExperimentError: the experiment has problems.
@@ -148,10 +150,10 @@ class Challenge:
         wrong = genome_mismatch(self.experiment, self.genome[None], self.text, "the genome")
         if wrong:
             raise GaitsimError(
-                f"the challenge code does not fit its own experiment: {wrong}",
+                f"the genome in the challenge code does not fit its experiment: {wrong}",
                 where=WHERE,
                 allowed=expected_genomes(self.experiment),
-                remedy="use the versions that made it: " + self.made_with,
+                remedy="use the versions that created the code: " + self.made_with,
             )
         member = Member(self.member) if self.member else None
         return Individual(
@@ -160,7 +162,7 @@ class Challenge:
 
     @property
     def made_with(self) -> str:
-        """The packages that made it, such as 'gaitsim 0.1.0, numpy 2.4.6', or 'unknown'."""
+        """The packages that computed the score, as 'gaitsim 0.1.0, numpy 2.4.6', or 'unknown'."""
         known = {name: one for name, one in self.versions.items() if name in ("gaitsim", "numpy")}
         packages = [f"{name} {one}" for name, one in known.items()]
         others = {one for name, one in self.versions.items() if " " in name}
@@ -168,7 +170,7 @@ class Challenge:
 
     @property
     def champion(self) -> Champion:
-        """The individual as a run keeps it, to start another one from."""
+        """The individual as a saved champion, from which a run can start."""
         kept = {name: one for name, one in self.versions.items() if 0 < len(one) <= 200}
         text = self.experiment.to_toml()
         return Champion(text, kept, self.generation, self.genome, self.score, terms={})
@@ -178,20 +180,20 @@ def code_of(individual: Individual) -> str:
     """Return the challenge code of an individual of a run or a search.
 
     Raises:
-        GaitsimError: it has no genome or no score, is too large, or its run is damaged.
+        GaitsimError: the individual has no genome or score or is too large, or its run is damaged.
     """
     return Challenge.of(individual).code
 
 
 def _versions_of(individual: Individual) -> dict[str, str]:
-    """Return the versions that scored an individual; {} where its run does not record them."""
+    """Return the versions that scored an individual; {} if its run does not record them."""
     if individual.source is None or not holds_run(individual.source) or individual.changes:
         parts = current_versions(individual.experiment)
     else:
         origins = read_provenance(individual.source)
         before = [one.parts for one in origins if one.first <= individual.generation]
         parts = before[-1] if before else {}
-    # Checksums of long texts are left out: the code holds the texts.
+    # The code holds the long texts, so it does not need their checksums.
     return {name: one for name, one in parts.items() if one != "SHA-256"}
 
 
@@ -206,14 +208,14 @@ def _compact(text: str) -> str:
     short = "\n".join(lines) + "\n"
     try:
         return short if toml.parse(short, "the experiment") == data else text
-    except GaitsimError:  # such as of a character that TOML does not allow bare
+    except GaitsimError:  # such as a character that TOML allows only escaped
         return text
 
 
 def _packed(challenge: Challenge) -> bytes:
     genome = np.ascontiguousarray(challenge.genome)
     if genome.dtype.kind == "f":
-        # Byte planes: signs and exponents, which are alike, side by side.
+        # Byte planes put the similar signs and exponents side by side, which compresses better.
         kind, genes = _REALS, genome.astype("<f8").view(np.uint8).reshape(-1, 8).T.tobytes()
     elif genome.max(initial=0) <= 1:
         kind, genes = _BITS, np.packbits(genome).tobytes()
@@ -237,14 +239,14 @@ def _unpacked(content: bytes) -> Challenge:
     """Return the challenge of a code's content.
 
     Raises:
-        GaitsimError: it is not one that `_packed` writes.
+        GaitsimError: the content was not written by `_packed`.
     """
     if len(content) < _HEAD.size:
         raise invalid("its content is too short")
     generation, member, score, kind, genes, *lengths = _HEAD.unpack_from(content)
     size = -(-genes // 8) if kind == _BITS else genes * _ITEMS.get(kind, 0)
     if not size or len(content) != _HEAD.size + sum(lengths) + size:
-        raise invalid("the lengths of its parts do not fit")
+        raise invalid("the lengths of its parts do not add up")
     if not 1 <= generation <= MOST_GENERATIONS or not math.isfinite(score):
         raise invalid(f"it claims the score {score} in generation {generation}")
     if lengths[0] > LARGEST or lengths[1] > _LARGEST_VERSIONS:
@@ -267,5 +269,5 @@ def _genome(kind: bytes, genes: int, data: NDArray[np.uint8]) -> NDArray[Any]:
         return data.copy()
     genome = np.ascontiguousarray(data.reshape(8, genes).T).view("<f8").reshape(-1)
     if not np.isfinite(genome).all():
-        raise invalid("its genome has a gene that is not finite")
+        raise invalid("a gene is not finite")
     return genome.astype(np.float64)

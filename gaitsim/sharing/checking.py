@@ -1,4 +1,4 @@
-"""Whether the score that a challenge code claims is true: its individual is played again."""
+"""Verify a challenge code: replay its individual and compare the score."""
 
 import struct
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ class Checked:
     """The result of verifying a challenge code.
 
     Attributes:
-        challenge: what the code holds.
-        score: the score that its individual has here; −inf if it fails.
-        terms: the terms of that score by name.
-        failure: why it fails here, or ''.
-        elsewhere: where what made the code differs from what is here, a text each.
+        challenge: content of the code.
+        score: score of the individual on this machine; −inf if it fails.
+        terms: terms of that score by name.
+        failure: reason why the individual fails on this machine, or ''.
+        elsewhere: differences between the versions in the code and those installed, a text each.
     """
 
     challenge: Challenge
@@ -28,16 +28,16 @@ class Checked:
 
     @property
     def true(self) -> bool:
-        """Whether the score is the one that is claimed, to the last bit."""
+        """Whether the score equals the claimed score, to the last bit."""
         return struct.pack("d", self.score) == struct.pack("d", self.challenge.score)
 
 
 def verify_challenge(challenge: Challenge) -> Checked:
-    """Play the individual of a challenge in the worlds of its generation, and compare its score.
+    """Replay a challenge's individual in the worlds of its generation and compare the scores.
 
     Raises:
-        ExperimentError: its experiment has problems, such as a plugin that is not installed.
-        GaitsimError: its genome does not fit the body.
+        ExperimentError: the experiment has problems, such as a plugin that is not installed.
+        GaitsimError: the genome does not fit the body.
         PluginError: a plugin fails.
     """
     individual = challenge.individual
@@ -53,9 +53,9 @@ def verify_challenge(challenge: Challenge) -> Checked:
 
 
 def _elsewhere(challenge: Challenge, now: dict[str, str]) -> tuple[str, ...]:
-    """Return where what made a code differs from what is here."""
+    """Return the differences between the versions in a code and those installed."""
     made = dict(challenge.versions)
-    if ("numba" in made) != ("numba" in now):  # which names the processor, where it is loaded
+    if ("numba" in made) != ("numba" in now):  # only Numba adds the processor's model name
         for parts in (made, now):
             if "processor" in parts:
                 parts["processor"] = parts["processor"].rpartition(", ")[2]
@@ -63,11 +63,11 @@ def _elsewhere(challenge: Challenge, now: dict[str, str]) -> tuple[str, ...]:
 
 
 def verify_code(code: str) -> Checked:
-    """Play the individual of a challenge code, and compare its score with the one it claims.
+    """Replay the individual of a challenge code and compare its score with the claimed one.
 
     Raises:
-        ExperimentError: its experiment has problems, such as a plugin that is not installed.
-        GaitsimError: the text is not a code, is of another format, damaged or invalid.
+        ExperimentError: the experiment has problems, such as a plugin that is not installed.
+        GaitsimError: the text is not a code, has a different format, or is damaged or invalid.
         PluginError: a plugin fails.
     """
     return verify_challenge(Challenge.read(code))

@@ -44,7 +44,7 @@ def test_a_gait_is_reported_and_why_it_scored(gaitsim, spider):
         "Froude number",
         "least margin",
         f"Why it scored {score:.4f}".replace("-", "−"),
-        "term, had it ended at",
+        "term, if it ended at",
         f"of {generation}",
     ):
         assert text in shown.stdout
@@ -90,7 +90,7 @@ def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):
     kept = f"{100 * forward['physical'] / forward['kinematic']:.0f} %"
     shown = gaitsim("analyse", "spider", *tetrapod).stdout
     assert "rigid-body physics, spider-physics" in shown
-    assert f"It keeps {kept} of the way forward." in shown
+    assert f"It keeps {kept} of the forward distance." in shown
 
 
 def test_it_fits_80_columns_of_a_terminal(gaitsim, spider, monkeypatch):
@@ -221,7 +221,7 @@ def test_the_millipede_hops_on_its_belly(gaitsim, tmp_path):
     shown = gaitsim("analyse", "millipede", "--figure", "millipede.pdf").stdout
     assert "Gait: in-phase hop" in shown
     assert "the trunk lies on the ground 100 % of the time" in shown
-    assert "The fitness reads nothing over time" in shown
+    assert "The fitness reads no channel over time" in shown
     assert "Likely exploit" not in shown
 
 

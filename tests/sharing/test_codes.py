@@ -124,7 +124,7 @@ def test_every_changed_missing_or_extra_character_is_damage(millipede):
         ("gaitsim1-", "is damaged"),
         ("gaitsim1-A", "is damaged"),
         ("gaitsim1-AAAAAAAA", "is damaged"),
-        ("gaitsim2-AAAAAAAA", "is of format 2"),
+        ("gaitsim2-AAAAAAAA", "has format 2"),
         ("gaitsim1-AAA…AAAA", "character 13 is '…'"),
     ],
 )
@@ -135,7 +135,7 @@ def test_other_texts_are_refused_with_the_reason(text, words):
 
 def test_a_code_that_was_cut_short_says_how_long_it_was(millipede):
     code = millipede.code
-    with pytest.raises(GaitsimError, match=f"should have {len(code)} characters, and has 50"):
+    with pytest.raises(GaitsimError, match=f"should have {len(code)} characters but has 50"):
         Challenge.read(code[:50])
 
 

@@ -1,4 +1,4 @@
-"""Pictures made of characters: bodies and curves in braille dots, for the app and the command line.
+"""Pictures in characters: bodies and curves in braille dots, for the app and the command line.
 
-NumPy alone: which colours the inks have is a matter of who shows them.
+Each cell has the number of an ink. The callers choose the colours of the inks.
 """

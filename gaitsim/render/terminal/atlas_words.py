@@ -1,4 +1,4 @@
-"""What a map of an archive says in words: its axes with their units, and how full it is."""
+"""Texts for the map of an archive: its axes with their units, and its coverage."""
 
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
@@ -8,10 +8,10 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 def words_of(individual: Individual, view: ArchiveView) -> dict[str, str]:
-    """Return the axes of an archive and the score with their units, by name.
+    """Return labels with units for the score and the axes of an archive, by name.
 
     Args:
-        individual: one of its members.
+        individual: a member of the archive.
         view: the archive.
     """
     units = {name: individual.unit_of(name) for name in ("score", *view.names)}
@@ -19,7 +19,7 @@ def words_of(individual: Individual, view: ArchiveView) -> dict[str, str]:
 
 
 def summary(run: RunSnapshot, view: ArchiveView) -> str:
-    """Return generation, elites, coverage and, where the search has it, the QD score in words."""
+    """Return generation, elites, coverage and, if the search records it, the QD score."""
     score = run.history.get(f"{FIGURE}QD score")
     said = [
         f"generation {run.generation:,}",

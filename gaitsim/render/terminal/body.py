@@ -20,36 +20,36 @@ from gaitsim.render.terminal.scales import annotate, headings
 from gaitsim.render.terminal.view import Viewpoint, camera
 from gaitsim.render.ticks import round_step
 
-# Inks, the higher over the lower.
+# Inks; a higher one covers a lower one.
 GROUND, TRACK = 1, 2
-BODY = 3  # + SIDES × shade + side: the near over the far
+BODY = 3  # + SIDES × shade + side, so that near segments cover far ones
 SIDES, SHADES = 3, 3  # the last shade is the nearest
 DAMAGED = BODY + SIDES * SHADES
 FOOT = DAMAGED + 1  # + side
 LABEL = FOOT + SIDES
 
 STANCE, LOST = ord("●"), ord("×")
-APART, LINES = 12.0, 12  # dots between two lines of the ground, and lines across it, about
-ALONG = 4  # dots of such a line between two that cross it
-REACH = 0.75  # of the ground around the body, in widths of the picture
-DENSEST = 1.5  # dots between lines of the ground: nearer to each other they are left out
-BOLD = 150  # dots of a picture's height from which lines are two dots wide
-TRAIL = 80  # points of a path that are drawn, at most
+APART, LINES = 12.0, 12  # approximate dots between two lines of the ground, and lines across it
+ALONG = 4  # dots of a line of the ground between two crossings
+REACH = 0.75  # extent of the ground around the body, in widths of the picture
+DENSEST = 1.5  # least distance in dots between lines of the ground that are drawn
+BOLD = 150  # height of a picture, in dots, from which lines are two dots wide
+TRAIL = 80  # maximum number of points drawn of a path
 
 
 def picture(
     clip: Clip, seconds: float, view: Viewpoint, columns: int, rows: int, *, ground: bool = True
 ) -> tuple[NDArray[np.uint32], Inks]:
-    """A body at a moment: the characters as code points, and their inks, both (rows, columns).
+    """Draw a body at a moment, as code points and their inks, both (rows, columns).
 
     Args:
         clip: the body in motion.
-        seconds: the moment.
-        view: the camera.
-        columns: of the picture.
-        rows: of the picture.
-        ground: whether there is one; moving below a body that is followed, it is most of what
-            changes from picture to picture.
+        seconds: time since the motion began.
+        view: direction and zoom of the camera.
+        columns: width of the picture.
+        rows: height of the picture.
+        ground: whether to draw the ground. It causes most of the changes between pictures when
+            the camera follows the body.
     """
     if columns <= 0 or rows <= 0:
         return cells(empty(columns, rows))
@@ -71,16 +71,16 @@ def drawn_by(
     *,
     ground: bool = True,
 ) -> tuple[NDArray[np.uint32], Inks]:
-    """Return a body in a pose as a camera sees it, as `picture` does.
+    """Draw a body in a pose as seen by a camera, as code points and inks, both (rows, columns).
 
     Args:
         eye: the camera, in dots.
         clip: the body.
-        pose: one of its poses.
-        yaw: its turn to the left since the start, radians; None for a body without a heading.
-        columns: of the picture.
-        rows: of the picture.
-        ground: whether there is one.
+        pose: the body's pose.
+        yaw: turn to the left since the start, radians; None for a body without a heading.
+        columns: width of the picture.
+        rows: height of the picture.
+        ground: whether to draw the ground.
     """
     dots = empty(columns, rows)
     height = len(dots)
@@ -109,14 +109,14 @@ def drawn_by(
 
 
 def _flat(eye: Camera, points: Points, height: int) -> tuple[Points, Points]:
-    """Dots (…, 2) from the upper left corner, and depths (…)."""
+    """Return dots (…, 2) from the upper left corner, and depths (…)."""
     flat, depth = eye.project(points)
     flat[..., 1] = height - 1 - flat[..., 1]
     return flat, depth
 
 
 def _ground(dots: Dots, eye: Camera, clip: Clip) -> None:
-    """Lines of dots that stay where they are in the world, so that a body is seen to move."""
+    """Draw lines of dots at fixed places in the world, which make the body's movement visible."""
     height, width = dots.shape
     foot = np.array([eye.target[0], eye.target[1], 0.0])
     scale = float(eye.scale_at(eye.project(foot)[1]))
@@ -130,13 +130,13 @@ def _ground(dots: Dots, eye: Camera, clip: Clip) -> None:
     points[:, :2] = np.concatenate([grid, grid[:, ::-1]]) + np.rint(foot[:2] / step) * step
     points = points[np.linalg.norm(points[:, :2] - foot[:2], axis=1) <= reach]
     flat, depth = _flat(eye, clip.grounded(points), height)
-    # Seen so flat, lines one behind the other become a solid floor.
+    # From a low camera, lines behind one another would merge into a solid floor.
     apart = eye.scale_at(depth) * step * max(-float(eye.ahead[2]), 0.1)
     draw_points(dots, flat[eye.in_front(depth) & (apart >= DENSEST)], GROUND)
 
 
 def _track(eye: Camera, clip: Clip, pose: Pose, height: int) -> Points:
-    """Where the body has been, (lines, 2, 2): on the ground, but in the air where it flies."""
+    """Return the body's past path, (lines, 2, 2): on the ground, or in the air if it flies."""
     every = max(1, len(pose.trail) // TRAIL)
     trail = pose.trail[::-every][::-1]
     if not clip.flies:
@@ -153,7 +153,7 @@ def _limbs(
     damaged: NDArray[np.bool_],
     height: int,
 ) -> tuple[Points, NDArray[np.intp]]:
-    """Lines (lines, 2, 2) and their inks: the side's, shaded by the distance, or of damage."""
+    """Return lines (lines, 2, 2) and their inks, by side and distance, or for damage."""
     ends, depth = _flat(eye, segments, height)
     middle = depth.mean(axis=1)
     spread = float(np.ptp(middle))

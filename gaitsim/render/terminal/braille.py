@@ -1,9 +1,9 @@
-"""Dots of braille characters: 2 × 4 in a cell, each with an ink.
+"""Drawing in braille characters, whose cells have 2 × 4 dots.
 
-A picture is drawn as dots (rows × 4, columns × 2) that hold the number of an ink, 0 for none.
-The higher ink wins where two meet, so that the order of drawing does not matter. A cell of a
-terminal has one colour: that of its highest ink. Its other dots are shown in it as well, but
-not those of the ground behind a body, which would grow thick by them.
+A picture is an array of dots, (rows × 4, columns × 2), that holds the number of an ink, or 0.
+Where two inks meet, the higher one wins, so the order of drawing does not matter. A cell of a
+terminal has one colour, that of its highest ink, in which its other dots are shown as well. The
+dots of the ground behind a body are left out, as they would thicken the body.
 """
 
 from itertools import pairwise
@@ -16,23 +16,23 @@ Dots = NDArray[np.uint8]
 Inks = NDArray[np.uint8]
 Points = NDArray[np.float64]
 
-WIDE, HIGH = 2, 4  # dots of a cell
+WIDE, HIGH = 2, 4  # dots per cell
 SPACE = ord(" ")
 _EMPTY = 0x2800
-# Decimals of a dot that count: a place that computers work out differently in its last bit is
-# drawn the same by all of them.
+# Decimals to which dots are rounded: results that differ in the last bit between computers give
+# the same picture.
 _DECIMALS = 3
-# Which bit of a character a dot is (Unicode, Braille Patterns).
+# The bit of each dot in a character (Unicode, Braille Patterns).
 _BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint32)
 
 
 def empty(columns: int, rows: int) -> Dots:
-    """No dots yet, for a picture of so many cells."""
+    """Return an empty picture of `columns` × `rows` cells."""
     return np.zeros((max(rows, 0) * HIGH, max(columns, 0) * WIDE), dtype=np.uint8)
 
 
 def draw_points(dots: Dots, points: Points, inks: int | NDArray[Any]) -> None:
-    """Put points (n, 2), dots from the upper left corner, in their ink; those outside are left."""
+    """Draw points (n, 2), in dots from the upper left corner; points outside are ignored."""
     height, width = dots.shape
     at = np.rint(np.round(points, _DECIMALS)).astype(np.intp)
     inside = (at >= 0).all(axis=1) & (at[:, 0] < width) & (at[:, 1] < height)
@@ -44,15 +44,15 @@ def draw_points(dots: Dots, points: Points, inks: int | NDArray[Any]) -> None:
 def draw_lines(
     dots: Dots, ends: Points, inks: NDArray[Any], dash: tuple[int, int] = (1, 0)
 ) -> None:
-    """Draw lines (n, 2, 2) in inks (n,); what is outside is cut off.
+    """Draw lines, clipped to the picture.
 
-    Every line is sampled at each dot of its longer side: all lines at once.
+    All lines are drawn at once, sampled at each dot of their longer side.
 
     Args:
-        dots: to draw on.
-        ends: of the lines.
-        inks: of each.
-        dash: how many dots are drawn, and how many left out, from line to line.
+        dots: the picture, modified in place.
+        ends: ends of the lines, (n, 2, 2).
+        inks: ink of each line, (n,).
+        dash: number of dots drawn and number left out in turn, continued from line to line.
     """
     finite = np.isfinite(ends).all(axis=(1, 2))
     ends, inks = np.round(ends[finite], _DECIMALS), inks[finite]
@@ -74,7 +74,7 @@ def draw_lines(
 
 
 def _cut(ends: Points, height: int, width: int) -> tuple[Points, NDArray[np.bool_]]:
-    """What of lines is in a picture (Liang and Barsky 1984), and which of them are at all."""
+    """Clip lines to a picture (Liang and Barsky 1984); return these and which lines are visible."""
     start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
     first, last = np.zeros(len(ends)), np.ones(len(ends))
     kept = np.ones(len(ends), dtype=np.bool_)
@@ -92,24 +92,24 @@ def _cut(ends: Points, height: int, width: int) -> tuple[Points, NDArray[np.bool
 
 
 def cells(dots: Dots, behind: int = 0) -> tuple[NDArray[np.uint32], Inks]:
-    """The character of each cell, as code points, and its ink, both (rows, columns).
+    """Return the code point and the ink of each cell, both (rows, columns).
 
     Args:
-        dots: of the picture.
-        behind: the highest ink of what is not shown in a cell that has a higher one.
+        dots: the picture.
+        behind: highest ink of the background, which is left out of cells with a higher ink.
     """
     rows, columns = dots.shape[0] // HIGH, dots.shape[1] // WIDE
     grouped = dots.reshape(rows, HIGH, columns, WIDE).transpose(0, 2, 1, 3)
     inks = grouped.max(axis=(2, 3), initial=0)
     least = np.where(inks > behind, behind + 1, 1)[:, :, None, None]
     bits = ((grouped >= least) * _BITS).sum(axis=(2, 3), dtype=np.uint32)
-    # A space and no empty pattern, which some fonts draw as eight rings.
+    # A space instead of the empty pattern, which some fonts draw as eight rings.
     return np.where(bits > 0, _EMPTY + bits, SPACE).astype(np.uint32), inks
 
 
 def runs(codes: NDArray[np.uint32], inks: Inks) -> list[tuple[str, int]]:
-    """A row of cells as pieces of text of one ink each; spaces go with what is before them."""
-    # A third as many pieces, each of which takes a terminal 20 bytes and us as many µs.
+    """Return a row of cells as texts of one ink each; spaces join the text before them."""
+    # Joining spaces leaves a third of the texts; each costs 20 bytes of output and 20 µs.
     last = np.maximum.accumulate(np.where(codes != SPACE, np.arange(len(codes)), 0))
     inks = inks[last]
     text = codes.astype("<u4").tobytes().decode("utf-32-le")

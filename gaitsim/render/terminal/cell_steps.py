@@ -1,4 +1,4 @@
-"""Moves of a cursor from one occupied cell of a panel to another."""
+"""Cursor movement between the occupied cells of a panel."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +9,15 @@ Occupied = NDArray[np.bool_]
 
 
 def stepped(occupied: Occupied, place: Place, across: int, up: int) -> Place:
-    """Return the nearest occupied cell in a direction, or the same where there is none.
+    """Return the nearest occupied cell in a direction, or the same cell if there is none.
 
-    Cells within 45 degrees of the direction come first.
+    Cells within 45 degrees of the direction are preferred.
 
     Args:
-        occupied: which cells have an elite, (across, up).
-        place: to begin at.
-        across: −1, 0 or 1.
-        up: −1, 0 or 1, where `across` is 0.
+        occupied: whether each cell has an elite, (across, up).
+        place: cell at which the cursor is.
+        across: horizontal direction, −1, 0 or 1.
+        up: vertical direction, −1, 0 or 1; 0 unless `across` is 0.
     """
     cells = np.argwhere(occupied)
     away = cells - np.array(place)
@@ -25,14 +25,14 @@ def stepped(occupied: Occupied, place: Place, across: int, up: int) -> Place:
     for within in (aside <= ahead, ahead > 0):
         chosen = np.flatnonzero((ahead > 0) & within)
         if len(chosen):
-            # Straight on is preferred to a nearer cell beside the line.
+            # A cell straight ahead is preferred to a nearer cell beside the line.
             best = chosen[np.argmin(ahead[chosen] + 2 * aside[chosen])]
             return int(cells[best, 0]), int(cells[best, 1])
     return place
 
 
 def nearest(occupied: Occupied, place: Place) -> Place | None:
-    """Return the occupied cell that is nearest to a place; None where all are empty."""
+    """Return the occupied cell nearest to a cell; None if all cells are empty."""
     cells = np.argwhere(occupied)
     if not len(cells):
         return None

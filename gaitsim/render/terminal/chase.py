@@ -1,4 +1,4 @@
-"""A steered body in a terminal: the camera behind it, and the way it came from above."""
+"""A steered body in a terminal: a camera that follows the body, and a plan of its path."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,11 @@ from gaitsim.render.ticks import round_step
 VIEWS = {"behind": (180.0, 18.0), "side": (-90.0, 7.0), "above": (180.0, 89.0)}
 """Azimuth from the body's heading and elevation of the camera, degrees."""
 
-HELD = 0.6  # share of a picture's height at which the body is
-NEAREST, FARTHEST = 2.5, 6.0  # heights of a picture in lengths of the body
-ROOM = 1.25  # of a picture's part below the body, in its altitudes: the ground is seen
+HELD = 0.6  # height of the body in a picture, as a share
+NEAREST, FARTHEST = 2.5, 6.0  # height of a picture in body lengths
+ROOM = 1.25  # height of the part below the body, in its altitudes: keeps the ground in view
 WAY, BODY, SCALE = 1, 2, 3  # inks of a plan
-LEAST = 1.5  # lengths of the body that a plan shows at least on either side
+LEAST = 1.5  # minimum margin of a plan on every side, in body lengths
 
 
 def chase(
@@ -24,13 +24,13 @@ def chase(
     """Return a camera that keeps the ground below a body in the picture, up to some altitude.
 
     Args:
-        view: one of `VIEWS`.
-        turned: the heading that the camera has, to the left of x, radians.
-        place: of the body above the ground, (3,) m.
-        size: of the body, m.
-        zoom: 1 for the usual distance.
-        columns: of the picture.
-        rows: of the picture.
+        view: name of a view in `VIEWS`.
+        turned: heading that the camera follows, radians to the left of x.
+        place: position of the body above the ground, (3,) m.
+        size: length of the body, m.
+        zoom: magnification; 1 for the usual distance.
+        columns: width of the picture.
+        rows: height of the picture.
     """
     azimuth, elevation = VIEWS[view]
     right, up, ahead = axes(azimuth + float(np.degrees(turned)), elevation)
@@ -49,14 +49,14 @@ def chase(
 def plan(
     path: Points, turned: float, size: float, columns: int, rows: int
 ) -> tuple[NDArray[np.uint32], Inks]:
-    """Return a path from above, its start's heading upwards: characters and inks, (rows, columns).
+    """Draw a path from above, with the initial heading up: code points and inks, (rows, columns).
 
     Args:
-        path: (places, 3) m, the body's own place last.
-        turned: of the body's heading to the left since the start, radians.
-        size: of the body, m.
-        columns: of the picture.
-        rows: of the picture.
+        path: (places, 3) m, with the body's current position last.
+        turned: turn of the body to the left since the start, radians.
+        size: length of the body, m.
+        columns: width of the picture.
+        rows: height of the picture.
     """
     dots = empty(columns, rows)
     if not dots.size:

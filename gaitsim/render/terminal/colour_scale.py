@@ -1,4 +1,4 @@
-"""The colour scale of a heat map: which scores its levels are, and how they are drawn."""
+"""The colour scale of a heat map: the scores of its levels and the styles that draw them."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from gaitsim.render.archive_view import lowest
 
-AXIS, CURSOR, EMPTY = 1, 2, 3  # inks of axes and words, of the cursor on the axes, of no elite
-LEVELS = 13  # of the colour scale; with empty cells and the cursor, their pairs fit a byte
+AXIS, CURSOR, EMPTY = 1, 2, 3  # inks of axes and labels, of the cursor on the axes, of empty cells
+LEVELS = 13  # levels of the scale; the pairs of these, empty cells and the cursor fit a byte
 NONE, POINTED = 0, LEVELS + 1  # levels of an empty cell, and of the cell under the cursor
 KINDS = LEVELS + 2
 FIRST = 4
@@ -19,16 +19,16 @@ VIRIDIS = (
     "#440154", "#481f70", "#443983", "#3b528b", "#31688e", "#287c8e", "#21918c",
     "#20a486", "#35b779", "#5ec962", "#90d743", "#c8e020", "#fde725",
 )  # fmt: skip
-POINTER = "#ff2d95"  # a colour that viridis has not, on dark and on light
+POINTER = "#ff2d95"  # a colour absent from viridis, visible on dark and on light
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Which scores the colours mean, equal parts from `low` to `high`.
+    """A linear scale from scores to levels of colour.
 
     Attributes:
-        low: end of the scale.
-        high: end of the scale.
+        low: score at the low end of the scale.
+        high: score at the high end of the scale.
         extended: whether some scores are below `low`.
     """
 
@@ -38,7 +38,7 @@ class Scale:
 
     @classmethod
     def of(cls, scores: NDArray[np.float64]) -> "Scale":
-        """Return the scale of scores, NaN for none; a few very low ones have its lowest colour."""
+        """Return the scale for scores, NaN if missing; a few very low scores may be below it."""
         known = scores[np.isfinite(scores)]
         if not len(known):
             return cls(0.0, 1.0)
@@ -58,10 +58,10 @@ def ink_of(upper: int, lower: int) -> int:
 
 
 def styles(axis: str, empty: str, pointer: str = POINTER) -> list[str]:
-    """Return the style of each ink as 'colour on background', in the words of Rich.
+    """Return the style of each ink as 'colour on background', in Rich's syntax.
 
     Args:
-        axis: colour of axes and words.
+        axis: colour of axes and labels.
         empty: colour of empty cells.
         pointer: colour of the cursor.
     """

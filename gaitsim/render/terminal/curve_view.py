@@ -1,4 +1,4 @@
-"""The part of curves that is shown, and how: zoom, smoothing, logarithmic axes."""
+"""The view of curves: visible range, smoothing and logarithmic axes."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -12,11 +12,11 @@ from gaitsim.render.terminal.braille import Dots
 if TYPE_CHECKING:
     from gaitsim.study.compare_runs import ComparedRun
 
-# A few scores far below the others, as of a first generation, would press all others flat.
-OUTLIERS = 0.05
-PRESSED = 4.0  # heights of the others, from which on such scores are left out
-HUGE = 1e300  # the difference of two numbers up to this is finite
-WINDOWS = (1, 5, 25, 125)  # generations of which a smoothed curve shows the median
+# A few very low scores, such as those of a first generation, would flatten the rest of the curves.
+OUTLIERS = 0.05  # maximum share of points left out below the axis
+PRESSED = 4.0  # least depth of such points below the others, in heights of the others
+HUGE = 1e300  # limit of values, so that the difference of two is finite
+WINDOWS = (1, 5, 25, 125)  # widths of the median filter of smoothed curves, generations
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,13 +24,13 @@ class Series:
     """One curve.
 
     Attributes:
-        name: its name in the legend.
+        name: name in the legend.
         x: (points,), in ascending order.
-        y: (points,); there are gaps where it is not finite.
-        stages: indices of the points, in order, where a later stage begins. The line is broken
-            there, and smoothing does not look beyond: another stage may have another fitness.
-        apart: whether its values cannot be compared with those of the others. It is drawn faint,
-            each stage on a scale of its own.
+        y: (points,); values that are not finite leave gaps.
+        stages: ascending indices of the points at which the later stages begin. The line is
+            broken there, and each stage is smoothed separately, as its fitness may differ.
+        apart: whether the values cannot be compared with those of the other curves. The curve is
+            then drawn faint, each stage on its own scale.
     """
 
     name: str
@@ -41,12 +41,12 @@ class Series:
 
 
 def compared(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Series]:
-    """Return the curve of each run that has a generation, for terminals and figures alike.
+    """Return the curve of each run with at least one generation, for terminals and figures.
 
     Args:
-        runs: the runs.
-        quantity: one of `gaitsim.study.compare_runs.QUANTITIES`.
-        by: one of `gaitsim.study.compare_runs.AXES`.
+        runs: the runs to compare.
+        quantity: vertical axis, a name in `gaitsim.study.compare_runs.QUANTITIES`.
+        by: horizontal axis, a name in `gaitsim.study.compare_runs.AXES`.
     """
     return [
         Series(one.label, one.axis(by), one.history[quantity], one.begins)
@@ -57,13 +57,13 @@ def compared(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Seri
 
 @dataclass(frozen=True)
 class View:
-    """What of the curves is shown.
+    """The visible range of curves and the kind of their axes.
 
     Attributes:
-        left, right, bottom, top: the ends of the axes; None as far as the curves go.
-        smooth: odd number of neighbouring points of which the median is shown; 1 shows all points.
-        log_x, log_y: whether an axis is logarithmic, where its values are positive.
-        whole: whether the vertical axis holds even a few points that lie far below the others.
+        left, right, bottom, top: ends of the axes; None extends them to the ends of the curves.
+        smooth: width of the median filter, an odd number of points; 1 disables smoothing.
+        log_x, log_y: whether an axis is logarithmic, provided that its values are positive.
+        whole: whether the vertical axis includes the few points far below the others.
     """
 
     left: float | None = None
@@ -77,11 +77,11 @@ class View:
 
     @property
     def zoomed(self) -> bool:
-        """Whether an axis ends before the curves do."""
+        """Whether an end of an axis has been set."""
         return any(end is not None for end in (self.left, self.right, self.bottom, self.top))
 
     def reset(self) -> "View":
-        """Return the view of all, smoothed as before, on the same kinds of axes."""
+        """Return the view of the whole curves, with the same smoothing and kinds of axes."""
         return replace(self, left=None, right=None, bottom=None, top=None)
 
 
@@ -94,7 +94,7 @@ class Scale:
     log: bool = False
 
     def share(self, values: NDArray[Any] | float) -> NDArray[np.float64]:
-        """Return how far along the axis values are, 0 at its low end and 1 at its high one."""
+        """Return the position of values along the axis, from 0 at the low end to 1 at the high."""
         found = np.asarray(values, dtype=np.float64)
         found = np.where(np.isfinite(found), np.clip(found, -HUGE, HUGE), np.nan)
         low, high = self.low, self.high
@@ -105,28 +105,28 @@ class Scale:
         return (found - low) / (high - low)
 
     def value(self, share: float) -> float:
-        """Return the value so far along the axis."""
+        """Return the value at a share of the axis."""
         if self.log:
             return float(self.low * (self.high / self.low) ** share)
         return self.low + share * (self.high - self.low)
 
     def zoomed(self, factor: float, centre: float, whole: "Scale") -> "Scale | None":
-        """Return the axis stretched about a share of it; None where nothing of `whole` is cut."""
+        """Return the axis stretched about a share of it; None if all of `whole` is visible."""
         return self._within(centre - centre / factor, centre + (1 - centre) / factor, whole)
 
     def panned(self, share: float, whole: "Scale") -> "Scale | None":
-        """Return the axis moved by a share of itself, within `whole`; None as in `zoomed`."""
+        """Return the axis moved by a share of its length, within `whole`; None as in `zoomed`."""
         low, high = (float(whole.share(self.value(end))) for end in (0, 1))
         width = high - low
         low = min(max(low + share * width, 0.0), max(1 - width, 0.0))
         return whole._within(low, low + width, whole)
 
     def _within(self, low: float, high: float, whole: "Scale") -> "Scale | None":
-        """Return the part between two shares, where it is less than `whole`."""
+        """Return the part between two shares; None if this part contains `whole`."""
         ends = max(self.value(low), whole.low), min(self.value(high), whole.high)
         if ends[0] <= whole.low and ends[1] >= whole.high:
             return None
-        # Not so narrow that rounding shows.
+        # A narrower axis would show rounding errors.
         if not ends[1] - ends[0] > 1e-9 * max(map(abs, ends)):
             return self
         return Scale(*ends, self.log)
@@ -134,24 +134,24 @@ class Scale:
 
 @dataclass(frozen=True)
 class Frame:
-    """What the axes show, and whether points lie below."""
+    """The axes of a plot, and whether points lie below the vertical axis."""
 
     x: Scale
     y: Scale
     below: bool = False
 
     def dots(self, x: NDArray[Any], y: NDArray[Any] | None, picture: Dots) -> NDArray[np.float64]:
-        """Return where points are in a picture, (n, 2); without y spread over its height."""
+        """Return the dots of points, (n, 2); without y they are spread over the full height."""
         height, width = picture.shape
         down = np.linspace(0, 1, len(x)) if y is None else 1 - self.y.share(y)
         return np.stack([self.x.share(x) * (width - 1), down * (height - 1)], axis=1)
 
 
 def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
-    """Return the axes of a view; None where there is no point.
+    """Return the axes of a view; None if the curves have no finite point.
 
-    They hold all points, but for a few that lie far below where the view is not `whole`; the
-    vertical axis holds those that the horizontal one shows.
+    The vertical axis covers the points within the horizontal axis, except, unless the view is
+    `whole`, a few points far below the others.
     """
     found = [(one, at) for one in series if (at := np.isfinite(one.y)).any()]
     if not found:
@@ -173,7 +173,7 @@ def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
     low, below = (usual, True) if cut and view.bottom is None else (low, False)
     log_y = view.log_y and (low if view.bottom is None else view.bottom) > 0
     if top - low <= max(1e-9 * max(abs(top), abs(low)), 1e-300):
-        # A constant: in the middle of axes that have some height.
+        # Centre a constant curve on an axis of some height.
         half = 0.1 * abs(top) or 1.0
         low, top = low - half, top + half
     low = low if view.bottom is None else view.bottom
@@ -182,7 +182,7 @@ def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
 
 
 def smoothed(series: Series, window: int) -> Series:
-    """Return the medians of so many neighbouring points, stage by stage; gaps stay."""
+    """Return a series filtered by a median of `window` points, stage by stage; gaps remain."""
     if window <= 1:
         return series
     from scipy.ndimage import median_filter
@@ -196,7 +196,7 @@ def smoothed(series: Series, window: int) -> Series:
 
 
 def nearest(series: Series, x: float) -> int | None:
-    """Return the index of the point nearest to x; None where the series does not reach it."""
+    """Return the index of the point nearest to x; None if x is outside the series."""
     count = len(series.x)
     if not count or x < series.x[0] or x > series.x[-1]:
         return None

@@ -21,22 +21,22 @@ from gaitsim.render.terminal.braille import (
 from gaitsim.render.terminal.curve_view import Frame, Scale, Series, View, frame_of, smoothed
 from gaitsim.render.ticks import labels, log_ticks, ticks
 
-AXIS, CURSOR, FIRST = 1, 2, 3  # inks: axes, cursor, the last series; the first is highest
+AXIS, CURSOR, FIRST = 1, 2, 3  # inks of axes, cursor and last series; the first series is highest
 MOST_INKS = 250
-LEAST = 12, 4  # columns and rows that a plot takes at least
-LINED = 8  # rows from which the axis below has a line
-# Dots on and off along a line, by which series differ where there are no colours.
+LEAST = 12, 4  # minimum columns and rows of a plot
+LINED = 8  # minimum rows of a plot whose horizontal axis has a line
+# Dots on and off along a line, which distinguish series without colours.
 DASHES = ((1, 0), (5, 3), (2, 3), (9, 3), (1, 2), (6, 6))
-MARKERS = "●◆▲■▼◇○"  # on the lines, as more than a few dashes are hard to tell apart
-_PIECES = ("━", "╍", "┅", "━", "┉", "╺")  # of a line, as a legend shows them
-APART = 16  # columns from one marker of a line to the next, about
-FINER = 4  # groups of points in the width of a dot
+MARKERS = "●◆▲■▼◇○"  # on the lines, as more than a few dashes are hard to distinguish
+_PIECES = ("━", "╍", "┅", "━", "┉", "╺")  # samples of the dashes for legends
+APART = 16  # approximate columns between two markers of a line
+FINER = 4  # groups of points per dot, horizontally
 ALL = View()
 
 
 @dataclass(frozen=True)
 class Area:
-    """Where the curves are in a picture: first column and size in cells, axes, their numbers."""
+    """The area of the curves in a picture: first column, size in cells, axes and their numbers."""
 
     left: int
     columns: int
@@ -45,23 +45,23 @@ class Area:
     numbers: tuple[tuple[float, str], ...]
 
     def share(self, column: float) -> float:
-        """Return how far along the horizontal axis a column of the picture is, 0 to 1."""
+        """Return the position of a column along the horizontal axis, 0 to 1."""
         return min(max((column - self.left + 0.5) / max(self.columns, 1), 0.0), 1.0)
 
 
 def sample(index: int) -> str:
-    """Return a piece of the curve of an index, as legends show it: its line and marker."""
+    """Return a sample of a curve's line and marker, for legends."""
     piece = _PIECES[index % len(_PIECES)]
     return piece + MARKERS[index % len(MARKERS)] + piece
 
 
 def ink_of(index: int, count: int) -> int:
-    """Return the ink of one of so many series."""
+    """Return the ink of series `index` of `count`."""
     return FIRST + (count - 1 - index) % MOST_INKS
 
 
 def area_of(series: Sequence[Series], columns: int, rows: int, view: View = ALL) -> Area | None:
-    """Return where curves are drawn; None where there are no points, or there is no room."""
+    """Return the area of curves; None if there are no points or not enough space."""
     frame = frame_of(series, view)
     if frame is None or columns < LEAST[0] or rows < LEAST[1]:
         return None
@@ -83,16 +83,16 @@ def plot(
     view: View = ALL,
     cursor: float | None = None,
 ) -> tuple[NDArray[np.uint32], Inks]:
-    """Draw curves, the first over the others, as code points and inks, both (rows, columns).
+    """Draw curves, the first on top, as code points and inks, both (rows, columns).
 
     Args:
-        series: to draw.
-        columns: of the picture.
-        rows: of the picture, axes counted.
-        x_label: what the axis below shows, of characters one column wide.
-        marks: places on it where something begins, such as a stage.
-        view: what of the curves is shown.
-        cursor: a place on the axis below, with a line; None for none.
+        series: curves to draw.
+        columns: width of the picture.
+        rows: height of the picture, including the axes.
+        x_label: label of the horizontal axis, in characters one column wide.
+        marks: values on the horizontal axis with a vertical line, such as the start of a stage.
+        view: visible range and kind of axes.
+        cursor: value on the horizontal axis at which the cursor is; None for no cursor.
     """
     codes = np.full((rows, columns), SPACE, dtype=np.uint32)
     inks = np.zeros((rows, columns), dtype=np.uint8)
@@ -131,7 +131,7 @@ def plot(
 
 
 def seen(series: Sequence[Series], view: View) -> list[Series]:
-    """Return the points that a view shows, and one more at each side of them."""
+    """Return the points within a view, and one more on each side."""
     found = []
     for one in series:
         low = 0 if view.left is None else max(int(np.searchsorted(one.x, view.left)) - 1, 0)
@@ -142,7 +142,7 @@ def seen(series: Sequence[Series], view: View) -> list[Series]:
 
 
 def _points(series: Series, frame: Frame, dots: Dots) -> NDArray[np.float64]:
-    """Return where the points of a series are in a picture, (n, 2)."""
+    """Return the dots of the points of a series, (n, 2)."""
     if not series.apart:
         return frame.dots(series.x, series.y, dots)
     found = []
@@ -156,7 +156,7 @@ def _points(series: Series, frame: Frame, dots: Dots) -> NDArray[np.float64]:
 def _mark(
     codes: NDArray[np.uint32], inks: Inks, series: Series, frame: Frame, index: int, count: int
 ) -> None:
-    """Write markers of a series, none above those of another where there is room beside it."""
+    """Write the markers of a series, beside those of the other series if there is space."""
     rows, columns = codes.shape
     at = np.isfinite(series.y)
     x, y = frame.x.share(series.x[at]), frame.y.share(series.y[at])
@@ -181,7 +181,7 @@ def _ticks(scale: Scale, most: int, *, whole: bool = False) -> NDArray[np.float6
 
 @dataclass(frozen=True, eq=False)
 class _Paper:
-    """Where text is written beside the curves."""
+    """The cells of a picture, on which text is written."""
 
     codes: NDArray[np.uint32]
     inks: Inks
@@ -194,7 +194,7 @@ class _Paper:
 
 
 def _write_x(paper: _Paper, frame: Frame, dots: Dots, left: int, name: str) -> None:
-    """The axis below: its line where there is a row for it, numbers, and what it shows."""
+    """Write the horizontal axis: a line if there is a row for it, numbers and the label."""
     rows, columns = paper.codes.shape
     lined = rows >= LINED
     if lined:
@@ -221,10 +221,10 @@ def _draw(
     ink: int,
     dash: tuple[int, int],
 ) -> None:
-    """Draw a line through points (n, 2), with gaps where they are not finite or a stage begins."""
+    """Draw a line through points (n, 2), broken where a point is not finite or a stage begins."""
     whole = np.isfinite(points).all(axis=1)
     gaps = ~whole + np.bincount(np.array(stages, dtype=np.intp), minlength=len(points))
-    part, points = np.cumsum(gaps)[whole], points[whole]  # points of the same part are joined
+    part, points = np.cumsum(gaps)[whole], points[whole]  # a line joins the points of each part
     if not len(points):
         return
     joined = part[1:] == part[:-1]
@@ -235,16 +235,19 @@ def _draw(
 
 
 def thinned(series: Series, width: int) -> Series:
-    """Return the same to the eye in so many dots: of many points the lowest and the highest."""
+    """Return a series with fewer points that looks the same in a picture `width` dots wide.
+
+    Each group of neighbouring points is replaced by its lowest and its highest value.
+    """
     each = len(series.y) // max(FINER * width, 1)
     if each < 2:
         return series
     y = np.where(np.isfinite(series.y), series.y, np.nan)
-    # Groups begin anew with each stage, whose line is not joined to that before.
+    # No group extends over the border of a stage, where the line is broken.
     bounds = [0, *series.stages, len(y)]
     parts = [np.arange(a, b, each) for a, b in pairwise(bounds)]
     starts = np.concatenate(parts)
-    # fmin and fmax pass over gaps that are narrower than what is seen.
+    # fmin and fmax ignore gaps too narrow to be visible.
     y = np.stack([np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)], axis=1)
     stages = tuple(2 * np.cumsum([len(part) for part in parts])[:-1].tolist())
     return replace(series, x=np.repeat(series.x[starts], 2), y=y.ravel(), stages=stages)

@@ -1,4 +1,4 @@
-"""Why an individual scored, and which gait it is, as tables and sentences for a terminal."""
+"""Explanations of an individual's score and gait, as tables and sentences for a terminal."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -16,23 +16,23 @@ from gaitsim.gait.twin import Transferred
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number
 
-TIMES = 4  # columns of the terms over time
-DIGITS = {"Froude number": 4, "unsupported": 1, "joint travel": 1}  # else 3
+TIMES = 4  # columns in the table of terms over time
+DIGITS = {"Froude number": 4, "unsupported": 1, "joint travel": 1}  # decimals; 3 by default
 _MOVED = 1e-9  # relative tolerance between the recorded and the replayed score
 
 
 @dataclass(frozen=True)
 class Passage:
-    """A part of an explanation: a table with what is said above and below it.
+    """A part of an explanation: a table with texts above and below it.
 
     Attributes:
-        title: a heading; '' for none.
-        failure: why the motion fails; '' where it does not.
-        warning: what to know about the table.
+        title: heading; '' for none.
+        failure: reason why the motion fails; '' if it succeeds.
+        warning: warning about the values in the table; '' for none.
         columns: heads of the table; () for none.
-        rows: its cells.
-        numbers: the columns of numbers.
-        notes: sentences below it.
+        rows: cells of the table, row by row.
+        numbers: heads of the columns that hold numbers.
+        notes: sentences below the table.
     """
 
     title: str = ""
@@ -72,7 +72,7 @@ def travel_and_stability(gait: GaitAnalysis) -> Passage:
 
 
 def on_physics(individual: Individual, twin: Individual) -> Passage:
-    """Return what a gait is on the physical twin of its body, beside what it is on the body.
+    """Compare a gait on the kinematic body with the same gait on the body's physical twin.
 
     Raises:
         PluginError: a body cannot be drawn or measured.
@@ -82,7 +82,7 @@ def on_physics(individual: Individual, twin: Individual) -> Passage:
 
 
 def in_two_engines(individual: Individual, other: Individual) -> Passage:
-    """Return a gait in another physics engine, beside its own.
+    """Compare a gait in its own physics engine with the same gait in another engine.
 
     Raises:
         PluginError: a body cannot be drawn or measured.
@@ -99,7 +99,7 @@ def _beside(
         (one.name, _of_both(one, one.own), _of_both(one, one.other), one.unit) for one in found
     )
     notes = tuple(
-        f"It keeps {100 * one.other / one.own:.0f} % of the way forward."
+        f"It keeps {100 * one.other / one.own:.0f} % of the forward distance."
         for one in found
         if one.name == "forward" and one.own > 0
     )
@@ -118,7 +118,7 @@ def _of_both(one: Transferred, value: float) -> str:
 
 
 def or_dash(value: float | None, digits: int) -> str:
-    """Return a number, or a dash for none that is finite."""
+    """Return a number as text, or a dash if it is missing or not finite."""
     return "–" if value is None or not math.isfinite(value) else number(value, digits)
 
 
@@ -144,9 +144,9 @@ def _over_time(individual: Individual) -> Passage:
     chosen = np.unique(np.linspace(0, len(found.seconds) - 1, TIMES + 1).astype(int)[1:])
     heads = tuple(f"{found.seconds[index]:.1f} s" for index in chosen)
     rows = tuple((name, *map(number, values[chosen])) for name, values in found.terms.items())
-    notes = () if found.timed else ("The fitness reads nothing over time: terms are of the whole "
-                                    "motion.",)  # fmt: skip
-    return Passage(title, failure, warning, ("term, had it ended at", *heads), rows, heads, notes)
+    notes = () if found.timed else ("The fitness reads no channel over time, so the terms are for "
+                                    "the whole motion.",)  # fmt: skip
+    return Passage(title, failure, warning, ("term, if it ended at", *heads), rows, heads, notes)
 
 
 def _over_generations(

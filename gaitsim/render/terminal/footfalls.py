@@ -1,4 +1,4 @@
-"""The footfall diagram around a frame (Hildebrand 1965): a row a foot, a bar while it stands."""
+"""The footfall diagram around a frame (Hildebrand 1965): a row per foot, with bars for stance."""
 
 from collections.abc import Sequence
 
@@ -9,14 +9,14 @@ from gaitsim.render.terminal.body import SIDES
 from gaitsim.render.terminal.braille import SPACE, Inks
 from gaitsim.render.ticks import labels, ticks
 
-QUIET, CURSOR, FIRST = 1, 2, 3  # inks: of swing, of the moment, and of the side of a bar
+QUIET, CURSOR, FIRST = 1, 2, 3  # inks of swing, of the current frame, and of the first side
 TIME = FIRST + SIDES
-WINDOW = 4.0  # seconds shown, about: some strides of most bodies
-WIDEST = 6  # halves of a cell that a frame takes at most, where there is room
+WINDOW = 4.0  # approximate seconds shown: a few strides of most bodies
+WIDEST = 6  # maximum width of a frame, in half cells
 SWING = "·"
-_HALVES = " ▌▐█"  # on the ground in neither half of a cell, the first, the second, both
-_STACKED = " ▀▄█"  # neither foot of a row, the upper, the lower, both
-_NAME = 8  # characters of a foot's name, at most
+_HALVES = " ▌▐█"  # halves of a cell with ground contact: neither, first, second, both
+_STACKED = " ▀▄█"  # feet of a shared row with ground contact: neither, upper, lower, both
+_NAME = 8  # maximum characters of a foot's name
 
 
 def strip(
@@ -28,20 +28,20 @@ def strip(
     columns: int,
     rows: int,
 ) -> tuple[NDArray[np.uint32], Inks]:
-    """The diagram: characters as code points, and their inks, both (rows, columns).
+    """Draw the diagram, as code points and their inks, both (rows, columns).
 
-    It stands still where all of the motion has room, and else moves under the moment, which
-    stays in the middle. Feet for which there are too few rows share a row, two in each. A row more
-    than there are feet shows the time in seconds.
+    If the whole motion fits, the diagram is static. Otherwise it scrolls and keeps the current
+    frame in the middle. If there are fewer rows than feet, two feet share a row. If there are more
+    rows than feet, the row below the feet shows the time in seconds.
 
     Args:
-        touching: (frames, feet).
-        names: of the feet, as far as they have any; of characters one column wide.
-        sides: of the feet, as `gaitsim.render.colours.sides` gives them.
-        frame: the moment.
-        frame_rate: Hz.
-        columns: of the picture.
-        rows: of the picture.
+        touching: whether each foot touches the ground, (frames, feet).
+        names: names of the feet that have one, in characters one column wide.
+        sides: sides of the feet, as returned by `gaitsim.render.colours.sides`.
+        frame: index of the current frame.
+        frame_rate: frames per second, Hz.
+        columns: width of the picture.
+        rows: height of the picture.
     """
     frames, feet = touching.shape
     codes = np.full((rows, columns), SPACE, dtype=np.uint32)
@@ -61,7 +61,7 @@ def strip(
     count = -(-frames // each)
     at = frame // each
     start = max(0, min(at - steps // 2, count - steps))
-    start -= 0 if stacked else start % 2  # cell by cell: half as much to send
+    start -= 0 if stacked else start % 2  # scrolling by whole cells sends half as much
     shown = _shares(touching, each)[start : start + steps] >= 0.5
     if stacked:
         shown = shown[:, : 2 * rows]
@@ -93,7 +93,7 @@ def strip(
 def _write_time(
     codes: NDArray[np.uint32], inks: Inks, gutter: int, first: float, rate: float
 ) -> None:
-    """Write seconds below the diagram, whose columns are 1 / `rate` seconds each."""
+    """Write seconds below the diagram, in which each column is 1 / `rate` seconds."""
     columns = len(codes)
     last = first + (columns - gutter) / rate
     at = ticks(first, last, max((columns - gutter) // 10, 2))
@@ -106,7 +106,7 @@ def _write_time(
 
 
 def _shares(touching: NDArray[np.bool_], each: int) -> NDArray[np.float64]:
-    """How much of every `each` frames the feet are on the ground, (steps, feet)."""
+    """Return the share of each `each` frames with ground contact, (steps, feet)."""
     if each == 1:
         return touching.astype(np.float64)
     starts = np.arange(0, len(touching), each)
@@ -117,7 +117,7 @@ def _shares(touching: NDArray[np.bool_], each: int) -> NDArray[np.float64]:
 
 
 def _pairs(shown: NDArray[np.bool_], signs: str) -> NDArray[np.uint32]:
-    """A sign for each two rows of (n, m): (n / 2, m), the last row filled up."""
+    """Return a sign for each two rows of (n, m), as (n / 2, m), padding an odd last row."""
     if len(shown) % 2:
         shown = np.concatenate([shown, np.zeros_like(shown[:1])])
     which = shown[::2] + 2 * shown[1::2].astype(np.intp)

@@ -1,4 +1,4 @@
-"""A heat map of an archive's panel in characters: half blocks in colours, or shades of grey."""
+"""A heat map of an archive's panel, in coloured half blocks or shades of grey."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,26 +30,27 @@ from gaitsim.render.terminal.text import number, visible
 Codes = NDArray[np.uint32]
 SHADES = "·░▒▓█"  # an empty cell, and the levels of a scale without colours
 _POINTED_SHADE = "◆"
-_MOST_BAR = 3  # columns of a level in the colour scale
+_MOST_BAR = 3  # maximum columns per level in the colour scale
 
 
 class HeatMap:
-    """An archive along one axis or two as a map of so many characters.
+    """A map of an archive along one or two axes.
 
-    A cell of the map has the colour of its best elite.
+    The colour of a cell is that of its best elite.
 
     Args:
         view: the archive.
-        names: of the axes, one or two.
-        words: what stands at the axes and at the colours: the names with units, and the score.
-        columns: of the picture.
-        rows: of the picture.
-        shaded: whether it has shades of grey in place of colours.
+        names: names of the axes, one or two.
+        words: labels of the axes and of the score, with units, by name.
+        columns: width of the picture.
+        rows: height of the picture.
+        shaded: whether to use shades of grey instead of colours.
 
     Attributes:
-        numbers: the member in each cell, (across, up); `archive_view.EMPTY` in empty cells.
-        borders: of the cells along each axis, (cells + 1,).
-        scale: of the colours.
+        numbers: number of the member in each cell, (across, up); `archive_view.EMPTY` in empty
+            cells.
+        borders: borders of the cells along each axis, (cells + 1,) each.
+        scale: the colour scale.
     """
 
     def __init__(
@@ -75,27 +76,27 @@ class HeatMap:
         self.scale = Scale.of(self._scores)
         self._across = dots_of(self._scores.shape[0], wide)
         up = dots_of(self._scores.shape[1], high)
-        # Whole characters, so that the axis below touches the cells.
+        # The cells fill whole characters, so that they touch the axis below.
         self._up = up + (-up[-1]) % area.high
 
     @property
     def fits(self) -> bool:
-        """Whether there is room for a map."""
+        """Whether the picture has enough space for a map."""
         return self._area.fits
 
     @property
     def occupied(self) -> Occupied:
-        """Which cells have an elite, (across, up)."""
+        """Whether each cell has an elite, (across, up)."""
         return np.not_equal(self.numbers, archive_view.EMPTY)
 
     def place_of(self, number: int) -> Place:
-        """Return the cell of a member: one that shows it, else the one that it is in."""
+        """Return a cell that shows a member, or else the cell that contains it."""
         values = [float(self._view.members.values[name][number - 1]) for name in self._axes_shown]
         place = self.cell_of(*values)
         return nearest(self.numbers == number, place) or place
 
     def cell_of(self, *values: float) -> Place:
-        """Return the cell of a value along each axis; beyond the ends, the first or the last."""
+        """Return the cell at a value along each axis, clipped to the ends of the axes."""
         i, j, *_ = (
             *(
                 int(np.searchsorted(borders[1:-1], value, side="right"))
@@ -106,7 +107,7 @@ class HeatMap:
         return i, j
 
     def middle_of(self, place: Place) -> tuple[float, ...]:
-        """Return the value along each axis in the middle of a cell."""
+        """Return the value along each axis at the middle of a cell."""
         return tuple(
             float(borders[at] + borders[at + 1]) / 2
             for borders, at in zip(self.borders, place, strict=False)
@@ -117,7 +118,7 @@ class HeatMap:
         return int(self._up[-1]) // self._area.high
 
     def cell_at(self, column: int, row: int) -> Place | None:
-        """Return the cell at a character of the picture; None where there is none."""
+        """Return the cell at a character of the picture; None outside the cells."""
         area = self._area
         across, up = column - area.left, (1 + self._height - row) * area.high - 1
         if not (0 <= across < self._across[-1] and self._up[0] <= up < self._up[-1]):
@@ -132,8 +133,8 @@ class HeatMap:
         """Draw the map, its axes and the scale, as code points and inks, both (rows, columns).
 
         Args:
-            cursor: the cell that is marked, on the axes too.
-            marks: a character of one column on each of these cells.
+            cursor: cell at the cursor, which is marked on the axes as well.
+            marks: character, one column wide, to write on each of some cells.
         """
         area = self._area
         codes = np.full((area.rows, area.columns), SPACE, dtype=np.uint32)
@@ -167,7 +168,7 @@ class HeatMap:
         return codes, inks
 
     def _middle(self, i: int, j: int) -> tuple[int, int]:
-        """Return the row and the column of the picture in which the middle of a cell is."""
+        """Return the row and the column of the middle of a cell."""
         across = (self._across[i] + self._across[i + 1] - 1) // 2
         up = (self._up[j] + self._up[j + 1] - 1) // 2
         return self._height - int(up) // self._area.high, self._area.left + int(across)
@@ -199,7 +200,7 @@ class HeatMap:
         paper.write(bottom + 2, max(right - len(name), 0), name)
 
     def _legend(self, paper: "_Paper") -> None:
-        """Write the colours and the scores at their ends."""
+        """Write the colour scale with the scores at its ends."""
         area, scale = self._area, self.scale
         count = len(SHADES) - 1 if area.shaded else LEVELS
         low = ("≤" if scale.extended else "") + number(scale.low, 2)
@@ -217,7 +218,7 @@ class HeatMap:
             else:
                 paper.write(row, column, "█" * each, ink_of(level, level))
             column += each
-        # A space would take the background of the colour before it.
+        # A plain space would join the text before it and take its background colour.
         paper.write(row, column, f"\N{NO-BREAK SPACE}{high}")
 
 
@@ -240,7 +241,7 @@ def _narrow(text: str) -> str:
 
 
 def _blocks(dots: NDArray[np.intp]) -> tuple[Codes, Inks]:
-    """Return half blocks, and the inks of both halves, of dots (2 × rows, columns)."""
+    """Return half blocks and the inks of both halves, for dots (2 × rows, columns)."""
     upper, lower = dots[::2], dots[1::2]
     alike = [(upper == NONE) & (lower == NONE), upper == lower, upper == NONE]
     codes = np.select(alike, [ord(SHADES[0]), ord("█"), ord("▄")], ord("▀"))

@@ -1,4 +1,4 @@
-"""What became of a gait in unseen worlds, as tables and sentences for a terminal."""
+"""Results of a gait in unseen worlds, as tables and sentences for a terminal."""
 
 import math
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from gaitsim.render.terminal.text import number
 
 
 def judged(found: Judgement) -> Iterator[Passage]:
-    """Yield the distribution of the results over worlds, and which conditions hurt."""
+    """Yield the distribution of the results over worlds, and the conditions that hurt."""
     shares = {"best": 1.0, "upper quartile": 0.75, "median": 0.5, "lower quartile": 0.25}
     results = {
         "nominal world": found.nominal.result,
@@ -72,7 +72,7 @@ def _hurting(found: Judgement) -> Passage:
 
 
 def in_one_line(found: Judgement) -> str:
-    """Return it in one line, such as 'In 100 unseen worlds: median 1.92 m, …'."""
+    """Return a summary on one line, such as 'In 100 unseen worlds: median 1.92 m, …'."""
     unit = f" {found.unit}".rstrip()
     hurts = f"; {spaced(found.effects[0].condition)} hurts most" if found.effects else ""
     worlds = f"{len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}"
@@ -83,19 +83,19 @@ def in_one_line(found: Judgement) -> str:
 
 
 def strongest(found: Judgement) -> str:
-    """Return the condition that hurts most and where, such as 'friction below 0.6'; or a dash."""
+    """Return the condition that hurts most and its range, as 'friction below 0.6', or a dash."""
     if not found.effects:
         return "–"
     return f"{found.effects[0].condition} {where(found.effects[0], found)}"
 
 
 def falls(found: Judgement) -> str:
-    """Return in how many worlds it falls, such as '3 falls'."""
+    """Return the number of worlds in which the body falls, such as '3 falls'."""
     return {0: "no falls", 1: "1 fall"}.get(found.falls, f"{found.falls:,} falls")
 
 
 def where(effect: Effect, found: Judgement) -> str:
-    """Return where a condition hurts, such as 'below −1° or above 1°'."""
+    """Return the range in which a condition hurts, such as 'below −1° or above 1°'."""
     least, most = found.ranges[effect.condition]
     unit = found.units[effect.condition]
     words = []
@@ -115,12 +115,12 @@ def quantity(value: float, unit: str) -> str:
 
 
 def spaced(condition: str) -> str:
-    """Return the name of a condition as prose has it, such as 'side slope'."""
+    """Return the name of a condition with spaces, such as 'side slope'."""
     return condition.replace("_", " ")
 
 
 def percent(share: float) -> str:
-    """Return a share in per cent; a dash for none."""
+    """Format a share in per cent, or as a dash if it is not finite."""
     return f"{number(100 * share, 0)} %" if math.isfinite(share) else "–"
 
 

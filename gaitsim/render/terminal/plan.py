@@ -1,4 +1,4 @@
-"""A plan of a body's legs: the body from above, heading up, in braille dots."""
+"""A plan of a body's legs in braille dots: the body from above, heading up."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton
 from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, Points, cells, draw_lines, empty
 
-# Inks, the higher over the lower.
+# Inks; a higher one covers a lower one.
 TRUNK, LOST, LEG, DAMAGED = 1, 2, 3, 4
-CHOSEN = 4  # added to the ink of a label whose leg is chosen
-DOTTED = 1, 2  # dots drawn and left out of a lost leg
+CHOSEN = 4  # added to the ink of the chosen leg's label
+DOTTED = 1, 2  # dots drawn and left out in the lines of a lost leg
 SIGNS = {LOST: "✗", DAMAGED: "!"}
 HEAD = "▲"
-BESIDE = 3  # signs beside the name in a label: the state's, and brackets of the chosen leg
+BESIDE = 3  # characters in a label besides the name: the state's sign, and two brackets
 ROOM = 1  # cells between a foot and its label
 
 
@@ -24,11 +24,11 @@ class Plan:
     """The legs of a body in one pose, from above.
 
     Attributes:
-        segments: both ends, forward and to the left, (segments, 2, 2) m.
-        owners: the leg of each segment by its number, −1 for the trunk, (segments,).
-        names: of the segments.
-        feet: (legs, 2) m.
-        legs: the joints of each leg by its name, in the order of `feet`.
+        segments: both ends of each segment, forward and to the left, (segments, 2, 2) m.
+        owners: index of the leg of each segment, −1 for the trunk, (segments,).
+        names: names of the segments.
+        feet: positions of the feet, (legs, 2) m.
+        legs: joints of each leg, by its name, in the order of `feet`.
     """
 
     segments: Points
@@ -41,8 +41,8 @@ class Plan:
 def plan_of(skeleton: Skeleton, legs: Mapping[str, tuple[str, ...]]) -> Plan:
     """Return the plan of a body in the first frame of a skeleton.
 
-    A segment belongs to the leg that begins its name; a foot is the contact of the leg's name,
-    or else the end of the leg's last segment.
+    A segment belongs to the leg whose name begins the segment's name. A foot is the contact named
+    after the leg, or else the end of the leg's last segment.
     """
     segments = skeleton.segments[0, :, :, :2].astype(np.float64)
     owners = np.full(len(segments), -1, dtype=np.intp)
@@ -60,15 +60,15 @@ def plan_of(skeleton: Skeleton, legs: Mapping[str, tuple[str, ...]]) -> Plan:
 def draw_plan(
     plan: Plan, lost: Collection[str], damaged: Collection[str], chosen: str, size: tuple[int, int]
 ) -> tuple[NDArray[np.uint32], Inks]:
-    """Return the plan as code points and their inks, both (rows, columns).
+    """Draw the plan, as code points and their inks, both (rows, columns).
 
     Args:
-        plan: the body.
-        lost: names of lost legs, which are dotted.
-        damaged: names of damaged joints. Where no segment has the name of a joint, its whole leg
-            is drawn as damaged.
-        chosen: the leg whose label is in brackets and another ink.
-        size: columns and rows.
+        plan: the legs of the body.
+        lost: names of lost legs, drawn as dotted lines.
+        damaged: names of damaged joints. If no segment is named after a joint, its whole leg is
+            drawn as damaged.
+        chosen: the leg whose label has brackets and a different ink.
+        size: columns and rows of the picture.
     """
     columns, rows = size
     dots = empty(columns, rows)
@@ -100,7 +100,7 @@ def draw_plan(
 
 
 def leg_at(plan: Plan, column: int, row: int, size: tuple[int, int]) -> str:
-    """Return the leg whose segments or label are nearest to a cell."""
+    """Return the leg whose segment or label is nearest to a cell of the picture."""
     middles = plan.segments[plan.owners >= 0].mean(axis=1)
     known = np.concatenate([placed(plan, middles, size), _labels(plan, size)])
     owners = np.concatenate([plan.owners[plan.owners >= 0], np.arange(len(plan.feet))])
@@ -109,7 +109,7 @@ def leg_at(plan: Plan, column: int, row: int, size: tuple[int, int]) -> str:
 
 
 def beside(plan: Plan, leg: str, forward: int, left: int) -> str:
-    """Return the nearest leg in a direction, or the same leg where there is none."""
+    """Return the nearest leg in a direction, or the same leg if no leg lies in that direction."""
     names = list(plan.legs)
     towards = np.array([forward, left])
     away = plan.feet - plan.feet[names.index(leg)]
@@ -120,13 +120,13 @@ def beside(plan: Plan, leg: str, forward: int, left: int) -> str:
 
 
 def placed(plan: Plan, points: Points, size: tuple[int, int]) -> Points:
-    """Return the column and row of points (…, 2), the heading up, with room for labels."""
+    """Return the columns and rows of points, (…, 2), with the heading up and space for labels."""
     columns, rows = size
     every = np.concatenate([plan.segments.reshape(-1, 2), plan.feet])
     low, high = every.min(axis=0), every.max(axis=0)
     tall, wide = np.maximum(high - low, 1e-9)
     margin = max(map(len, plan.legs), default=0) + BESIDE + ROOM
-    # Rows are as high as two columns are wide.
+    # A row is as high as two columns are wide.
     scale = max(min((columns - 2 * margin) / wide, 2 * (rows - 1) / tall), 1e-9)
     ahead, left = np.moveaxis(points - (low + high) / 2, -1, 0)
     return np.stack([(columns - 1) / 2 - left * scale, (rows - 1) / 2 - ahead * scale / 2], -1)
@@ -141,7 +141,7 @@ def _front(plan: Plan) -> Points:
 
 
 def _labels(plan: Plan, size: tuple[int, int]) -> NDArray[np.intp]:
-    """Return the cells at which the labels begin, on the right, or end, on the left."""
+    """Return the cells where labels on the right begin and labels on the left end, (legs, 2)."""
     at = np.rint(placed(plan, plan.feet, size)).astype(np.intp)
     at[:, 0] += np.where(plan.feet[:, 1] > 0, -ROOM + 1, ROOM)
     columns, rows = size

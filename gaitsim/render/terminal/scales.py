@@ -1,4 +1,4 @@
-"""What a picture of a body is read by: a scale bar, an altitude axis, the heading."""
+"""Annotations on a picture of a body: a scale bar, an altitude axis and the heading."""
 
 from functools import lru_cache
 
@@ -13,12 +13,12 @@ from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import HIGH, SPACE, WIDE, Inks, cells, empty
 from gaitsim.render.ticks import labels, round_step
 
-LEAST = 24, 6  # columns and rows of a picture from which it has them
-BAR = 6  # columns of a scale bar, at least
-LEAST_BAR = 1e-5  # metres; no body is as small
-APART = 3  # rows between two ticks of altitude, at least
-STEEP = 0.9  # sine of the camera's elevation from which on altitude cannot be seen
-ARROWS = "↑↖←↙↓↘→↗"  # as seen from above, the starting heading upwards
+LEAST = 24, 6  # minimum columns and rows of a picture with annotations
+BAR = 6  # minimum columns of a scale bar
+LEAST_BAR = 1e-5  # metres; every body is larger
+APART = 3  # minimum rows between two ticks of altitude
+STEEP = 0.9  # sine of the camera's elevation above which altitude is not visible
+ARROWS = "↑↖←↙↓↘→↗"  # headings seen from above, with the initial heading up
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
 
 Codes = NDArray[np.uint32]
@@ -27,16 +27,16 @@ Codes = NDArray[np.uint32]
 def annotate(
     codes: Codes, inks: Inks, ink: int, eye: Camera, clip: Clip, pose: Pose, turned: float | None
 ) -> None:
-    """Write the scale, the heading and, of a body that flies, its altitude onto a picture.
+    """Write the scale, the heading and a flying body's altitude onto a picture.
 
     Args:
-        codes: the picture's characters, (rows, columns), changed.
-        inks: their inks, changed.
-        ink: of what is written.
+        codes: characters of the picture, (rows, columns), modified in place.
+        inks: inks of the picture, (rows, columns), modified in place.
+        ink: ink of the annotations.
         eye: the camera, in dots.
-        clip: the body.
-        pose: the body at the moment.
-        turned: its turn to the left since the start, radians; None without a heading.
+        clip: the body in motion.
+        pose: current pose of the body.
+        turned: turn to the left since the start, radians; None for a body without a heading.
     """
     rows, columns = codes.shape
     if columns < LEAST[0] or rows < LEAST[1]:
@@ -63,7 +63,7 @@ def annotate(
 
 
 def yaw(turned: float) -> str:
-    """Return a turn to the left, radians, in words: 'yaw ↖ 40°'."""
+    """Format a turn to the left, radians, such as 'yaw ↖ 40°'."""
     arrow = ARROWS[round(turned / (np.pi / 4)) % len(ARROWS)]
     return f"yaw {arrow} {np.degrees(turned):z.0f}°".replace("-", "−")
 
@@ -75,15 +75,15 @@ def headings(skeleton: Skeleton) -> Floats | None:
 
 
 def length(metres: float) -> str:
-    """Return a round length in the largest unit in which it is 1 or more: '20 cm'."""
+    """Format a round length in the largest unit in which it is 1 or more, such as '20 cm'."""
     size, unit = next((one for one in UNITS if metres >= one[0] * 0.999), UNITS[-1])
     return f"{metres / size:g} {unit}"
 
 
 def _bar(eye: Camera, widest: int) -> list[int]:
-    """Return a bar of a round length at the camera's target, and that length.
+    """Return a bar of a round length at the camera's target, followed by that length.
 
-    There is none for a body without extent, which is drawn as if it had one.
+    The result is empty for a body without extent, whose scale has no meaning.
     """
     if BAR * WIDE / eye.scale < LEAST_BAR:
         return []
@@ -98,14 +98,14 @@ def _bar(eye: Camera, widest: int) -> list[int]:
 
 
 def _altitudes(eye: Camera, clip: Clip, pose: Pose, rows: int) -> list[tuple[int, str]]:
-    """Return rows and words of an axis of altitude, where the body is; a mark at its own."""
+    """Return the rows and texts of an axis of altitude at the body, which a mark shows."""
     place, height = pose.middle, int(2 * eye.centre[1]) + 1
     scale = float(eye.scale_at(eye.project(place)[1])) * max(float(eye.up[2]), 0.1)
     step = round_step(APART * HIGH / scale)
     own = float(place[2]) + clip.floor
     count = int(rows * HIGH / scale / step) + 1
     at = (np.arange(-count, count + 1) + round(own / step)) * step
-    at = at[at >= clip.floor - step / 2]  # there is nothing below the drawn ground
+    at = at[at >= clip.floor - step / 2]  # no ticks below the ground
     points = np.tile(place, (len(at) + 1, 1))
     points[1:, 2] = at - clip.floor
     mark, *below = ((height - 1 - eye.project(points)[0][:, 1]) // HIGH).astype(int).tolist()

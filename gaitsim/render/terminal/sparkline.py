@@ -1,4 +1,4 @@
-"""A curve in one line of block characters."""
+"""Sparklines: curves in one line of block characters."""
 
 from collections.abc import Sequence
 
@@ -11,8 +11,8 @@ BLOCKS = "▁▂▃▄▅▆▇█"
 def sparkline(values: Sequence[float] | NDArray[np.float64], width: int) -> str:
     """Return a curve in at most `width` characters, with gaps where a value is not finite.
 
-    Of neighbours that share a character the last counts, so that the newest value is always
-    shown. A flat curve is drawn at the bottom.
+    A character that covers several values shows the last of them, so that the newest value is
+    always visible. A flat curve is drawn at the bottom.
     """
     curve = np.asarray(values, dtype=np.float64)
     if width <= 0 or not len(curve):
@@ -22,7 +22,7 @@ def sparkline(values: Sequence[float] | NDArray[np.float64], width: int) -> str:
     finite = np.isfinite(curve)
     if not finite.any():
         return " " * len(curve)
-    # Half of each, so that the widest range of finite values is finite, too.
+    # Halving keeps the difference of any two finite values finite.
     heights = np.where(finite, curve, curve[finite][0]) / 2
     heights -= heights.min()
     top = heights.max()

@@ -1,9 +1,9 @@
-"""Text for terminals: numbers, and what plugins, files and users wrote, made safe to print."""
+"""Text for terminals: numbers, and texts of plugins, files and users made safe to print."""
 
 import unicodedata
 
 STEERING = ("Cc", "Cf", "Cs")
-"""The categories of control and format characters, and of lone surrogates."""
+"""The Unicode categories of control characters, format characters and lone surrogates."""
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -12,9 +12,7 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def visible(text: str) -> str:
-    """Return a text on one line whose control characters, which could steer the terminal, are
-    escaped.
-    """
+    """Return a text on one line, with the characters that could control the terminal escaped."""
     if text.isprintable():
         return text
     return "".join(
@@ -23,11 +21,11 @@ def visible(text: str) -> str:
 
 
 def _escape(char: str) -> str:
-    if "\x80" <= char <= "\x9f":  # TOML, whose texts may hold these, does not know \\x85
+    if "\x80" <= char <= "\x9f":  # TOML allows these characters, but not escapes such as \\x85
         return f"\\u{ord(char):04x}"
     return char.encode("unicode_escape").decode()
 
 
 def visible_lines(text: str) -> str:
-    """Return the same for a text of several lines, which stay."""
+    """Return a text with control characters escaped, as in `visible`, except line breaks."""
     return "\n".join(map(visible, text.split("\n")))

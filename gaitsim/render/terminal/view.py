@@ -1,4 +1,4 @@
-"""From where a body is looked at, and how large it is drawn."""
+"""The direction and the size in which a body is drawn."""
 
 from dataclasses import dataclass, replace
 
@@ -9,7 +9,7 @@ from gaitsim.render.scene.clip import Clip, Pose
 
 FILLED = 0.88, 0.80  # shares of a picture's width and height that a body fills
 CLOSEST, FARTHEST = 16.0, 1 / 16
-SMALLEST = 1e-6  # metres: a body that is a point is drawn as if it were so large
+SMALLEST = 1e-6  # metres: least size assumed for a body, which may be a point
 
 NAMED = {**{name: VIEWS[name] for name in ("iso", "side", "top")}, "front": (0.0, 12.0)}
 
@@ -19,10 +19,10 @@ class Viewpoint:
     """A camera's direction and zoom.
 
     Attributes:
-        azimuth: of the camera as seen from the body, degrees; at −90 it stands on its right.
-        elevation: of the camera, degrees, 0 to 90.
-        zoom: 1 shows the whole body, or without `follow` its whole way.
-        follow: whether the camera goes with the body.
+        azimuth: direction of the camera as seen from the body, degrees; −90 is the body's right.
+        elevation: elevation of the camera, 0 to 90 degrees.
+        zoom: magnification; 1 shows the whole body, or without `follow` its whole path.
+        follow: whether the camera follows the body.
     """
 
     azimuth: float = VIEWS["iso"][0]
@@ -32,12 +32,12 @@ class Viewpoint:
 
     @property
     def name(self) -> str:
-        """Of the named view that it is, or ''."""
+        """The name of this direction in `NAMED`, or ''."""
         here = (self.azimuth, self.elevation)
         return next((name for name, angles in NAMED.items() if angles == here), "")
 
     def turned(self, azimuth: float, elevation: float) -> "Viewpoint":
-        """Turned by so many degrees; it never goes below the ground."""
+        """Return the view turned by angles in degrees, never below the ground."""
         return replace(
             self,
             azimuth=(self.azimuth + azimuth + 180) % 360 - 180,
@@ -45,29 +45,29 @@ class Viewpoint:
         )
 
     def zoomed(self, factor: float) -> "Viewpoint":
-        """Nearer by a factor, within limits."""
+        """Return the view magnified by a factor, within limits."""
         return replace(self, zoom=min(max(self.zoom * factor, FARTHEST), CLOSEST))
 
     def following(self, follow: bool) -> "Viewpoint":
-        """With a camera that goes with the body, or shows its whole way."""
+        """Return the view with a camera that follows the body or shows its whole path."""
         return replace(self, follow=follow, zoom=1.0)
 
     def named(self, name: str) -> "Viewpoint":
-        """In the direction of one of `NAMED`."""
+        """Return the view from a direction in `NAMED`."""
         azimuth, elevation = NAMED[name]
         return replace(self, azimuth=azimuth, elevation=elevation)
 
     def next(self) -> "Viewpoint":
-        """In the direction of the next of `NAMED`; of the first where it is in none."""
+        """Return the view from the next direction in `NAMED`, or the first from an unnamed one."""
         names = list(NAMED)
         return self.named(names[(names.index(self.name) + 1) % len(names) if self.name else 0])
 
 
 def camera(view: Viewpoint, clip: Clip, pose: Pose, width: int, height: int) -> Camera:
-    """The camera of a picture of so many dots, y upwards from its lower edge."""
+    """Return the camera of a picture of `width` × `height` dots, with y up from its lower edge."""
     right, up, ahead = axes(view.azimuth, view.elevation)
     if view.follow:
-        # As wide from every side, so that a body does not grow and shrink as it is turned.
+        # Equally wide from all sides: the size stays constant while the camera turns.
         wide, tall, middle = all_round(clip.box, up)
         target, reach = pose.aim + middle, wide / 2
     else:
@@ -87,7 +87,7 @@ def camera(view: Viewpoint, clip: Clip, pose: Pose, width: int, height: int) -> 
 
 
 def _way(clip: Clip) -> Points:
-    """Corners of a box around all the places where a body comes to, (8, 3) m."""
+    """Return the corners of a box around a body's whole motion, (8, 3) m."""
     low = clip.path.min(axis=0) + clip.box.min(axis=0)
     high = clip.path.max(axis=0) + clip.box.max(axis=0)
     return np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
