@@ -216,7 +216,7 @@ def test_only_the_score_is_missing_where_only_the_fitness_is(
 def test_nobody_could_verify_a_code_of_a_function(tmp_path: Path) -> None:
     search = swung(tmp_path / "run", generations=2)
     evolved(search)
-    with pytest.raises(gs.GaitsimError, match="nobody could verify"):
+    with pytest.raises(gs.GaitsimError, match="cannot be verified"):
         search.run.share()
     with pytest.raises(gs.GaitsimError, match="another process"):
         search.run.detach(9)

@@ -365,7 +365,7 @@ def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):
         (lambda *_: Skeleton(np.full((2, 1, 2, 3), np.nan), ("a",), 1.0), "cannot be drawn"),
         (lambda *_: Skeleton(np.zeros((0, 1, 2, 3)), ("a",), 1.0), "cannot be drawn"),
         (lambda *_: Skeleton(np.zeros((2, 0, 2, 3)), (), 1.0), "cannot be drawn"),
-        (lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), 0.0), "0.0 frames a second"),
+        (lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), 0.0), "frame rate of the body is 0.0"),
         (lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), np.inf), "inf frames a second"),
         (lambda *_: None, "gave a NoneType"),
         (lambda *_: 1 / 0, "drawing the champion: ZeroDivisionError"),

@@ -1,4 +1,4 @@
-"""Render bodies in three dimensions: a still of one, or pictures of one or several."""
+"""Render one or several bodies in three dimensions."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -15,22 +15,22 @@ from gaitsim.render.scene.themes import THEMES, Theme
 __all__ = ["THEMES", "VIEWS", "Clip", "Picture", "Scene", "draw"]
 
 Picture = NDArray[np.uint8]
-"""(height, width, 4): red, green, blue, opacity, the top row first."""
+"""(height, width, 4): red, green, blue and opacity, from the top row down."""
 
 Stamp = tuple[tuple[slice, slice], NDArray[np.uint16], NDArray[np.uint16]]
-"""The place of an overlay in each picture, its colours times opacity, and its transparency."""
+"""An overlay: its place in each picture, its colours times opacity, and its transparency."""
 
 
 class Scene:
-    """A body, or several that race in lanes on one ground, from one viewpoint.
+    """One body, or several that race in lanes on one ground, from one viewpoint.
 
     Args:
-        clips: what to show.
+        clips: clips to show.
         size: width and height, pixels.
-        view: one of `VIEWS`.
-        theme: one of `THEMES`.
-        heading: the first and the second line; None takes those of a single clip.
-        leader: the clip that stays in sight where they are too far apart to show all.
+        view: name of a view in `VIEWS`.
+        theme: name of a theme in `THEMES`.
+        heading: first and second line of text; None takes those of a single clip.
+        leader: index of the clip that stays visible when the bodies are too far apart to show all.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Scene:
 
         race = Race(clips, leader)
         self.heading = heading or (clips[0].title, clips[0].details)
-        # Independent of the user's settings of matplotlib.
+        # Ignore the user's Matplotlib settings.
         with style.context({}, after_reset=True):
             self._build(race, size, view, THEMES[theme])
         self.seconds = race.seconds
@@ -76,7 +76,7 @@ class Scene:
         self._background = self._renderer.copy_from_bbox(figure.bbox)
 
     def _stamps(self) -> Iterator[Stamp]:
-        """Remove the texts that never change, which take 1 to 3 ms each to draw."""
+        """Yield the texts that never change as overlays, which saves 1 to 3 ms for each text."""
         figure, height = self._canvas.figure, self._canvas.get_width_height()[1]
         figure.patch.set_alpha(0)
         labels = self.world.labels
@@ -97,12 +97,12 @@ class Scene:
         """Return the picture at a moment.
 
         Args:
-            seconds: since the clips began; one that has ended keeps its last pose.
+            seconds: time since the clips began; a clip that has ended keeps its last pose.
             turned: angle of the camera around the bodies, degrees.
         """
         self.world.show(seconds, turned)
         self._renderer.restore_region(self._background)
-        # In order, as the figure would draw them.
+        # In the order in which the figure would draw them.
         for artist in sorted(self._artists, key=lambda artist: artist.zorder):
             artist.draw(self._renderer)
         picture = np.array(self._renderer.buffer_rgba())
@@ -122,15 +122,15 @@ def draw(
     title: str = "",
     details: str = "",
 ) -> Picture:
-    """Return a still of one body, such as for a page of documentation.
+    """Return a still of one body, for example for documentation.
 
     Args:
-        skeleton: its motion.
-        seconds: at which moment of it.
+        skeleton: motion of the body.
+        seconds: time since the motion began.
         size: width and height, pixels.
-        view: one of `VIEWS`.
-        theme: one of `THEMES`.
-        title: a first line in it.
-        details: a second one.
+        view: name of a view in `VIEWS`.
+        theme: name of a theme in `THEMES`.
+        title: first line of text.
+        details: second line of text.
     """
     return Scene([Clip(skeleton, title, details)], size, view, theme).draw(seconds)

@@ -1,4 +1,4 @@
-"""The scale of altitude beside a flying body, which moves as the body climbs."""
+"""The altitude scale beside a flying body, which moves as the body climbs."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -13,20 +13,20 @@ from gaitsim.render.scene.themes import Theme
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-APART = 70.0  # pixels between numbers, at least
-PARTS = 5  # between two numbers
+APART = 70.0  # minimum pixels between numbers
+PARTS = 5  # divisions between two numbers
 
 
 class AltitudeScale:
     """A ruler at the right edge of the picture, at the scale of the bodies.
 
     Args:
-        figure: to draw in.
+        figure: figure to draw in.
         size: width and height of the picture, pixels.
-        theme: its colours.
-        colours: of the pointers, one for each body.
-        scale: pixels a metre of altitude.
-        unit: see `unit_of`.
+        theme: colours of the picture.
+        colours: colour of each body's pointer.
+        scale: pixels per metre of altitude.
+        unit: size of the picture, see `unit_of`.
     """
 
     def __init__(
@@ -60,9 +60,9 @@ class AltitudeScale:
         """Move the ruler.
 
         Args:
-            altitudes: of the bodies, m.
-            altitude: the one that is at a height in the picture, m.
-            at: that height, pixels.
+            altitudes: altitudes of the bodies, m.
+            altitude: altitude shown at the height `at` in the picture, m.
+            at: height in the picture, pixels.
         """
         at = float(np.clip(at, self._low, self._high))
         fine = self._step / PARTS

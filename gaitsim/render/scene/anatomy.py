@@ -1,4 +1,4 @@
-"""Derive how to draw a skeleton: limbs of some thickness, plates and solids."""
+"""Derive the drawn shape of a skeleton: limbs with a thickness, plates and solids."""
 
 from dataclasses import dataclass
 
@@ -9,30 +9,30 @@ from gaitsim.contracts import Skeleton
 from gaitsim.render.colours import among
 from gaitsim.render.scene.shapes import hull_faces
 
-THICKNESS = 0.13  # a limb's radius, in lengths of the middle segment
-SLENDER = 0.022  # and at most, in spans of the body
-FREE, TRUNK = 0.6, 2.2  # of that radius: a free end, and what limbs are hinged on
-_SAME = 1e-6  # spans: ends of segments that are nearer to each other are one joint
+THICKNESS = 0.13  # radius of a limb, relative to the median length of segments
+SLENDER = 0.022  # maximum radius of a limb, relative to the span of the body
+FREE, TRUNK = 0.6, 2.2  # radii of a free end and of a trunk, relative to that of a limb
+_SAME = 1e-6  # distance of segment ends that are one joint, relative to the span
 
 Face = tuple[int, ...]
-"""Ends of segments, as indices into (segments × 2), in order."""
+"""Corners in order: ends of segments, as indices into (segments × 2)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Anatomy:
-    """How to draw a skeleton, derived from its segments and the names of damaged ones.
+    """The drawn shape of a skeleton.
 
     Attributes:
         limbs: indices of the segments that are limbs, (limbs,).
-        radii: of both ends of each limb, (limbs, 2) m.
-        trunks: which of them carry other limbs, (limbs,).
-        damaged: which of them are, (limbs,).
+        radii: radii of both ends of each limb, (limbs, 2) m.
+        trunks: whether each limb is a trunk, which carries other limbs, (limbs,).
+        damaged: whether each limb is damaged, (limbs,).
         plates: corners of closed loops, such as a body's outline or a wing.
-        plate_radii: half of each plate's thickness, m.
-        solids: faces, counter-clockwise from outside, of the bodies that segments frame, such
-            as a cuboid.
-        thickness: a limb's usual radius, m.
-        span: of the body, m.
+        plate_radii: half the thickness of each plate, m.
+        solids: faces of the solids framed by segments, such as a cuboid, counter-clockwise from
+            outside.
+        thickness: usual radius of a limb, m.
+        span: largest extent of the body, m.
     """
 
     limbs: NDArray[np.intp]
@@ -49,9 +49,9 @@ class Anatomy:
 def anatomy(skeleton: Skeleton) -> Anatomy:
     """Derive the anatomy of a skeleton.
 
-    Segments that close on themselves frame a plate or a solid. The others are limbs: thick
-    where they join others or the body, thin at a free end. A segment that joins nothing at
-    its ends and touches nothing, such as a spine, is a trunk.
+    Segments that form closed loops frame a plate or a solid. All others are limbs: thick at
+    joints, thin at free ends. A segment whose ends are neither joints nor feet, such as a spine,
+    is a trunk.
     """
     segments = skeleton.segments.astype(np.float64)
     lengths = np.median(np.linalg.norm(segments[:, :, 1] - segments[:, :, 0], axis=-1), axis=0)
@@ -87,7 +87,7 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
 
 
 def _joints(segments: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]:
-    """Number the ends of segments, (segments, 2); ends that stay together share a number."""
+    """Number the ends of segments, (segments, 2); ends that move together share a number."""
     some = segments[[0, len(segments) // 2, -1]].reshape(3, -1, 3)
     numbers = np.arange(some.shape[1])
     for end in range(some.shape[1]):
@@ -115,7 +115,7 @@ def _frames(joints: NDArray[np.intp]) -> list[list[int]]:
 
 
 def _loop(frame: list[int], joints: NDArray[np.intp]) -> Face:
-    """Return the corners of a simple loop in order, or () where segments branch."""
+    """Return the corners of a simple loop in order; () if segments branch."""
     if len(frame) < 3 or len(np.unique(joints[frame])) != len(frame):
         return ()
     rest = list(frame)
@@ -132,7 +132,7 @@ def _loop(frame: list[int], joints: NDArray[np.intp]) -> Face:
 
 
 def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
-    """Return the faces of the convex hull of a group's ends; () where it has no volume."""
+    """Return the faces of the convex hull of a group's ends; () if it has no volume."""
     own = np.array([2 * segment + end for segment in frame for end in (0, 1)])
     return tuple(tuple(own[corners].tolist()) for corners in hull_faces(ends[own]))
 
@@ -140,7 +140,7 @@ def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
 def _shares(
     skeleton: Skeleton, joints: NDArray[np.intp], ends: NDArray[np.float64], span: float
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the thickness of each end of a segment, (segments, 2), and which are trunks."""
+    """Return the relative radii of segment ends, (segments, 2), and which segments are trunks."""
     shared = np.bincount(joints.ravel(), minlength=joints.size)[joints] > 1
     shares = np.where(shared, 1.0, FREE)
     if skeleton.contacts is None:

@@ -1,4 +1,4 @@
-"""Draw a body as filled outlines, the farthest first."""
+"""Draw a body as filled outlines, from back to front."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
@@ -12,16 +12,16 @@ from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.shapes import capsules, hull
 from gaitsim.render.scene.themes import Colour, mixed
 
-FOG = 0.3  # how much the far side of a body takes of the background
+FOG = 0.3  # share of the background's colour on the far side of a body
 EDGE = 1.1  # width of an outline
-LIGHT = np.array([0.3, -0.5, 0.81])  # to where the light is
+LIGHT = np.array([0.3, -0.5, 0.81])  # direction to the light
 
 
 Fog = Callable[[float | Points], NDArray[np.float64]]
 
 
 class Part(NamedTuple):
-    """A filled outline: its corners (corners, 2), colours, and the width of its edge, pixels."""
+    """A filled outline: corners (corners, 2), colours, and the width of its edge, pixels."""
 
     outline: Points
     face: Colour
@@ -32,14 +32,14 @@ class Part(NamedTuple):
 def body(
     camera: Camera, segments: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> list[Part]:
-    """Return limbs, plates and solids, the farthest first.
+    """Return limbs, plates and solids, from back to front.
 
     Args:
-        camera: of the picture.
+        camera: camera of the picture.
         segments: (segments, 2, 3) m.
-        anatomy: how they are to be drawn.
-        colours: of the theme, by their names there.
-        line: pixels of a line of width 1.
+        anatomy: drawn shape of the body.
+        colours: colours by their names in the theme.
+        line: width of a line of width 1, pixels.
     """
     middle = float(camera.project(segments.mean(axis=(0, 1)))[1])
     fog = partial(_fog, middle, anatomy.span)
@@ -56,9 +56,9 @@ def shadow(camera: Camera, flat: Points, anatomy: Anatomy) -> list[Points]:
     """Return the outlines of a body's shadow under light from above.
 
     Args:
-        camera: of the picture.
-        flat: the body's segments on the ground, (segments, 2, 3) m.
-        anatomy: how the body is drawn.
+        camera: camera of the picture.
+        flat: segments of the body, projected onto the ground, (segments, 2, 3) m.
+        anatomy: drawn shape of the body.
     """
     ends = flat.reshape(-1, 3)
     outlines = list(_capsules(camera, flat[anatomy.limbs], anatomy.radii)[0])
@@ -77,7 +77,7 @@ def _limbs(
     line: float,
     fog: Fog,
 ) -> Iterator[tuple[float, list[Part]]]:
-    """Draw limbs as round bars with a light upper side."""
+    """Draw limbs as round bars with a lit upper side."""
     sides, depth = _capsules(camera, segments, anatomy.radii)
     lights, _ = _capsules(camera, segments, anatomy.radii, 0.42, 0.36)
     share, trunk, hurt = fog(depth), anatomy.trunks[:, None], anatomy.damaged[:, None]
@@ -93,7 +93,7 @@ def _limbs(
             ("limb_edge", "limb_edge", "limb_edge"),
         )
     )
-    # Limbs begin inside a trunk, on its middle line: it is drawn over them.
+    # Limbs begin on the middle line of a trunk, so the trunk is drawn over them.
     depth = depth - anatomy.span * anatomy.trunks
     for i in range(len(segments)):
         yield (
@@ -145,7 +145,7 @@ def _solids(
     line: float,
     fog: Fog,
 ) -> Iterator[tuple[float, list[Part]]]:
-    """Draw the faces towards the camera, the lighter the more they face the light."""
+    """Draw the faces that face the camera, shaded by their angle to the light."""
     for faces in anatomy.solids:
         parts = []
         depths = []
@@ -172,7 +172,7 @@ def _solids(
 def _capsules(
     camera: Camera, segments: Points, radii: Points, share: float = 1.0, lift: float = 0.0
 ) -> tuple[Points, Points]:
-    """Project limbs, thinner and moved towards the light by shares of their radii."""
+    """Project limbs, with radii reduced to a share and raised by `lift` radii in the picture."""
     ends, depth = camera.project(segments)
     pixels = radii * camera.scale_at(depth)
     along = ends[:, 1] - ends[:, 0]
@@ -184,12 +184,12 @@ def _capsules(
 
 
 def _fog(middle: float, span: float, depth: float | Points) -> NDArray[np.float64]:
-    """Return the share of background colour at a depth, of a body whose middle is at another."""
+    """Return the share of background colour at a depth; `middle` is the depth of the body."""
     return np.asarray(FOG * np.clip((depth - middle) / span + 0.5, 0.0, 1.0))
 
 
 def _normal(corners: Points) -> Points:
-    """Return the unit normal of a polygon (corners, 3); corners may be collinear."""
+    """Return the unit normal of a polygon (corners, 3), of which some corners may be collinear."""
     after = np.roll(corners, -1, axis=0)
     normal = np.cross(corners - corners[0], after - corners[0]).sum(axis=0)
     return np.asarray(normal / max(float(np.linalg.norm(normal)), 1e-12))

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 Points = NDArray[np.float64]
 
-# Azimuth and elevation of the camera as seen from the body, degrees: at −90° it stands on the
-# body's right, so that forward is to the right of the picture.
+# Azimuth and elevation of the camera as seen from the body, degrees. At −90° the camera is on the
+# body's right, so forward points to the right of the picture.
 VIEWS = {"iso": (-58.0, 27.0), "side": (-90.0, 7.0), "top": (-90.0, 90.0), "orbit": (-58.0, 27.0)}
-DISTANCE = 7.0  # from the target, in reaches of the body: near enough to show depth
-NEAR = 0.15  # of that distance: what is nearer is not drawn
+DISTANCE = 7.0  # distance from the target, in reaches of the body: near enough to show depth
+NEAR = 0.15  # share of that distance within which nothing is drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,11 +19,11 @@ class Camera:
     """A camera that looks at a target.
 
     Attributes:
-        target: what it looks at, (3,) m; shown at `centre`.
-        right, up, ahead: its axes, unit vectors (3,).
-        distance: from the target, m.
-        scale: of the picture at the target, pixels a metre.
-        centre: of the picture, (2,) pixels from the lower left corner.
+        target: point at the centre of the picture, (3,) m.
+        right, up, ahead: axes of the camera, unit vectors (3,).
+        distance: distance from the target, m.
+        scale: scale of the picture at the target, pixels per metre.
+        centre: centre of the picture, (2,) pixels from the lower left corner.
     """
 
     target: Points
@@ -35,7 +35,7 @@ class Camera:
     centre: Points
 
     def project(self, points: Points) -> tuple[Points, Points]:
-        """Project points (…, 3) to pixels (…, 2) and depths (…), m; clamp those that are near."""
+        """Project points (…, 3) to pixels (…, 2) and depths (…), m; near depths are clamped."""
         seen = points - self.target
         depth = np.maximum(seen @ self.ahead + self.distance, NEAR * self.distance)
         flat = np.stack([seen @ self.right, seen @ self.up], axis=-1)
@@ -46,12 +46,12 @@ class Camera:
         return self.scale * self.distance / depth
 
     def in_front(self, depth: Points) -> NDArray[np.bool_]:
-        """Return which depths are not clamped."""
+        """Return whether each depth is far enough to be drawn, and hence not clamped."""
         return depth > NEAR * self.distance * 1.001
 
 
 def axes(azimuth: float, elevation: float) -> tuple[Points, Points, Points]:
-    """Return right, up and ahead of a camera at these angles from its target, degrees."""
+    """Return the right, up and ahead axes of a camera at these angles from its target, degrees."""
     a, e = np.radians([azimuth, elevation])
     ahead = -np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -61,17 +61,17 @@ def axes(azimuth: float, elevation: float) -> tuple[Points, Points, Points]:
 def fitting(
     box: Points, angles: tuple[float, float], width: float, height: float, view: str
 ) -> tuple[float, Points]:
-    """Return the scale at which a body fills its share of a picture, and its middle.
+    """Return the scale at which a body fills its part of a picture, and the body's middle.
 
     Args:
-        box: the body's points about its path, (points, 3) m.
+        box: points of the body relative to its path, (points, 3) m.
         angles: azimuth and elevation of the camera, degrees.
-        width: of the part of the picture that it may fill, pixels.
-        height: of that part.
-        view: one of `VIEWS`.
+        width: width of the part of the picture to fill, pixels.
+        height: height of that part, pixels.
+        view: name of a view in `VIEWS`.
 
     Returns:
-        Pixels a metre, and the middle of what is seen about the path, (3,) m.
+        Pixels per metre, and the middle of the visible body relative to its path, (3,) m.
     """
     right, up, _ = axes(*angles)
     if view == "orbit":
@@ -93,13 +93,13 @@ def all_round(box: Points, up: Points) -> tuple[float, float, Points]:
 
 
 def steadied(path: Points, frame_rate: float, seconds: float = 0.2) -> Points:
-    """Smooth a path (frames, 3) by a Gaussian in time, for the camera to follow."""
+    """Smooth a path (frames, 3) with a Gaussian in time, for the camera to follow."""
     sigma = seconds * frame_rate
     half = min(int(3 * sigma), len(path) - 1)
     if half < 1:
         return path
     weights = np.exp(-0.5 * (np.arange(-half, half + 1) / sigma) ** 2)
     weights /= weights.sum()
-    # Mirrored at its ends so that a steady walk stays one.
+    # The ends are mirrored, so that a steady walk remains steady.
     padded = np.pad(path, ((half, half), (0, 0)), mode="reflect", reflect_type="odd")
     return np.stack([np.convolve(axis, weights, mode="valid") for axis in padded.T], axis=1)

@@ -4,7 +4,7 @@ import numpy as np
 
 from gaitsim.render.scene.clip import Clip, Pose
 
-SMALL = 0.25  # metres: a body that walks centimetres
+SMALL = 0.25  # metres; distances of smaller bodies are in centimetres
 
 
 def step(metres: float) -> str:
@@ -16,12 +16,12 @@ def step(metres: float) -> str:
 
 
 def time(seconds: float) -> str:
-    """Format a moment."""
+    """Format a time."""
     return f"{seconds:.2f} s"
 
 
 def moment(clip: Clip, pose: Pose, seconds: float) -> str:
-    """Format time, distance and, of a flying body, altitude, at constant width; '' of a still."""
+    """Format time, distance and a flying body's altitude, at constant width; '' for a still."""
     if not clip.seconds:
         return ""
     away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
@@ -29,14 +29,14 @@ def moment(clip: Clip, pose: Pose, seconds: float) -> str:
 
 
 def longest_moment(clip: Clip) -> str:
-    """Return a text about as wide as the widest of `moment`."""
+    """Return a text about as wide as the widest text of `moment`."""
     away = float(np.hypot(*(clip.path - clip.path[0])[:, :2].T).max())
     altitude = clip.path[:, 2] + clip.floor
     return _moment(clip, clip.seconds, away, float(altitude[np.abs(altitude).argmax()]))
 
 
 def progress(clip: Clip, pose: Pose, seconds: float) -> str:
-    """Format how far a body of several is, and when its motion ended."""
+    """Format the distance or altitude of one of several bodies, and when its motion ended."""
     away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
     altitude = float(pose.middle[2]) + clip.floor
     said = f"altitude {length(clip, altitude)}" if clip.flies else f"distance {length(clip, away)}"
@@ -45,7 +45,7 @@ def progress(clip: Clip, pose: Pose, seconds: float) -> str:
 
 def length(clip: Clip, metres: float) -> str:
     """Format a length at the scale of a body."""
-    # Digits are of one width, so nothing jumps as long as the unit stays.
+    # All digits have the same width, so a constant unit keeps the text from jumping.
     small = clip.anatomy.span < SMALL
     return (f"{100 * metres:.1f} cm" if small else f"{metres:.2f} m").replace("-", "−")
 

@@ -1,4 +1,4 @@
-"""One body over time as a scene shows it: poses between frames, and the aim of the camera."""
+"""One body in motion for a scene: poses between frames, and the aim of the camera."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,21 +13,21 @@ from gaitsim.render.scene.anatomy import Anatomy, anatomy
 from gaitsim.render.scene.camera import Points, steadied
 from gaitsim.render.scene.solids import Surfaces, between_poses
 
-FOOT, SOLE = 1.55, 2.2  # radius of a foot's mark, in those of limbs and of solid feet
+FOOT, SOLE = 1.55, 2.2  # radius of a foot's mark, relative to limbs and to solid feet
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A body at one moment, above the floor.
+    """A body at one moment, relative to the floor.
 
     Attributes:
         segments: (segments, 2, 3) m.
         solids: position, m, and quaternion of each solid, (solids, 7).
-        contacts: (contacts, 3) m, none where the body has none.
-        touching: which of them do, (contacts,).
-        middle: where the body is, (3,) m.
-        aim: where the camera looks but for the framing, (3,) m.
-        trail: where it has been, its own place last, (points, 3) m.
+        contacts: positions of the contacts, (contacts, 3) m; empty for a body without contacts.
+        touching: whether each contact touches the ground, (contacts,).
+        middle: position of the body, (3,) m.
+        aim: aim of the camera, before framing, (3,) m.
+        trail: path up to the current position, (points, 3) m.
     """
 
     segments: Points
@@ -44,13 +44,13 @@ class Clip:
     """A skeleton to show, with its captions.
 
     Attributes:
-        skeleton: whose numbers are finite.
-        title: the first line.
-        details: the second.
-        tag: a word beside the body, where there are others.
-        lane: how far it is moved to the left, m.
-        depth: height of the drawn ground, m; None for its own.
-        named: whether the names of its feet are written beside them.
+        skeleton: skeleton with finite numbers.
+        title: first line of text.
+        details: second line of text.
+        tag: word beside the body, to distinguish several.
+        lane: displacement to the left, m.
+        depth: height of the drawn ground, m; None derives it from the skeleton.
+        named: whether to write the names of the feet beside them.
 
     Raises:
         GaitsimError: the skeleton cannot be drawn.
@@ -70,37 +70,37 @@ class Clip:
             raise GaitsimError(
                 f"the body has nothing to draw: {segments.shape[0]} frames of "
                 f"{segments.shape[1]} segments",
-                allowed="a skeleton of one frame and one segment or more",
+                allowed="a skeleton with at least one frame and one segment",
             )
         places = (segments, self.skeleton.path, contacts, self.skeleton.poses)
         if not all(np.isfinite(one).all() for one in places if one is not None):
             raise GaitsimError(
-                "the body's skeleton holds numbers that are not finite",
-                remedy="tell the author of the body; another generation may be drawn",
+                "the body's skeleton contains numbers that are not finite",
+                remedy="choose another generation, or report it to the author of the body",
             )
         if not 0 < self.skeleton.frame_rate < np.inf:
             raise GaitsimError(
-                f"the body moves at {self.skeleton.frame_rate} frames a second", allowed="above 0"
+                f"the frame rate of the body is {self.skeleton.frame_rate} Hz", allowed="above 0"
             )
 
     @property
     def flies(self) -> bool:
-        """Whether it has no feet."""
+        """Whether the body has no feet."""
         return self.skeleton.contacts is None
 
     @cached_property
     def anatomy(self) -> Anatomy:
-        """How to draw it."""
+        """The drawn shape of the skeleton."""
         return anatomy(self.skeleton)
 
     @cached_property
     def surfaces(self) -> Surfaces:
-        """The surfaces of its solids."""
+        """The surfaces of the skeleton's solids."""
         return Surfaces(self.skeleton.solids)
 
     @cached_property
     def carriers(self) -> list[int]:
-        """The solid that each contact is on, of a body that has solids."""
+        """The index of the solid nearest to each contact; empty for a body without solids."""
         if not self.skeleton.solids:
             return []
         pose = self.at(0)
@@ -116,18 +116,18 @@ class Clip:
         return max(FOOT * self.anatomy.thickness, SOLE * float(np.median(thin)) if thin else 0.0)
 
     def points(self, pose: Pose) -> Points:
-        """Return the points that span it in a pose, (points, 3) m."""
+        """Return the points that span the body in a pose, (points, 3) m."""
         ends = pose.segments.reshape(-1, 3)
         return np.concatenate([ends, self.surfaces.placed(pose.solids)])
 
     @property
     def planar(self) -> bool:
-        """Whether it moves in a vertical plane along x, so that it is a line from above."""
+        """Whether the body moves in a vertical plane along x and is a line from above."""
         return float(np.ptp(self.box[:, 1])) < 1e-6 * self.anatomy.span
 
     @cached_property
     def path(self) -> Points:
-        """Its path in its lane above the floor, (frames, 3) m."""
+        """The path of the body in its lane, relative to the floor, (frames, 3) m."""
         return np.asarray(self.skeleton.path, dtype=np.float64) + self._shift
 
     @cached_property
@@ -137,7 +137,7 @@ class Clip:
 
     @cached_property
     def floor(self) -> float:
-        """Height of the drawn ground, m: below a flying body, whose zero is its start."""
+        """Height of the drawn ground, m; a flying body, which starts at 0, may fall below 0."""
         if self.depth is not None:
             return self.depth
         return min(0.0, float(self.skeleton.segments[..., 2].min())) if self.flies else 0.0
@@ -162,7 +162,7 @@ class Clip:
 
     @cached_property
     def box(self) -> Points:
-        """Its points about its path at up to 100 moments, (points, 3) m."""
+        """The body's points relative to its path, at up to 100 moments, (points, 3) m."""
         every = np.unique(np.linspace(0, len(self.path) - 1, 100).astype(int))
         poses = [self.at(frame / self.skeleton.frame_rate) for frame in every.tolist()]
         return np.concatenate([self.points(pose) - pose.aim for pose in poses])
@@ -176,9 +176,9 @@ class Clip:
         return steadied(self.path, self.skeleton.frame_rate)
 
     def at(self, seconds: float) -> Pose:
-        """Return the pose at a time, interpolated between frames; after the end, the last one."""
+        """Return the pose at a time, interpolated between frames; the last pose after the end."""
         place = min(max(seconds, 0.0) * self.skeleton.frame_rate, len(self.path) - 1.0)
-        # Snap to a frame that differs only by rounding.
+        # Remove rounding errors in the number of a frame.
         place = round(place) if abs(place - round(place)) < 1e-6 else place
         before = int(place)
         share = place - before
@@ -203,7 +203,7 @@ class Clip:
         )
 
     def _solids(self, before: int, share: float) -> Points:
-        """Return the poses of the solids a share of the way from a frame to the next."""
+        """Return the poses of the solids, interpolated between a frame and the next."""
         if self.skeleton.poses is None:
             return np.empty((0, 7))
         poses = np.asarray(self.skeleton.poses[before : before + 2], dtype=np.float64)

@@ -1,4 +1,4 @@
-"""The ground: a grid that fades with distance and gets coarser with altitude."""
+"""The ground: a grid that fades with distance and becomes coarser with altitude."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,21 +6,21 @@ from numpy.typing import NDArray
 from gaitsim.render.scene.camera import Camera, Points
 
 SHADES = 8  # steps in which lines fade
-PIECES = 20  # of a line
-SPARSE, DENSE = 420.0, 34.0  # pixels between lines that are drawn in full, and not at all
-MOST = 80  # lines in each direction
-_LADDER = (1.0, 5.0)  # times powers of ten, metres: each step is a multiple of the one before
+PIECES = 20  # pieces of a line
+SPARSE, DENSE = 420.0, 34.0  # pixels between lines of full strength, and of none
+MOST = 80  # maximum number of lines in each direction
+_LADDER = (1.0, 5.0)  # times powers of ten, metres: each step is a multiple of the previous one
 
 
 def steps(spacing: float) -> list[float]:
-    """Return four distances between lines, from the finest that is not below `spacing`."""
+    """Return four distances between lines, starting with the smallest of at least `spacing`."""
     power = int(np.floor(np.log10(spacing))) - 1
     every = [factor * 10.0**p for p in range(power, power + 6) for factor in _LADDER]
     return [step for step in every if step >= spacing * 0.999][:4]
 
 
 def fine_step(scale: float, unit: float) -> float:
-    """Return the distance between the finest lines that are visible at a scale, metres."""
+    """Return the distance between the finest lines visible at a scale, metres."""
     return steps(1.5 * DENSE * unit / scale)[0]
 
 
@@ -30,16 +30,14 @@ def grid(
     """Return the pieces of the grid's lines around the aim of the camera.
 
     Args:
-        camera: of the picture.
-        span: of the body, m.
-        reach: how far the ground is drawn, pixels at its distance.
-        unit: pixels of the picture that a pixel at 720 lines would be.
-        corners: where along x and along y lines need ends, as the ground has corners there,
-            (corners,) m each.
+        camera: camera of the picture.
+        span: largest extent of the body, m.
+        reach: radius of the drawn ground, pixels at its distance.
+        unit: size of the picture, see `unit_of`.
+        corners: x and y of the corners of the ground, where lines must bend, (corners,) m each.
 
     Returns:
-        Both ends of each piece, at z = 0, (pieces, 2, 3) m, and how strong it is, 0 to 1,
-        (pieces,).
+        Both ends of each piece, at z = 0, (pieces, 2, 3) m, and its strength, 0 to 1, (pieces,).
     """
     middle = _aim(camera, span)
     _, depth = camera.project(middle)
@@ -52,7 +50,7 @@ def grid(
         lines = int(min(radius / step, MOST))
         for axis in (0, 1):
             across = (np.round(middle[axis] / step) + np.arange(-lines, lines + 1)) * step
-            if coarser:  # those lines are drawn once, and stronger
+            if coarser:  # leave out the lines that the coarser grid draws
                 across = across[np.abs(across / coarser - np.round(across / coarser)) > 1e-6]
             along = middle[1 - axis] + np.linspace(-radius, radius, PIECES + 1)
             bends = corners[1 - axis]
@@ -68,7 +66,7 @@ def grid(
 
 
 def _aim(camera: Camera, span: float) -> Points:
-    """Return the middle of the ground: below a body; below a flying one, the camera's aim."""
+    """Return the middle of the ground: below a body, or in the view of one that flies high."""
     foot = np.array([camera.target[0], camera.target[1], 0.0])
     above, down = max(float(camera.target[2]) - span, 0.0), -float(camera.ahead[2])
     if down > 0:

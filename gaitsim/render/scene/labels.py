@@ -1,4 +1,4 @@
-"""The texts of a picture, none wider than the picture."""
+"""The texts of a picture, fitted to its width."""
 
 from bisect import bisect_left
 from collections.abc import Sequence
@@ -17,32 +17,30 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.path import Path
 
-DPI = 64  # a power of two, so that a size in pixels is exact in inches
-POINT = 72 / DPI  # points of a pixel, in which widths and letters are given
-SMALLEST = 9.0  # pixels: smaller letters cannot be read
-FONT = "DejaVu Sans"  # comes with matplotlib; its digits are all of one width
-
-
-ROW = 1.45  # of several bodies, in heights of letters
-ROWS = 0.5  # of the picture's height, that they may take
+DPI = 64  # a power of two, so that sizes in pixels are exact in inches
+POINT = 72 / DPI  # points per pixel; Matplotlib takes line widths and letters in points
+SMALLEST = 9.0  # pixels; smaller letters are illegible
+FONT = "DejaVu Sans"  # included in Matplotlib; all its digits have the same width
+ROW = 1.45  # height of the row of each of several bodies, in heights of letters
+ROWS = 0.5  # maximum height of these rows, as a share of the picture
 
 
 class Labels:
     """A picture's title, details, clock and legend, and a row for each of several bodies.
 
     Args:
-        figure: to write in, at `DPI`.
+        figure: figure to write in, at `DPI`.
         size: width and height of the picture, pixels.
-        clips: what the picture shows.
-        theme: its colours.
-        colours: of the bodies.
+        clips: clips in the picture.
+        theme: colours of the picture.
+        colours: colours of the bodies.
         grid: distance between the lines on the ground, m.
-        heading: the title and the details.
+        heading: title and details.
 
     Attributes:
-        still: the artists that stay as they are.
-        clock: the one that changes.
-        progress: how far each of several bodies is, glyphs that change.
+        still: artists that never change.
+        clock: artist of the clock, which changes.
+        progress: artist and position of the distance of each of several bodies, which changes.
     """
 
     def __init__(
@@ -90,7 +88,7 @@ class Labels:
             artist.set_paths([glyphs(said, self._small, at)])
 
     def _rows(self, top: float, room: float, colours: Sequence[str]) -> None:
-        """Write which colour is whose, and leave room for how far each is."""
+        """Write the colour and the name of each body, and leave space for its distance."""
         from matplotlib.collections import PathCollection
         from matplotlib.transforms import IdentityTransform
 
@@ -114,9 +112,9 @@ class Labels:
             self.progress.append((artist, (left, bottom)))
 
     def _legend(self, right: float, bottom: float, room: float, size: float, grid: float) -> None:
-        """Write the meaning of the markers and the step of the grid, as far as there is room.
+        """Write the meaning of the markers and the step of the grid, as far as they fit.
 
-        A flying body has a scale of altitude instead: its grid varies with the altitude.
+        A flying body, whose grid varies with the altitude, has an altitude scale instead.
         """
         skeleton = self._clips[0].skeleton
         if skeleton.contacts is None:
@@ -146,7 +144,7 @@ class Labels:
     def _entry(
         self, right: float, bottom: float, words: str, colour: str, filled: bool, size: float
     ) -> float:
-        """Write an entry of the legend from the right; return where the next one can end."""
+        """Write an entry of the legend from the right; return the right end of the next entry."""
         text = self._text(right, bottom, words, size, colour="faint", ha="right")
         left = float(self._box(text).x0) - 0.6 * size
         if colour:
@@ -186,7 +184,7 @@ class Labels:
         va: str = "baseline",
         ha: str = "left",
     ) -> Any:
-        """Write a text of a size in pixels."""
+        """Write a text; its size is in pixels."""
         from matplotlib.transforms import IdentityTransform
 
         text = self._figure.text(
@@ -208,7 +206,7 @@ class Labels:
         return text
 
     def _fit(self, text: Any, room: float) -> None:
-        """Make a text fit: with smaller letters first, then with an ellipsis."""
+        """Make a text fit, first by smaller letters, then by an ellipsis."""
         while self._box(text).width > room and _size(text) > 1.2 * SMALLEST:
             text.set_fontsize(max(_size(text) / 1.1, SMALLEST) * POINT)
         whole = text.get_text()
@@ -216,7 +214,7 @@ class Labels:
             return
 
         def cut(kept: int) -> bool:
-            """Keep so many letters; return whether these are still too wide."""
+            """Keep the first `kept` letters; return whether they are still too wide."""
             text.set_text(whole[:kept].rstrip() + "…")
             return bool(self._box(text).width > room)
 
@@ -232,23 +230,23 @@ def unit_of(width: float, height: float) -> float:
 
 
 def small_letters(size: tuple[int, int]) -> float:
-    """Return the height of small letters in a picture of a size, pixels."""
+    """Return the height of small letters in a picture of some size, pixels."""
     return max(15 * unit_of(*size), SMALLEST)
 
 
 def width_of(words: str, size: float) -> float:
-    """Return the width of a text whose letters have a size, pixels."""
+    """Return the width of a text with letters of some size, pixels."""
     return size / 100 * float(_large_glyphs(words)[0][:, 0].max(initial=0.0))
 
 
 def glyphs(words: str, size: float, at: tuple[float, float], share: float = 0.0) -> "Path":
-    """Return a text as a path; drawing it takes a tenth of the time of a text.
+    """Return a text as a path, which takes a tenth of the time to draw.
 
     Args:
         words: the text.
-        size: of its letters, pixels.
-        at: a place on its base line, pixels.
-        share: of its width that is to the left of that place.
+        size: size of the letters, pixels.
+        at: a place on the base line, pixels.
+        share: share of the text to the left of that place.
     """
     from matplotlib.path import Path
 
@@ -259,7 +257,7 @@ def glyphs(words: str, size: float, at: tuple[float, float], share: float = 0.0)
 
 @lru_cache(1024)
 def _large_glyphs(words: str) -> tuple[NDArray[np.float64], Any]:
-    """Return the corners and the codes of a text of 100 pixels."""
+    """Return the vertices and the codes of a text with letters of 100 pixels."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
@@ -278,7 +276,7 @@ def _printable(words: str) -> str:
 
 @cache
 def _signs() -> frozenset[int]:
-    """Return the code points of the font."""
+    """Return the code points that the font contains."""
     from matplotlib.font_manager import findfont, get_font
 
     return frozenset(get_font(findfont(FONT)).get_charmap())

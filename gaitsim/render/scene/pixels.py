@@ -1,4 +1,4 @@
-"""The solids of a body in a picture: their colours, outlines and shadow."""
+"""The solids of a body in a picture, with colours, outlines and shadows."""
 
 from typing import Any
 
@@ -13,20 +13,20 @@ from gaitsim.render.scene.raster import FINE, coloured, raster, shades_of
 from gaitsim.render.scene.shapes import outline
 from gaitsim.render.scene.themes import Colour, Theme, mixed, rgb
 
-TINT = 0.4  # how much a leg takes of the colour of its side
-MARKED = 0.85  # and a foot on the ground
+TINT = 0.4  # share of the side's colour in a leg
+MARKED = 0.85  # share of the side's colour in a foot on the ground
 
 
 class Pixels(Artist):
     """The solids of a body as an image.
 
     Args:
-        clip: what the body does.
-        theme: the colours of the picture.
+        clip: the body in motion.
+        theme: colours of the picture.
         own: dark and light colour of the trunk.
-        damaged: of damaged parts, likewise.
+        damaged: dark and light colour of damaged parts.
         line: width of a line, pixels.
-        picture: its width and height, pixels.
+        picture: width and height of the picture, pixels.
     """
 
     def __init__(
@@ -91,5 +91,5 @@ class Pixels(Artist):
 
 
 def _tinted(limb: tuple[Colour, Colour], colour: Colour, share: float) -> tuple[Colour, Colour]:
-    """Return the dark and the light colour of a limb with a share of another colour."""
+    """Mix the dark and the light colour of a limb with a share of another colour."""
     return mixed(limb[0], colour, share), mixed(limb[1], colour, share)

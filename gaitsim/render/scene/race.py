@@ -1,4 +1,4 @@
-"""Several bodies in lanes on one ground, and where the camera looks to see them."""
+"""Several bodies in lanes on one ground, and the aim of the camera."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,22 +8,22 @@ import numpy as np
 from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.clip import Clip, Pose
 
-MOMENTS = 100  # at which the bodies are measured
-APART = 0.15  # between bodies side by side, in their widths
-STEEP = 0.7  # between lanes at least, in heights of a body: flat ones must not hide each other
-WIDEST = 3.0  # of a lane, in widths of a body: who drifts farther crosses into another
+MOMENTS = 100  # number of moments at which the bodies are measured
+APART = 0.15  # gap between bodies side by side, in body widths
+STEEP = 0.7  # minimum distance of lanes, in body heights, so that thin bodies hide no others
+WIDEST = 3.0  # maximum width of a lane, in body widths; bodies that drift farther leave their lane
 
 
 class Race:
-    """Bodies in lanes, the first the farthest from the camera; or a single one.
+    """One body, or several in lanes, of which the first is the farthest from the camera.
 
     Args:
-        clips: what they do.
-        leader: whom the camera keeps in sight where they are too far apart to show all.
+        clips: bodies in motion.
+        leader: index of the clip that stays visible when the bodies are too far apart to show all.
 
     Attributes:
-        clips: in their lanes, on a common ground.
-        room: how far the leader may be from where the camera looks, m.
+        clips: the clips in their lanes, on a common ground.
+        room: maximum distance of the leader from the aim of the camera, m.
     """
 
     def __init__(self, clips: Sequence[Clip], leader: int) -> None:
@@ -33,7 +33,7 @@ class Race:
         self.span = max(clip.anatomy.span for clip in clips)
 
     def aim(self, poses: Sequence[Pose]) -> Points:
-        """Return where the camera looks: at the middle of the bodies, near the leader."""
+        """Return the aim of the camera: the middle of the bodies, but near the leader."""
         aims = np.stack([pose.aim for pose in poses])
         middle = (aims.min(axis=0) + aims.max(axis=0)) / 2
         away = aims[self.leader] - middle
@@ -42,7 +42,7 @@ class Race:
 
     @property
     def box(self) -> Points:
-        """The points of all bodies about where the camera looks, (points, 3) m."""
+        """The points of all bodies relative to the aim of the camera, (points, 3) m."""
         if len(self.clips) == 1:
             return self.clips[0].box
         points = []
@@ -54,11 +54,11 @@ class Race:
 
 
 def _lined_up(clips: Sequence[Clip]) -> list[Clip]:
-    """Return the clips side by side, each as far from the next as it needs."""
+    """Return the clips side by side, at the distances that their movement requires."""
     floor = min(clip.floor for clip in clips)
     wide, tall = np.max([np.ptp(clip.box, axis=0)[1:] for clip in clips], axis=0)
     moments = np.linspace(0, max(clip.seconds for clip in clips), MOMENTS)
-    # The right and the left edge of each body at each moment, (clips, moments).
+    # Right and left edge of each body at each moment, (clips, moments).
     across = [[clip.points(clip.at(time))[:, 1] for time in moments] for clip in clips]
     right = np.array([[y.min() for y in clip] for clip in across])
     left = np.array([[y.max() for y in clip] for clip in across])

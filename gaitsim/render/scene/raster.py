@@ -1,7 +1,7 @@
-"""Draw solids pixel by pixel, so that parts that cut through each other are seen as they are.
+"""Draw solids pixel by pixel, so that intersecting parts are shown correctly.
 
-Each pixel keeps the surface of the largest w = 1 / depth: w of a plane is affine in the place in
-the picture, and a root of a quadratic equation for a quadric.
+Each pixel keeps the surface with the largest w = 1 / depth. As a function of the position in the
+picture, the w of a plane is affine; that of a quadric is the root of a quadratic equation.
 """
 
 from typing import NamedTuple
@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 from gaitsim.render.scene.camera import NEAR, Camera, Points
 from gaitsim.render.scene.solids import Round, Surface, Surfaces, rotations
 
-FINE = 2  # samples a pixel in each direction, which smooths edges; `coloured` adds 2 × 2
-SHADES = 64  # of a solid; the first is that of its outline
-BIAS = 1e-4  # share by which a surface must be nearer: of two in one place, the first is shown
+FINE = 2  # samples per pixel in each direction, to smooth edges; `coloured` adds 2 × 2
+SHADES = 64  # shades of a solid; the first is that of its outline
+BIAS = 1e-4  # share by which a surface must be nearer; ties go to the first surface
 
 Floats = NDArray[np.float32]
 
 
 class Drawn(NamedTuple):
-    """What is seen at each sample of a part of the picture, the lowest row first.
+    """The visible surface at each sample of a part of the picture, from the lowest row up.
 
     Attributes:
-        left, bottom: of the part, whole pixels.
-        nearness: 1 / depth, 0 where nothing is, (rows, columns) 1/m.
-        paint: 1 + the solid, times `SHADES`, + its shade; 0 where nothing is.
-        piece: a number of its own for everything that is outlined.
+        left, bottom: lower left corner of the part, whole pixels.
+        nearness: 1 / depth, 0 for the background, (rows, columns) 1/m.
+        paint: (1 + index of the solid) × `SHADES` + shade; 0 for the background.
+        piece: distinct number for each piece that has an outline.
     """
 
     left: int
@@ -37,12 +37,13 @@ class Drawn(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """The camera as a solid sees it, in its own frame.
+    """The camera in the frame of a solid.
 
     Attributes:
-        eye: of the camera, (3,) m.
-        across, up, ahead: a ray is column · across + row · up + ahead per metre of depth, (3,).
-        light: to where the light is, (3,).
+        eye: position of the camera, (3,) m.
+        across, up, ahead: vectors of rays, (3,): a ray is column · across + row · up + ahead per
+            metre of depth.
+        light: direction to the light, (3,).
     """
 
     eye: Points
@@ -63,20 +64,20 @@ def raster(
     """Draw solids.
 
     Args:
-        camera: of the picture.
-        surfaces: of the solids.
-        poses: of the solids, (solids, 7).
-        light: to where the light is, a unit vector, (3,).
-        picture: its width and height, pixels.
-        margin: pixels that remain free around the solids.
+        camera: camera of the picture.
+        surfaces: surfaces of the solids.
+        poses: poses of the solids, (solids, 7).
+        light: direction to the light, a unit vector, (3,).
+        picture: width and height of the picture, pixels.
+        margin: margin around the solids, pixels.
 
     Returns:
-        What is seen; None where no solid is in the picture.
+        The visible surfaces; None if no solid is in the picture.
     """
     points = surfaces.placed(poses)
     flat, depth = camera.project(points)
     low, high = flat.min(axis=0), flat.max(axis=0)
-    # The points of round solids lie on them: their outlines bulge between.
+    # The points of a round solid lie on its surface, so the outline bulges between them.
     swell = 0.02 * (high - low) + margin + 1
     (left, bottom), (right, top) = (
         np.clip(np.floor(low - swell), 0, picture).astype(int).tolist(),
@@ -124,12 +125,12 @@ def raster(
 
 
 def shade(shine: Points) -> NDArray[np.int32]:
-    """Return the shade, 1 to `SHADES` − 1, of a surface by the cosine of its angle to the light."""
+    """Return shades, 1 to `SHADES` − 1, from the cosines of the angles to the light."""
     return (1.5 + (SHADES - 2) * (0.5 + 0.5 * np.clip(shine, -1, 1)) ** 2).astype(np.int32)
 
 
 def _box(points: Points, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return the rows and columns of a round piece that is spanned by points."""
+    """Return the rows and columns of a round piece spanned by points."""
     low, high = points.min(axis=0), points.max(axis=0)
     swell = 0.03 * (high - low) + 2
     first = np.clip(np.floor(low - swell), 0, shape[::-1]).astype(int)
@@ -138,16 +139,16 @@ def _box(points: Points, shape: tuple[int, ...]) -> tuple[slice, slice]:
 
 
 def _faces(drawn: Drawn, frame: Frame, one: Surface, paint: int, piece: int) -> None:
-    """Draw the flat faces towards the camera."""
+    """Draw the flat faces that face the camera."""
     if not one.faces:
         return
     rays = np.stack([frame.across, frame.up, frame.ahead])
     gaps = ((one.places - frame.eye) * one.normals).sum(axis=1)
     towards = gaps < 0
-    # Of a face seen edge-on the gap is 0: it is not drawn, and must not divide.
+    # A face seen edge-on has a gap of 0; it is not drawn, and infinity avoids a division by zero.
     slopes = one.normals @ rays.T / np.where(towards, gaps, -np.inf)[:, None]
     tones = paint + shade(one.normals @ frame.light)
-    # Where each point is: a combination of the three rays.
+    # The position of each point, as a combination of the three vectors of rays.
     seen = np.linalg.solve(rays.T, (one.points - frame.eye).T)
     outline = (seen[:2] / seen[2]).T
     for number in np.flatnonzero(towards).tolist():
@@ -171,7 +172,7 @@ def _affine(slopes: Points, rows: slice, columns: slice) -> Floats:
 
 
 def _polygon(outline: Points, shape: tuple[int, ...]) -> tuple[slice, slice, NDArray[np.bool_]]:
-    """Return the rows and columns of a convex polygon (corners, 2), and its samples in them."""
+    """Return the rows and columns around a convex polygon (corners, 2), and its samples there."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     first = np.maximum(np.ceil(low - 0.01), 0).astype(int)
     last = np.minimum(np.floor(high + 0.01) + 1, shape[::-1]).astype(int)
@@ -183,7 +184,7 @@ def _polygon(outline: Points, shape: tuple[int, ...]) -> tuple[slice, slice, NDA
     rise[rise == 0] = 1e-9
     at = np.clip((y - from_y) / rise, 0, 1)
     across = x + at * (to_x - x)
-    # Rows that an edge does not reach meet it at its nearer end, which is inside or a corner.
+    # Rows beyond an edge would meet it at its nearer end; they are excluded.
     missed = (y < np.minimum(from_y, to_y) - 0.01) | (y > np.maximum(from_y, to_y) + 0.01)
     left = np.where(missed, np.inf, across).min(axis=1) - 0.01
     right = np.where(missed, -np.inf, across).max(axis=1) + 0.01
@@ -200,10 +201,10 @@ def _round(
     piece: int,
     creased: bool,
 ) -> None:
-    """Draw a round piece; only where it is creased are its flat ends seen as such.
+    """Draw a round piece; its flat ends are visible only if it is creased.
 
-    Points on a ray of nearness w are inside where c w² + 2 b w + a ≤ 0, with b affine and a
-    quadratic in the place in the picture.
+    A point of nearness w on a ray is inside if c w² + 2 b w + a ≤ 0, where b is affine and a is
+    quadratic in the position in the picture.
     """
     rows, columns = box
     eye = frame.eye - quadric.centre
@@ -241,7 +242,7 @@ def _round(
     light = square_inverse * frame.light
     shine = eye @ light + place @ (rays @ light) / nearness
     largest = quadric.inverse.max()
-    if np.isin(quadric.inverse, (0.0, largest)).all():  # its normal is as long everywhere
+    if np.isin(quadric.inverse, (0.0, largest)).all():  # normals of equal length
         shine /= largest
     else:
         normal = (eye + place @ rays / nearness[:, None]) * square_inverse
@@ -254,15 +255,15 @@ def _round(
 
 
 def coloured(drawn: Drawn, colours: Points, width: int) -> NDArray[np.uint8]:
-    """Colour what is seen, with outlines, and return it as pixels.
+    """Return the pixels of visible surfaces, with outlines.
 
     Args:
-        drawn: what is seen.
-        colours: of each solid's shades, 0 to 1, (solids, `SHADES`, 3).
-        width: of outlines, samples.
+        drawn: the visible surfaces.
+        colours: colours of each solid's shades, 0 to 1, (solids, `SHADES`, 3).
+        width: width of outlines, samples.
 
     Returns:
-        Red, green, blue, opacity, the lowest row first, (rows, columns, 4).
+        Red, green, blue and opacity, from the lowest row up, (rows, columns, 4).
     """
     nearness, paint, piece = drawn.nearness, drawn.paint.copy(), drawn.piece
     for axis in (0, 1):
@@ -277,7 +278,7 @@ def coloured(drawn: Drawn, colours: Points, width: int) -> NDArray[np.uint8]:
     table = np.zeros((len(colours) + 1, SHADES, 4), dtype=np.uint16)
     table[1:, :, :3] = np.round(255 * colours)
     table[1:, :, 3] = 255
-    # The four numbers of a sample are added at once, as one of 64 bits.
+    # Viewing the four numbers of a sample as one 64-bit integer adds them at once.
     samples = table.view(np.uint64).ravel()[paint]
     whole = samples[0::2, 0::2] + samples[0::2, 1::2]
     whole += samples[1::2, 0::2]
@@ -292,6 +293,6 @@ def coloured(drawn: Drawn, colours: Points, width: int) -> NDArray[np.uint8]:
 
 
 def shades_of(dark: Points, light: Points, ink: Points) -> Points:
-    """Return the colours (solids, `SHADES`, 3) of solids from dark to light, the outline first."""
+    """Return the colours of solids, (solids, `SHADES`, 3): the outline, then dark to light."""
     share = np.linspace(0, 1, SHADES - 1)[:, None]
     return np.concatenate([ink[:, None], dark[:, None] * (1 - share) + light[:, None] * share], 1)

@@ -1,4 +1,4 @@
-"""One body in a picture: its artists are created once, then moved."""
+"""One body in a picture, with artists that are created once and then moved."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -15,21 +15,21 @@ from gaitsim.render.scene.pixels import Pixels
 from gaitsim.render.scene.shapes import discs, hull
 from gaitsim.render.scene.themes import Theme, mixed, rgb
 
-TRAIL = 240  # pieces of the path behind a body
+TRAIL = 240  # number of pieces of the path behind a body
 _CROSS = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
 _CIRCLE = np.linspace(0, 2 * np.pi, 25)
 
 
 class Runner:
-    """A body with its feet, its shadow, its path and, in a race, its tag.
+    """A body with its feet, shadow and path, and a tag in a race.
 
     Args:
-        add: adds an artist of an order to the picture.
-        clip: what it does.
-        theme: the colours of the picture.
-        colour: of this body.
-        unit: pixels of the picture that a pixel at 720 lines would be.
-        picture: its width and height, pixels.
+        add: function that adds an artist to the picture, with its drawing order.
+        clip: the body in motion.
+        theme: colours of the picture.
+        colour: colour of the body.
+        unit: size of the picture, see `unit_of`.
+        picture: width and height of the picture, pixels.
     """
 
     def __init__(
@@ -83,10 +83,10 @@ class Runner:
         """Move everything to a pose.
 
         Args:
-            camera: of the picture.
-            pose: of the body.
-            reach: how far the path is drawn from where the camera looks, pixels.
-            place: of the body among others, the farthest 0.
+            camera: camera of the picture.
+            pose: pose of the body.
+            reach: radius around the aim of the camera in which the path is drawn, pixels.
+            place: rank of the body by distance, 0 for the farthest.
         """
         clip = self.clip
         for step, artist in enumerate((self.stance, self.swing, self.body)):
@@ -107,7 +107,7 @@ class Runner:
         self.body.set_linewidths([part.width * POINT for part in parts])
 
     def _show_tag(self, camera: Camera, pose: Pose) -> None:
-        """Write the tag above the body, or with an arrow where the body has left the picture."""
+        """Write the tag above the body, or with an arrow if the body is outside the picture."""
         places, _ = camera.project(self.clip.points(pose))
         low, high = places.min(axis=0), places.max(axis=0)
         at = np.array([(low[0] + high[0]) / 2, high[1] + 0.5 * self._size])
@@ -118,7 +118,7 @@ class Runner:
         self.tag.set_paths([glyphs(arrow + self.clip.tag, self._size, (across, above), 0.5)])
 
     def _show_names(self, camera: Camera, pose: Pose) -> None:
-        """Write the names of the feet outside of them, seen from the middle of the body."""
+        """Write the name of each foot on the side that faces away from the body."""
         places, _ = camera.project(pose.contacts)
         if not len(pose.contacts):
             return
@@ -164,7 +164,7 @@ class Runner:
 
 
 def layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
-    """Return pieces of lines (pieces, 2, 3) as one path for each shade."""
+    """Return pieces of lines (pieces, 2, 3) as one path per shade."""
     from matplotlib.path import Path
 
     ends, depth = camera.project(pieces)

@@ -1,4 +1,4 @@
-"""Outlines in the picture: limbs, plates, discs."""
+"""Outlines of limbs, plates and discs."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,14 @@ _CIRCLE = np.linspace(0, 2 * np.pi, 25)[:-1]
 
 
 def capsules(ends: Points, radii: Points) -> Points:
-    """Outline tapered limbs with round ends (limbs, 2, 2) and radii (limbs, 2), in pixels.
+    """Outline tapered limbs with round ends.
+
+    Args:
+        ends: (limbs, 2, 2) pixels.
+        radii: (limbs, 2) pixels.
 
     Returns:
-        Their outlines, (limbs, corners, 2).
+        The outlines, (limbs, corners, 2) pixels.
     """
     along = ends[:, 1] - ends[:, 0]
     angle = np.arctan2(along[:, 1], along[:, 0])
@@ -24,29 +28,29 @@ def capsules(ends: Points, radii: Points) -> Points:
 
 
 def discs(centres: Points, radius: float) -> Points:
-    """Outline circles on the ground: centres (discs, 3) -> (discs, corners, 3), metres."""
+    """Outline circles on the ground around centres (discs, 3); return (discs, corners, 3), m."""
     circle = np.zeros((len(_CIRCLE), 3))
     circle[:, 0], circle[:, 1] = np.cos(_CIRCLE), np.sin(_CIRCLE)
     return np.asarray(centres[:, None] + radius * circle)
 
 
 def hull(points: Points) -> Points:
-    """Return the corners of the convex hull of (points, 2), in order; none where it has no area."""
+    """Return the corners of the convex hull of (points, 2) in order; none if it has no area."""
     corners = convex_hull(points)
     return corners if len(corners) > 2 else points[:0]
 
 
 def outline(points: Points) -> Points:
-    """Return about the convex hull of (points, 2): the farthest points in 24 directions, in order.
+    """Return an approximate convex hull of (points, 2): the farthest points in 24 directions.
 
-    A tenth of the time of `hull` for the 160 points of a capsule.
+    For the 160 points of a capsule it takes a tenth of the time of `hull`.
     """
     directions = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)])
     return np.asarray(points[(points @ directions).argmax(axis=0)])
 
 
 def hull_faces(points: Points) -> list[NDArray[np.intp]]:
-    """Return the faces of the convex hull of (points, 3); none where it has no volume.
+    """Return the faces of the convex hull of (points, 3); none if it has no volume.
 
     Returns:
         The indices of each face's corners, counter-clockwise from outside.

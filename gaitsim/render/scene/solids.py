@@ -10,8 +10,8 @@ from gaitsim.contracts import Solid
 from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.shapes import hull_faces
 
-CREASED = 12  # a mesh of more faces is taken for a round one, whose edges are not inked
-SHEET = 0.001  # half the thickness of a flat mesh, in lengths of it
+CREASED = 12  # maximum faces of a mesh with inked edges; others are assumed to be round
+SHEET = 0.001  # half the thickness of a flat mesh, relative to its length
 _AROUND = np.linspace(0, 2 * np.pi, 17)[:-1]
 
 
@@ -20,9 +20,9 @@ class Round(NamedTuple):
 
     Attributes:
         centre: (3,) m.
-        inverse: of its radii, (3,) 1/m; 0 along the axis of a cylinder.
-        half: half its length along z, m; infinite where no plane cuts it.
-        own: which of the solid's points span it.
+        inverse: inverses of the radii, (3,) 1/m; 0 along the axis of a cylinder.
+        half: half the length along z, m; infinite if no plane cuts the quadric.
+        own: slice of the solid's points that span the quadric.
     """
 
     centre: Points
@@ -35,12 +35,13 @@ class Surface(NamedTuple):
     """A solid's surface in its own frame.
 
     Attributes:
-        points: that span it, about, (points, 3) m.
-        creased: whether edges between its faces are visible.
-        rounds: round pieces; those of a capsule overlap.
-        faces: the points at the corners of flat faces, counter-clockwise from outside.
-        places: a point of each face, (faces, 3) m.
-        normals: of each face, outwards, unit vectors (faces, 3).
+        points: points that approximately span the surface, (points, 3) m.
+        creased: whether the edges between faces are visible.
+        rounds: round pieces, which overlap in a capsule.
+        faces: indices of the points at the corners of each flat face, counter-clockwise from
+            outside.
+        places: a point on each face, (faces, 3) m.
+        normals: outward normal of each face, unit vectors (faces, 3).
     """
 
     points: Points
@@ -74,7 +75,7 @@ def surface(solid: Solid) -> Surface:
 
 def _polyhedron(points: Points) -> Surface:
     faces = hull_faces(points)
-    if not faces:  # flat: as thick as a sheet
+    if not faces:  # a flat mesh gets the thickness of a sheet
         size = max(float(np.ptp(points, axis=0).max()), 1e-6)
         points = (points + size * SHEET * _CUBE[:, None]).reshape(-1, 3)
         faces = hull_faces(points)
@@ -85,7 +86,7 @@ def _polyhedron(points: Points) -> Surface:
 
 
 def _turned(height: float) -> Points:
-    """Return a ring of points on the unit sphere, (points, 3)."""
+    """Return a ring of points at a height on the unit sphere, (points, 3)."""
     across = np.sqrt(1 - height**2)
     ring = [across * np.cos(_AROUND), across * np.sin(_AROUND), np.full(len(_AROUND), height)]
     return np.stack(ring, axis=1)
@@ -100,12 +101,12 @@ class Surfaces:
     """The surfaces of all solids of a body.
 
     Args:
-        solids: of a skeleton.
+        solids: solids of a skeleton.
 
     Attributes:
-        each: the surface of each solid.
-        points: of all of them, one solid after the other, in their own frames, (points, 3) m.
-        owner: the solid that each of them belongs to, (points,).
+        each: surface of each solid.
+        points: points of all surfaces, solid by solid, in the frame of the solid, (points, 3) m.
+        owner: index of the solid of each point, (points,).
     """
 
     def __init__(self, solids: Sequence[Solid]) -> None:
@@ -123,7 +124,7 @@ class Surfaces:
 
 
 def rotations(quaternions: Points) -> Points:
-    """Return the matrices (…, 3, 3) of unit quaternions (w, x, y, z), (…, 4)."""
+    """Return the rotation matrices (…, 3, 3) of unit quaternions (w, x, y, z), (…, 4)."""
     w, x, y, z = np.moveaxis(quaternions, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -134,7 +135,7 @@ def rotations(quaternions: Points) -> Points:
 
 
 def between_poses(one: Points, other: Points, share: float) -> Points:
-    """Return poses (solids, 7) that are a share of the way from one to another."""
+    """Interpolate between two poses (solids, 7); a share of 0 gives the first, 1 the second."""
     nearer = np.where((one[:, 3:] * other[:, 3:]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     other = np.concatenate([other[:, :3], nearer * other[:, 3:]], axis=1)
     found = one + share * (other - one)

@@ -1,4 +1,4 @@
-"""Colours of a scene."""
+"""The colours of a scene."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -26,15 +26,15 @@ class Theme:
     """The colours of a scene, as '#rrggbb'.
 
     Attributes:
-        ground: the ground and the background.
-        grid: lines on the ground.
-        ink: text.
-        faint: text of less weight.
-        shadow: of the body on the ground.
-        limb, limb_light, limb_edge: a limb's side, its light upper side, its outline.
-        middle, left, right: feet, by their side.
-        damaged: limbs that do not move as they should, and the crosses of lost legs.
-        bodies: of trunks, plates and the path, of one body after the other.
+        ground: colour of the ground and the background.
+        grid: colour of the lines on the ground.
+        ink: colour of text.
+        faint: colour of less important text.
+        shadow: colour of the body's shadow on the ground.
+        limb, limb_light, limb_edge: colours of a limb's side, lit upper side and outline.
+        middle, left, right: colours of feet, by side.
+        damaged: colour of damaged limbs and of the crosses of lost legs.
+        bodies: colours of the trunk, the plates and the path, one for each body.
     """
 
     ground: str
@@ -52,12 +52,12 @@ class Theme:
     bodies: tuple[str, ...]
 
     def body(self, number: int) -> str:
-        """Return the colour of a body, counted from 0."""
+        """Return the colour of a body by its number, counted from 0."""
         return self.bodies[number % len(self.bodies)]
 
     @property
     def exact(self) -> NDArray[np.uint8]:
-        """Its colours, (colours, 3), 0 to 255."""
+        """All colours of the theme, (colours, 3), 0 to 255."""
         named = [value for value in vars(self).values() if isinstance(value, str)]
         every = [rgb(colour) for colour in (*named, *self.bodies)]
         return np.round(255 * np.array(every)).astype(np.uint8)
@@ -98,13 +98,13 @@ THEMES = {
 
 
 def rgb(colour: str) -> Colour:
-    """Return the red, green and blue of a colour."""
+    """Return the red, green and blue of a colour, 0 to 1, (3,)."""
     from matplotlib.colors import to_rgb
 
     return np.array(to_rgb(colour))
 
 
 def mixed(one: Colour, other: Colour, share: Any) -> NDArray[np.float64]:
-    """Mix `one` with a share, a number or (…), of `other`; return (…, 3)."""
+    """Mix `one` with a share of `other`, a number or an array (…); return (…, 3)."""
     share = np.asarray(share)[..., None]
     return np.asarray(one * (1 - share) + other * share)

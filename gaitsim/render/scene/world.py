@@ -1,4 +1,4 @@
-"""The ground with the bodies on it, seen by one camera."""
+"""The ground and the bodies on it, seen by one camera."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -17,23 +17,23 @@ from gaitsim.render.scene.themes import Theme, mixed, rgb
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FILLED = 0.56, 0.52  # shares of the picture's width and height that a body may fill
-FILLED_BY_ALL = 0.8, 0.6  # the same of several
-SMALLEST = 0.08  # of the picture's height, that a body of several is at least
-AHEAD = 0.3  # of the same height, that the leader may be from the middle
-STEEP = 24.0  # degrees that the camera looks down at several bodies, at least
+FILLED = 0.56, 0.52  # shares of the picture's width and height that a single body may fill
+FILLED_BY_ALL = 0.8, 0.6  # shares that several bodies may fill together
+SMALLEST = 0.08  # minimum size of each of several bodies, as a share of the picture's height
+AHEAD = 0.3  # maximum distance of the leader from the middle, as a share of that height
+STEEP = 24.0  # minimum elevation of the camera for several bodies, degrees
 
 
 class World:
-    """Everything in a picture but its background.
+    """Everything in a picture except its background.
 
     Args:
-        figure: to draw in, at `DPI`.
+        figure: figure to draw in, at `DPI`.
         size: width and height, pixels.
         race: the bodies.
-        theme: its colours.
-        view: one of `VIEWS`.
-        heading: the first and the second line in it.
+        theme: colours of the picture.
+        view: name of a view in `VIEWS`.
+        heading: first and second line of text.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class World:
         """Move everything to a moment.
 
         Args:
-            seconds: since the clips began.
+            seconds: time since the clips began.
             turned: angle of the camera around the bodies, degrees.
         """
         poses = [clip.at(seconds) for clip in self.clips]
@@ -123,7 +123,7 @@ class World:
         self.labels.set_clock(poses, seconds)
 
     def _show_runners(self, camera: Camera, poses: Sequence[Pose]) -> None:
-        """Show the bodies, the nearer ones over the farther ones."""
+        """Show the bodies, with near ones in front of far ones."""
         depths = [float(camera.project(pose.middle)[1]) for pose in poses]
         order = np.argsort(np.argsort(depths)[::-1]) if len(poses) > 1 else [0]
         for runner, pose, place in zip(self.runners, poses, order, strict=True):
