@@ -1,4 +1,4 @@
-"""Gaits as Arduino sketches for hobby servos at PCA9685 boards."""
+"""Gaits as Arduino sketches for hobby servos on PCA9685 boards."""
 
 from dataclasses import dataclass
 from importlib.resources import files
@@ -13,21 +13,21 @@ from gaitsim.hardware.calibration import Calibration
 from gaitsim.hardware.keyframes import DECIMALS, Keyframes, beyond_range
 from gaitsim.runs.files.atomic import write_bytes, writing
 
-FLASH = 32_767  # bytes: the longest array of an AVR, whose pointers into it have 16 bits
+FLASH = 32_767  # bytes, the longest array on an AVR, which addresses it with 16 bits
 JOINTS = 255
 LONGEST_NAME = 63  # characters of a sketch's name
-RAMP_SPEED = 60.0  # °/s, mean of the ramps to the gait and back to standing
-RAMP_SHARE = 0.5  # of a servo's speed, at most: the middle of a ramp is 1.5 times as fast
+RAMP_SPEED = 60.0  # °/s, mean speed of the ramps between standing and the gait
+RAMP_SHARE = 0.5  # of a servo's speed: the middle of a ramp is 1.5 times as fast as its mean
 _HEADER = """\
-// The gait for {name}.ino: pulses of the servos in microseconds. Written by gaitsim.
+// The gait for {name}.ino: servo pulses in microseconds. Written by gaitsim.
 #pragma once
 #include <Arduino.h>
 
 const uint8_t JOINTS = {joints};
 const uint8_t BOARDS = {boards};
 const uint16_t KEYFRAMES = {keyframes};
-const uint16_t LOOP_FROM = {loop};  // the keyframe after the last one{loop_comment}
-const uint32_t KEYFRAME_US = {interval};  // from one keyframe to the next
+const uint16_t LOOP_FROM = {loop};  // the keyframe that follows the last one{loop_comment}
+const uint32_t KEYFRAME_US = {interval};  // time between keyframes
 
 // Joints: {names}
 const uint8_t SERVO_BOARD[JOINTS] PROGMEM = {{{board}}};
@@ -48,10 +48,10 @@ class Sketch:
     """The two files of a sketch.
 
     Attributes:
-        name: of the sketch, its folder and its .ino file.
+        name: name of the sketch, its folder and its .ino file.
         program: text of the .ino file.
         header: text of gait.h.
-        flash: bytes of the gait in flash.
+        flash: size of the gait in flash, bytes.
         boards: number of PCA9685 boards.
     """
 
@@ -66,13 +66,14 @@ def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: 
     """Return a sketch that plays keyframes.
 
     Args:
-        keyframes: of the gait.
-        calibration: of its joints, with a channel each.
-        name: of the sketch.
-        title: of the gait, a line for people.
+        keyframes: keyframes of the gait.
+        calibration: calibration of its joints, each with a channel.
+        name: name of the sketch.
+        title: title of the gait, one line of text.
 
     Raises:
-        GaitsimError: the gait does not fit into the flash, or has too many joints.
+        GaitsimError: the gait does not fit into the flash or has too many joints, or its standing
+            pose is beyond the limits.
     """
     count, joints = keyframes.degrees.shape
     flash = count * joints * 2
@@ -82,7 +83,7 @@ def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: 
             f"{count:,} keyframes of {joints} joints take {flash:,} bytes of flash",
             where="--format arduino",
             allowed=f"{FLASH:,} bytes",
-            remedy=f"take fewer keyframes, with --keyframe-ms {interval:.0f}",
+            remedy=f"use fewer keyframes, with --keyframe-ms {interval:.0f}",
         )
     if joints > JOINTS:
         raise GaitsimError(f"the gait has {joints} joints", allowed=f"at most {JOINTS}")
@@ -96,13 +97,13 @@ def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: 
         boards=boards,
         keyframes=count,
         loop=keyframes.loop_from if looped else "KEYFRAMES",
-        loop_comment="" if looped else ": none, it is played once",
+        loop_comment="" if looped else ": none, the gait is played once",
         interval=round(keyframes.interval * 1e6),
         names=", ".join(_comment(name) for name in keyframes.joint_names),
         board=_list([servo.board for servo in servos]),
         channel=_list([servo.channel for servo in servos]),
         standing=_list(_whole(calibration.pulses(keyframes.standing))),
-        # The hundredths of a degree by which a limit is rounded are less than 1 µs.
+        # Rounding a limit to 0.01° changes its pulse by less than 1 µs.
         lowest=_list(_whole(calibration.pulses(calibration.low))),
         highest=_list(_whole(calibration.pulses(calibration.high))),
         ramp=_list(_whole(_ramps(calibration))),
@@ -117,23 +118,23 @@ def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: 
     for mark, put in (
         ("@BOARDS_TEXT@", text),
         ("@BOARDS@", "\n".join(made)),
-        ("@TITLE@", _comment(title)),  # the last one, as it may hold any text
+        ("@TITLE@", _comment(title)),  # last, as a title may contain the other marks
     ):
         program = program.replace(mark, put)
     return Sketch(name, program, header, flash, boards)
 
 
 def write_sketch(sketch: Sketch, folder: Path) -> None:
-    """Write the sketch as a folder with two files; those of an earlier sketch are replaced.
+    """Write the sketch as a folder with two files, replacing those of an earlier sketch.
 
     Raises:
-        RunError: it cannot be written.
+        RunError: the folder or a file cannot be written.
     """
     check_parent(folder)
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise RunError(
             f"cannot write {folder}: it is not a folder",
-            remedy="give the name of a new folder with --out",
+            remedy="choose a new folder with --out",
         )
     with writing(folder):
         folder.mkdir(exist_ok=True)
@@ -142,7 +143,7 @@ def write_sketch(sketch: Sketch, folder: Path) -> None:
 
 
 def sketch_name(folder: Path) -> str:
-    """Return the name of a sketch in a folder, as the Arduino IDE takes it.
+    """Return the name of the sketch in a folder, which the Arduino IDE requires to be the same.
 
     Raises:
         GaitsimError: the folder's name is not allowed for a sketch.
@@ -150,7 +151,7 @@ def sketch_name(folder: Path) -> str:
     name = folder.name
     if not (name.isascii() and name.replace("_", "").isalnum() and len(name) <= LONGEST_NAME):
         raise GaitsimError(
-            f"{name!r} is not a name for an Arduino sketch",
+            f"invalid name {name!r} of an Arduino sketch",
             where="--out",
             allowed=f"letters, digits and _, at most {LONGEST_NAME}",
         )
@@ -158,12 +159,12 @@ def sketch_name(folder: Path) -> str:
 
 
 def _check_standing(keyframes: Keyframes, calibration: Calibration) -> None:
-    """Refuse a standing pose, with which a sketch begins, that is beyond the limits."""
+    """Check that the standing pose, in which a sketch starts, is within the limits."""
     standing = np.round(keyframes.standing, DECIMALS)
     excess = calibration.excess(standing)
     joint = int(excess.argmax())
     if excess[joint] > 0:
-        raise beyond_range(calibration, joint, standing[joint], "as the robot stands")
+        raise beyond_range(calibration, joint, standing[joint], "in the standing pose")
 
 
 def _ramps(calibration: Calibration) -> NDArray[np.float64]:
@@ -182,5 +183,5 @@ def _list(values: object) -> str:
 
 
 def _comment(text: str) -> str:
-    """Return a text that cannot end the comment that it stands in."""
+    """Return a text without characters that could end its comment."""
     return "".join(char if char.isprintable() and char != "\\" else "?" for char in text)

@@ -1,4 +1,4 @@
-"""Calibrations: which servo drives a joint, which way it turns, and how far and fast it may."""
+"""Calibrations: the servo of each joint, with its direction, offset and limits."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,32 +16,34 @@ from gaitsim.legged import SERVOS, Servo
 
 Floats = NDArray[np.float64]
 
-CHANNELS = 16  # of a PCA9685 board
+CHANNELS = 16  # outputs of a PCA9685 board
 BOARDS = 16  # addresses 0x40 to 0x4f
-REACH = 90.0  # ° to either side of the centre, at which the pulses of a joint are given
-PULSE = (600, 2400)  # µs at −90° and 90° of a hobby servo that nobody measured
+REACH = 90.0  # °, angle to either side of the centre at which a joint's pulses are specified
+PULSE = (600, 2400)  # µs at −90° and 90°, typical of hobby servos
 BUSES: Mapping[str, str] = {"arduino": "pwm", "dynamixel": "dynamixel", "feetech": "feetech"}
 USUAL: Mapping[str, str] = {"dynamixel": "xl430-w250", "feetech": "sts3215"}
 
 
 class Joint(BaseModel):
-    """The servo of one joint. Its angles are in degrees from its centre."""
+    """The servo of one joint. Angles are in degrees from the servo's centre."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     board: int = option(0, "PCA9685 board: 0 at 0x40, 1 at 0x41, …", ge=0, lt=BOARDS)
     channel: int | None = option(None, "output of the board", ge=0, lt=CHANNELS)
-    id: int | None = option(None, "of the servo on its bus", ge=0, le=252)
-    direction: Literal[-1, 1] = option(1, "−1 where the servo turns against the joint")
+    id: int | None = option(None, "id of the servo on its bus", ge=0, le=252)
+    direction: Literal[-1, 1] = option(
+        1, "direction of the servo, −1 if it turns opposite to the joint"
+    )
     offset: float = option(
-        0.0, "angle of the servo where the joint is at zero", unit="°", ge=-360, le=360
+        0.0, "angle of the servo when the joint is at zero", unit="°", ge=-360, le=360
     )
     min: float = option(-REACH, "smallest angle of the servo", unit="°", ge=-360, le=360)
     max: float = option(REACH, "largest angle of the servo", unit="°", ge=-360, le=360)
     pulse: tuple[int, int] = option(PULSE, "pulses at −90° and at 90° of the servo", unit="µs")
-    servo: str = option("", f"its model, which knows ticks and speed: {', '.join(SERVOS)}")
+    servo: str = option("", f"model of the servo, with known ticks and speed: {', '.join(SERVOS)}")
     speed: float | None = option(
-        None, "largest speed, in place of the model's", unit="°/s", gt=0, le=10_000
+        None, "largest speed, instead of the model's", unit="°/s", gt=0, le=10_000
     )
 
     @field_validator("servo")
@@ -50,7 +52,7 @@ class Joint(BaseModel):
         if name and name not in SERVOS:
             hint = nearest(name, [*SERVOS])
             raise ValueError(
-                f"unknown servo; known are {', '.join(SERVOS)}" + (f"; {hint}" if hint else "")
+                f"unknown servo; choose from {', '.join(SERVOS)}" + (f"; {hint}" if hint else "")
             )
         return name
 
@@ -58,7 +60,7 @@ class Joint(BaseModel):
     @classmethod
     def _ordered(cls, pulse: tuple[int, int]) -> tuple[int, int]:
         if not 100 <= pulse[0] < pulse[1] <= 3500:
-            raise ValueError("two pulses from 100 to 3500 µs, the shorter one first")
+            raise ValueError("expected two pulses from 100 to 3500 µs, the shorter first")
         return pulse
 
     @model_validator(mode="after")
@@ -69,26 +71,26 @@ class Joint(BaseModel):
         if servo and not (-self._reach(servo)[0] <= self.min and self.max <= self._reach(servo)[1]):
             low, high = self._reach(servo)
             raise ValueError(
-                f"{self.min:g}° to {self.max:g}° is more than the servo {servo.name} turns: "
+                f"{self.min:g}° to {self.max:g}° exceeds the range of the servo {servo.name}, "
                 f"{-low:.2f}° to {high:.2f}°"
             )
         return self
 
     @property
     def model(self) -> Servo | None:
-        """The named servo; None where it is unknown."""
+        """Model of the servo; None if it is unknown."""
         return SERVOS.get(self.servo)
 
     @property
     def fastest(self) -> float:
-        """The speed that it can reach, °/s; infinite where nobody said."""
+        """Largest speed of the servo, °/s; infinite if it is unknown."""
         if self.speed is not None:
             return self.speed
         return math.degrees(self.model.no_load_speed) if self.model else math.inf
 
     @staticmethod
     def _reach(servo: Servo) -> tuple[float, float]:
-        """How far a servo turns to either side of its centre, °."""
+        """Return the range of a servo to either side of its centre, °."""
         half = math.degrees(servo.travel / 2)
         high = math.degrees(servo.tick * (servo.ticks - 1)) - half if servo.ticks else half
         return half + 1e-6, high + 1e-6
@@ -99,9 +101,9 @@ class Calibration:
     """The servos of a robot.
 
     Attributes:
-        joints: the servo of each joint by its name, in the order of the gait.
-        source: the file; '' where gaitsim made it.
-        limited_by: where a user sets the ranges, for messages.
+        joints: servo of each joint by the joint's name, in the order of the gait.
+        source: file of the calibration; '' for a default.
+        limited_by: place where a user sets the ranges, for messages.
     """
 
     joints: Mapping[str, Joint]
@@ -109,37 +111,37 @@ class Calibration:
     limited_by: str = "in a calibration, which --calibration-template writes"
 
     def servo_angles(self, angles: Floats) -> Floats:
-        """Return the angles of servos, °, for those of joints, (…, joints) rad."""
+        """Convert joint angles, (…, joints) rad, to servo angles, °."""
         turned: Floats = np.degrees(angles) * self._all("direction") + self._all("offset")
         return turned
 
     @cached_property
     def low(self) -> Floats:
-        """The smallest angle of each servo, (joints,) °."""
+        """Smallest angle of each servo, (joints,) °."""
         return self._all("min")
 
     @cached_property
     def high(self) -> Floats:
-        """The largest angle of each servo, (joints,) °."""
+        """Largest angle of each servo, (joints,) °."""
         return self._all("max")
 
     @cached_property
     def fastest(self) -> Floats:
-        """The speed that each servo can reach, (joints,) °/s; infinite where it is unknown."""
+        """Largest speed of each servo, (joints,) °/s; infinite if it is unknown."""
         return self._all("fastest")
 
     def excess(self, degrees: Floats) -> Floats:
-        """Return how far angles of servos exceed their ranges, (…, joints) °; within, at most 0."""
+        """Return how far servo angles exceed their ranges, (…, joints) °; at most 0 inside."""
         return np.maximum(self.low - degrees, degrees - self.high)
 
     def pulses(self, degrees: Floats) -> Floats:
-        """Return the pulses, µs, for angles of the servos, (…, joints) °."""
+        """Convert servo angles, (…, joints) °, to pulses, µs."""
         short, long = np.array([joint.pulse for joint in self.joints.values()], np.float64).T
         pulses: Floats = short + (degrees + REACH) / (2 * REACH) * (long - short)
         return pulses
 
     def ticks(self, degrees: Floats) -> NDArray[np.int64]:
-        """Return the nearest goal positions for angles of servos on a bus, (…, joints) °."""
+        """Convert angles of servos on a bus, (…, joints) °, to the nearest goal positions."""
         servos = [joint.model for joint in self.joints.values()]
         tick = np.array([servo.tick for servo in servos if servo])
         centre = np.array([servo.centre_tick for servo in servos if servo])
@@ -155,13 +157,13 @@ class Calibration:
 def default_calibration(
     format: str, joints: Sequence[str], standing: Floats, servo: str = ""
 ) -> Calibration:
-    """Return a calibration for servos that are at their centre as the robot stands.
+    """Return a calibration for servos that are centred in the standing pose.
 
     Args:
         format: 'arduino', 'dynamixel' or 'feetech'.
-        joints: names, in the order of their channels, from 0, or ids, from 1.
-        standing: angles of the joints as the robot stands, (joints,) rad.
-        servo: of the simulated robot, which is taken if the format can drive it.
+        joints: names of the joints in the order of their channels, from 0, or ids, from 1.
+        standing: joint angles in the standing pose, (joints,) rad.
+        servo: name of the simulated robot's servo, which is used if the format can drive it.
     """
     known = SERVOS.get(servo)
     name = servo if known and known.bus == BUSES[format] else USUAL.get(format, "")
@@ -193,17 +195,17 @@ def _inward(bound: float) -> float:
 def uniform_calibration(
     joints: Sequence[str], centre: float, low: float, high: float
 ) -> Calibration:
-    """Return a calibration that is the same for all joints, ° of the servos.
+    """Return a calibration with the same centre and limits, in °, for all joints.
 
     Raises:
-        GaitsimError: the range is empty or without the centre.
+        GaitsimError: the range is empty or does not include the centre.
     """
     if not -np.inf < low < high < np.inf or not low <= centre <= high:
         raise GaitsimError(
-            f"servos cannot turn from {low:g}° to {high:g}° with {centre:g}° for the pose at rest",
+            f"invalid servo range from {low:g}° to {high:g}° with the centre at {centre:g}°",
             where="--min, --max, --centre",
             allowed="min < max, and the centre between them",
         )
-    # Degrees as a user's controller counts them, so without bounds.
+    # These degrees depend on the user's controller, so they are not validated.
     joint = Joint.model_construct(offset=centre, min=low, max=high)
     return Calibration(dict.fromkeys(joints, joint), limited_by="with --min and --max")

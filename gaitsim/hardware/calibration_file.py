@@ -1,4 +1,4 @@
-"""Read the file of a calibration, and report all its problems at once."""
+"""Read a calibration file, and report all its problems at once."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,16 +20,16 @@ _MOST_NAMED = 4
 
 
 def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibration:
-    """Read the calibration of a robot with these joints.
+    """Read the calibration of a robot with the given joints.
 
     Args:
         path: a TOML file.
-        format: as for `export_individual`: what the servos are driven by.
-        joints: names, in the order of the gait.
+        format: export format, as for `export_individual`, which determines the type of servo.
+        joints: names of the joints, in the order of the gait.
 
     Raises:
-        ExperimentError: it has problems: all of them.
-        GaitsimError: it cannot be read.
+        ExperimentError: the file has problems; the error lists all of them.
+        GaitsimError: the file cannot be read.
     """
     template = "the file that --calibration-template writes"
     text = read_file(path, NOUN, template, "write one with --calibration-template")
@@ -72,7 +72,7 @@ def _joints(
             "joints",
             f"{_some(missing)} {'is' if len(missing) == 1 else 'are'} missing",
             "all joints of the gait",
-            "write a new file with --calibration-template and copy from it",
+            "create a new file with --calibration-template and copy from it",
         )
     found = {}
     for name, section in given.items():
@@ -80,7 +80,7 @@ def _joints(
             continue
         key = f"joints.{json.dumps(name, ensure_ascii=False)}"
         if not isinstance(section, dict):
-            problems.report(key, "it is not a table", f"[{key}] with its keys below")
+            problems.report(key, "it is not a table", f"[{key}], followed by its keys")
             continue
         try:
             found[name] = Joint.model_validate(section)
@@ -90,7 +90,7 @@ def _joints(
 
 
 def _check_format(found: Mapping[str, Joint], format: str, problems: Problems) -> None:
-    """Report places that are missing or taken twice, and servos that the format cannot drive."""
+    """Report missing or duplicate channels and ids, and servos that the format cannot drive."""
     bus = BUSES.get(format)
     if bus is None:
         return
@@ -106,14 +106,15 @@ def _check_format(found: Mapping[str, Joint], format: str, problems: Problems) -
             problems.report(
                 key,
                 f"{taken[own]} and {name} have the same {place} {own[1]}{on}",
-                f"each {place} once",
+                f"a different {place} for each joint",
             )
         taken.setdefault(own, name)
         servo = joint.model
         if (servo is None and bus != "pwm") or (servo and servo.bus != bus):
             problems.report(
                 f"joints.{json.dumps(name, ensure_ascii=False)}.servo",
-                f"--format {format} cannot drive {f'the servo {servo.name}' if servo else 'it'}",
+                f"--format {format} cannot drive "
+                f"{f'the servo {servo.name}' if servo else 'an unknown servo'}",
                 ", ".join(one.name for one in SERVOS.values() if one.bus == bus),
             )
 

@@ -1,4 +1,4 @@
-"""Write a gait in the form that a robot plays."""
+"""Export gaits to files that robots can play."""
 
 import re
 from dataclasses import dataclass, replace
@@ -32,11 +32,11 @@ from gaitsim.individual import Individual
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written.
+    """The result of an export.
 
     Attributes:
-        fact: what the file holds, a line.
-        notices: what the user should know.
+        fact: content of the file, one line.
+        notices: notices for the user.
     """
 
     fact: str
@@ -44,7 +44,7 @@ class Exported:
 
 
 def check_bag(individual: Individual) -> None:
-    """Check that a bag can be written of an individual.
+    """Check that an individual's gait can be exported as a bag.
 
     Raises:
         GaitsimError: the body has no joint angles, or the package rosbags is not installed.
@@ -54,7 +54,7 @@ def check_bag(individual: Individual) -> None:
 
 
 def file_name(individual: Individual, format: str) -> str:
-    """Return the default name of a file of an individual's gait."""
+    """Return the default file name for an individual's gait."""
     name = f"gait-{individual.stem}"
     if format == "arduino":
         name = re.sub(r"[^0-9A-Za-z]+", "_", name)[:LONGEST_NAME]
@@ -64,19 +64,19 @@ def file_name(individual: Individual, format: str) -> str:
 def export_individual(
     individual: Individual, format: str, path: Path, options: Options | None = None
 ) -> Exported:
-    """Write the gait of an individual.
+    """Export the gait of an individual.
 
     Args:
-        individual: of a run or from a file.
+        individual: individual of a run or from a file.
         format: 'mat', 'csv', 'npz', 'servo', 'arduino', 'dynamixel', 'feetech', 'ros2' or
             'rosbag2'.
         path: the file, or the folder of a sketch or bag.
-        options: of the formats for robots.
+        options: options of the formats for robots.
 
     Raises:
-        GaitsimError: the body has no joint angles, the format does not take the options, the
-            calibration has problems, or the gait exceeds what the servos can do.
-        RunError: it cannot be written.
+        GaitsimError: the body has no joint angles, the format does not take an option, the
+            calibration has problems, or the gait exceeds the limits of the servos.
+        RunError: the file cannot be written.
     """
     options = options or Options()
     check_options(format, options)
@@ -107,7 +107,7 @@ def export_individual(
 
 
 def _fall(individual: Individual, frames: int) -> tuple[str, ...]:
-    """Return a warning of a body that falls in the simulation."""
+    """Return a warning if the body falls in the simulation."""
     upright = frames_before_fall(individual)
     if upright >= frames:
         return ()
@@ -116,21 +116,21 @@ def _fall(individual: Individual, frames: int) -> tuple[str, ...]:
 
 
 def template_of(individual: Individual, format: str, path: Path) -> None:
-    """Write a template of a calibration for the gait of an individual.
+    """Write a calibration template for the gait of an individual.
 
     Args:
-        individual: of the robot.
+        individual: individual with the robot's body.
         format: 'arduino', 'dynamixel' or 'feetech'.
         path: the file, which must not exist.
 
     Raises:
         GaitsimError: the body has no joint angles, the format takes no calibration, or the file
             exists.
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     if format not in BUSES:
         raise GaitsimError(
-            f"a {format} file has no calibration of its own",
+            f"the format {format} has no calibration template",
             where="--format",
             allowed=", ".join(BUSES),
         )
@@ -142,7 +142,7 @@ def template_of(individual: Individual, format: str, path: Path) -> None:
 
 
 def _servo_of(individual: Individual) -> str:
-    """Return the servo that a robot is simulated with; '' for another body."""
+    """Return the name of the robot's simulated servo; '' for other bodies."""
     return str(getattr(individual.experiment.organism, "servo", ""))
 
 
@@ -156,9 +156,9 @@ def _calibration(
     place = "channels from 0" if format == "arduino" else "ids from 1"
     speed = "" if name else "; their speed is unknown and was not checked"
     return found, (
-        f"no calibration: {place} in the order of the joints, {name or 'hobby'} servos at their "
-        f"centre as the robot stands{speed}. Write a calibration with "
-        f"--calibration-template FILE before a robot plays this",
+        f"no calibration: assumed {place} in the order of the joints, and {name or 'hobby'} servos "
+        f"that are centred in the standing pose{speed}. Create a calibration with "
+        f"--calibration-template FILE before a robot plays this file",
     )
 
 
@@ -176,9 +176,9 @@ def _ros(gait: Gait, format: str, path: Path, options: Options) -> Exported:
     return Exported(
         fact,
         (
-            f"{size:,} bytes are too long for an argument of a command, which Linux limits to "
-            f"{ARGUMENT:,}: pass it on with --stdin (from ROS 2 Jazzy on), or take fewer points "
-            "with --keyframe-ms",
+            f"the file is too long for a command-line argument: {size:,} bytes, of which Linux "
+            f"allows {ARGUMENT:,}. Pass it with --stdin (ROS 2 Jazzy or newer), or use fewer "
+            "points with --keyframe-ms",
         ),
     )
 
@@ -193,13 +193,13 @@ def _arduino(
     write_sketch(sketch, path)
     count, joints = keyframes.degrees.shape
     if loop is None:
-        played = "played once, as nothing in it repeats"
+        played = "played once, as no part of it repeats"
     else:
         period = loop.period / (options.playback)
         played = f"a loop of {period:.3f} s that repeats to {np.degrees(loop.error):.2f}°"
     return Exported(
         f"{count} keyframes × {joints} joints every {keyframes.interval * 1000:.3g} ms, {played}; "
-        f"{sketch.flash:,} bytes of flash of at most {FLASH:,} for {sketch.boards} "
+        f"{sketch.flash:,} bytes of flash, of at most {FLASH:,}, for {sketch.boards} "
         f"PCA9685 board{'s' * (sketch.boards > 1)}; at most {keyframes.off:.2f}° from the gait",
         _clipped(keyframes),
     )
@@ -236,5 +236,5 @@ def _clipped(keyframes: Keyframes) -> tuple[str, ...]:
         return ()
     return (
         f"{keyframes.clipped:,} of {keyframes.degrees.size:,} angles were beyond the range of "
-        "their servos and were clipped: this is not the gait that was evolved",
+        "their servos and were clipped: the result differs from the evolved gait",
     )

@@ -1,4 +1,4 @@
-"""Keyframes for servos, within what the servos can do."""
+"""Keyframes for servos, within the limits of the servos."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,24 +13,23 @@ from gaitsim.hardware.loop import Loop
 
 Floats = NDArray[np.float64]
 
-DECIMALS = 2  # of a degree; the steps of a hobby servo are ten times as wide
-ALMOST = 1e-6  # share of a speed that is lost in rounding
-SLOWEST = 0.01  # playback
+DECIMALS = 2  # of angles in °; the steps of a hobby servo are ten times as wide
+ALMOST = 1e-6  # relative tolerance of speeds for rounding errors
+SLOWEST = 0.01  # lowest speed of playback; its inverse is the highest
 
 
 @dataclass(frozen=True, eq=False)
 class Keyframes:
-    """Angles of servos over time.
+    """Servo angles over time.
 
     Attributes:
-        seconds: of each keyframe as played, (keyframes,), from 0.
-        degrees: angle of each servo, (keyframes, joints).
-        standing: angle of each servo as the robot stands, (joints,).
+        seconds: time of each keyframe in playback, (keyframes,) s, from 0.
+        degrees: angle of each servo, (keyframes, joints) °.
+        standing: angle of each servo in the standing pose, (joints,) °.
         joint_names: name of each joint.
         clipped: number of angles that were clipped to the limits.
-        off: the largest distance, °, between the gait and straight lines from one keyframe to the
-            next.
-        loop_from: the keyframe that follows the last one; None for a gait that is played once.
+        off: largest deviation from the gait of the straight lines between keyframes, °.
+        loop_from: keyframe that follows the last one; None for a gait that is played once.
     """
 
     seconds: Floats
@@ -43,17 +42,17 @@ class Keyframes:
 
     @property
     def milliseconds(self) -> NDArray[np.int64]:
-        """Of each keyframe, to the nearest one, (keyframes,)."""
+        """Time of each keyframe to the nearest millisecond, (keyframes,)."""
         return np.rint(self.seconds * 1000).astype(np.int64)
 
     @property
     def interval(self) -> float:
-        """From one keyframe to the next, s."""
+        """Time between keyframes, s."""
         return float(self.seconds[1] - self.seconds[0])
 
     @property
     def fastest(self) -> Floats:
-        """The largest speed of each servo, (joints,) °/s."""
+        """Largest speed of each servo, (joints,) °/s."""
         return np.asarray(np.abs(self._steps).max(axis=0) / self.interval)
 
     @property
@@ -75,15 +74,15 @@ def keyframes_of(
 
     Args:
         gait: the joint angles.
-        calibration: of its joints, in the same order.
-        keyframe_ms: time from one keyframe to the next as played, in which the gait is
-            interpolated; None for that of a frame. In a loop, the nearest time that divides it.
-        speed: of playback; 1 is that of the simulation.
-        clip: whether to clip angles beyond the limits rather than refuse them.
-        loop: the part of the gait that is repeated; None plays it all, once.
+        calibration: calibration of the joints, in the same order.
+        keyframe_ms: time between keyframes in playback; None for one keyframe per frame. A loop
+            uses the nearest time that divides its period.
+        speed: speed of playback; 1 is that of the simulation.
+        clip: whether to clip angles beyond the limits instead of raising an error.
+        loop: part of the gait that repeats; None plays the whole gait once.
 
     Raises:
-        GaitsimError: an angle or a speed is beyond a limit, or there are not two keyframes.
+        GaitsimError: an angle or a speed is beyond a limit, or there are fewer than two keyframes.
     """
     check_playback(speed)
     frames = np.arange(len(gait.angles)) / gait.frame_rate
@@ -96,12 +95,12 @@ def keyframes_of(
         times, degrees, loop_from = _cycle(loop, frames, turned, wished)
     if len(times) < 2 or times[1] / speed < 0.001 - 1e-9:
         raise GaitsimError(
-            f"a gait of {frames[-1] / speed * 1000:g} ms gives {len(times)} keyframes"
-            f"{', which are no movement' if len(times) < 2 else ' less than 1 ms apart'}",
+            f"a gait of {frames[-1] / speed * 1000:g} ms gives "
+            + ("only one keyframe" if len(times) < 2 else "keyframes less than 1 ms apart"),
             where="" if keyframe_ms is None else f"--keyframe-ms {keyframe_ms}",
             allowed="two keyframes or more, at least 1 ms apart",
         )
-    # Rounding comes before the check: a hundredth of a degree beyond a limit breaks nothing.
+    # Round before the check: a hundredth of a degree beyond a limit does no harm.
     sent = np.round(degrees, DECIMALS) + 0.0  # no −0.0
     standing = calibration.servo_angles(gait.standing)
     excess = calibration.excess(sent)
@@ -114,7 +113,7 @@ def keyframes_of(
             joint,
             sent[frame, joint],
             f"at {times[frame] / speed * 1000:.0f} ms (frame {times[frame] * gait.frame_rate:.0f})",
-            f", as {joints - 1} more joint{'s' * (joints > 2)} would" if joints > 1 else "",
+            f"; {joints - 1} more joint{'s' * (joints > 2)} would, too" if joints > 1 else "",
         )
     held = np.clip(sent, calibration.low, calibration.high)
     last = times[-1] if loop is None else loop.start
@@ -137,45 +136,45 @@ def check_playback(speed: float) -> None:
     """Check the speed of playback.
 
     Raises:
-        GaitsimError: no robot plays a gait so fast or slow.
+        GaitsimError: the speed is out of range.
     """
     if not SLOWEST <= speed <= 1 / SLOWEST:
         raise GaitsimError(
-            f"a gait cannot be played at {speed:g} of its speed",
+            f"invalid speed of playback {speed:g}",
             where="--speed",
-            allowed=f"{SLOWEST:g} to {1 / SLOWEST:g}; 1 is as simulated, 0.5 half as fast",
+            allowed=f"{SLOWEST:g} to {1 / SLOWEST:g}; 1 is the simulated speed, 0.5 is half of it",
         )
 
 
 def interpolated(times: NDArray[Any], known: NDArray[Any], angles: Floats) -> Floats:
-    """Interpolate the angles at `times` linearly between those at `known`, (times, joints)."""
+    """Interpolate linearly from the angles at times `known` to `times`, (times, joints)."""
     return np.stack([np.interp(times, known, column) for column in angles.T], axis=1)
 
 
 def beyond_range(
     calibration: Calibration, joint: int, degrees: float, when: str, others: str = ""
 ) -> GaitsimError:
-    """Return the error of an angle that a servo cannot turn to."""
+    """Return the error for an angle beyond a servo's range."""
     return GaitsimError(
         f"{[*calibration.joints][joint]} would turn to {degrees:.{DECIMALS}f}° {when}, beyond the "
         f"servo's range{others}",
         where=calibration.source,
         allowed=f"{calibration.low[joint]:g}° to {calibration.high[joint]:g}°",
-        remedy=f"give the range of your servos {calibration.limited_by}, or hold them to it with "
+        remedy=f"set the range of your servos {calibration.limited_by}, or clip the angles with "
         "--clip",
     )
 
 
 def _cycle(loop: Loop, frames: Floats, turned: Floats, wished: float) -> tuple[Floats, Floats, int]:
-    """Return times and angles up to the end of a loop, and the keyframe where it begins."""
+    """Return times and angles up to the end of a loop, and the keyframe at its start."""
     count = max(round(loop.period / wished), 2)
     interval = loop.period / count
     first = int(np.ceil(loop.start / interval - 1e-9))
-    if (first + count) * interval > frames[-1] + 1e-9:  # the loop begins in the last cycle
+    if (first + count) * interval > frames[-1] + 1e-9:  # the gait ends before the loop does
         first = max(int((frames[-1] + 1e-9) / interval) - count, 0)
     times = np.arange(first + count + 1, dtype=np.float64) * interval
     degrees = interpolated(times, frames, turned)
-    # What a cycle is off from the next one is spread over it, so that none begins with a jump.
+    # Spread the difference between two cycles over the whole cycle, to avoid a jump.
     jump = degrees[first] - degrees[-1]
     degrees[first:] += np.linspace(0, 1, count + 1)[:, None] * jump
     return times[:-1], degrees[:-1], first
@@ -184,7 +183,7 @@ def _cycle(loop: Loop, frames: Floats, turned: Floats, wished: float) -> tuple[F
 def _check_speed(
     found: Keyframes, calibration: Calibration, speed: float, frame_rate: float
 ) -> None:
-    """Refuse a gait that its servos cannot follow."""
+    """Raise an error if a servo cannot follow the gait."""
     share = found.fastest / calibration.fastest
     if share.max() <= 1 + ALMOST:
         return
@@ -192,13 +191,13 @@ def _check_speed(
     keyframe = int(np.abs(found._steps[:, joint]).argmax())
     seconds = found.seconds[keyframe]
     servo = [*calibration.joints.values()][joint].servo
-    named = f"the servo {servo} reaches" if servo else "is allowed"
+    named = f"the servo {servo} can" if servo else "the calibration allows"
     slower = np.floor(speed / share.max() * 100) / 100
     raise GaitsimError(
         f"{found.joint_names[joint]} would turn at {found.fastest[joint]:.0f}°/s at "
         f"{seconds * 1000:.0f} ms (frame {seconds * speed * frame_rate:.0f}), faster than {named}",
         where=calibration.source,
         allowed=f"up to {calibration.fastest[joint]:.0f}°/s",
-        remedy=f"play it slower, with --speed {max(slower, SLOWEST):g}, and judge it again; or "
+        remedy=f"play it slower, with --speed {max(slower, SLOWEST):g}, and check the result; or "
         "evolve it with slower servos",
     )

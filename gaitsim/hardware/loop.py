@@ -1,4 +1,4 @@
-"""Find the part of a gait that repeats, so that a robot can play it for as long as it likes."""
+"""Find the part of a gait that repeats, so that a robot can play it in a loop."""
 
 from dataclasses import dataclass
 
@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 TOLERANCE = np.radians(1.0)  # rad, largest difference between a cycle and the next
-SET_OFF = np.radians(0.1)  # rad, or twice what cycles differ by: before, the gait sets off
-LONGEST = 0.5  # of the gait: a cycle is seen twice
-WATCHED = 0.25  # of the gait, at least, is compared with one cycle later
-STILL = np.radians(1.0)  # rad: a joint that turns less shows no cycle
+SET_OFF = np.radians(0.1)  # rad; a larger difference belongs to the transient at the start
+LONGEST = 0.5  # share of the gait, as every cycle must occur twice
+WATCHED = 0.25  # smallest share of the gait that is compared with the next cycle
+STILL = np.radians(1.0)  # rad; the gait stands still if all joints turn less
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,9 @@ class Loop:
     """A part of a gait that repeats.
 
     Attributes:
-        start: s from the beginning of the gait, before which it differs, as in setting off.
-        period: s.
-        error: largest difference from one cycle to the next, rad.
+        start: start of the first cycle, after the initial transient, s.
+        period: duration of a cycle, s.
+        error: largest difference between a cycle and the next, rad.
     """
 
     start: float
@@ -30,14 +30,14 @@ class Loop:
 
 
 def find_loop(angles: Floats, frame_rate: float) -> Loop | None:
-    """Return the shortest part of a gait that repeats to 1°; None where nothing does.
+    """Return the shortest part of a gait that repeats to within 1°; None if no part does.
 
-    The commands must repeat, which is more than a stride of the feet shows. A period may lie
-    between two frames: there, the angles are those of a cubic spline.
+    The joint angles must repeat, not only the contacts of the feet. A period need not be a whole
+    number of frames, as a cubic spline interpolates the angles.
 
     Args:
         angles: (frames, joints) rad.
-        frame_rate: Hz.
+        frame_rate: frames per second, Hz.
     """
     from scipy.interpolate import CubicSpline
     from scipy.optimize import minimize_scalar
@@ -71,12 +71,12 @@ def find_loop(angles: Floats, frame_rate: float) -> Loop | None:
 
 
 def _first(frames: int, lag: float) -> int:
-    """Return the first frame that is compared with the one a cycle later."""
+    """Return the first frame that is compared with the frame one cycle later."""
     return max(int(frames - 1 - lag - max(lag, WATCHED * frames)), 0)
 
 
 def _differences(angles: Floats) -> Floats:
-    """Return the largest difference after 2, 3, … frames, rad, at the end of the gait."""
+    """Return the largest difference after lags of 2, 3, … frames at the end of the gait, rad."""
     frames = len(angles)
     found = []
     for lag in range(2, int(LONGEST * (frames - 1)) + 1):

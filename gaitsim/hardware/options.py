@@ -1,4 +1,4 @@
-"""The formats for robots, and what each of them takes."""
+"""Export formats and the options that each of them takes."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -17,19 +17,21 @@ ENDINGS = {
     "ros2": ".yaml",
     "rosbag2": "",  # a folder
 }
-"""The end of a default file name by format."""
+"""Suffix of the default file name by format."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a gait is exported.
+    """The options of an export.
 
     Attributes:
-        calibration: a TOML file; None for servos at their centre as the robot stands.
-        keyframe_ms: time from one keyframe to the next; None for that of the frames.
-        speed: of playback; None for 1, as simulated.
-        clip: whether to clip angles beyond the limits rather than refuse them.
-        centre, low, high: ° of a servo table; None for 0 and 90° to either side of the centre.
+        calibration: a TOML file; None for servos that are centred in the standing pose.
+        keyframe_ms: time between keyframes; None for one keyframe per frame.
+        speed: speed of playback; None for 1, the simulated speed.
+        clip: whether to clip angles beyond the limits instead of raising an error.
+        centre: angle of the servos in a servo table when a joint is at zero, °; None for 0.
+        low: smallest angle in a servo table, °; None for 90° below the centre.
+        high: largest angle in a servo table, °; None for 90° above the centre.
     """
 
     calibration: Path | None = None
@@ -46,7 +48,7 @@ class Options:
         return 1.0 if self.speed is None else self.speed
 
     def flags(self) -> list[str]:
-        """Return the options that are given, as on the command line."""
+        """Return the command-line flags of all options that are set."""
         given = {
             "--calibration": self.calibration,
             "--keyframe-ms": self.keyframe_ms,
@@ -66,21 +68,21 @@ TAKES: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(get_args(ServoFormat), _SERVO),
     "servo": (*_SERVO, "--centre", "--min", "--max"),
 }
-"""The flags of `Options` that a format takes."""
+"""The flags that each format takes."""
 
 
 def refuse_options(
     format: str, given: Iterable[str], takes: Mapping[str, tuple[str, ...]] = TAKES
 ) -> None:
-    """Refuse flags that a format does not take.
+    """Raise an error for flags that a format does not take.
 
     Args:
-        format: one of `takes`.
-        given: the flags, as on the command line.
-        takes: the flags that each format takes.
+        format: a key of `takes`.
+        given: flags, as on the command line.
+        takes: flags that each format takes.
 
     Raises:
-        GaitsimError: there are some.
+        GaitsimError: the format does not take a flag.
     """
     idle = [name for name in given if name not in takes[format]]
     if idle:
@@ -93,16 +95,16 @@ def refuse_options(
 
 
 def check_options(format: str, options: Options) -> None:
-    """Refuse options that a format does not take, or that contradict each other.
+    """Raise an error for options that a format does not take or that conflict.
 
     Raises:
-        GaitsimError: there are some.
+        GaitsimError: the format does not take an option, or options conflict.
     """
     refuse_options(format, options.flags())
     uniform = [name for name in options.flags() if name in ("--centre", "--min", "--max")]
     if options.calibration and uniform:
         raise GaitsimError(
-            f"--calibration has the ranges of the servos, so it does not go with "
+            f"--calibration sets the ranges of the servos, so it cannot be combined with "
             f"{' and '.join(uniform)}",
-            remedy="leave one of the two out",
+            remedy="omit one of the two",
         )

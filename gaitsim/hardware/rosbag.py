@@ -13,20 +13,20 @@ from gaitsim.runs.files.drafts import draft_folder
 
 COMMANDS = "/joint_trajectory_controller/joint_trajectory"
 STATES = "/joint_states"
-VERSION = 8  # the newest that ROS 2 Humble reads
+VERSION = 8  # the newest version that ROS 2 Humble reads
 _PARTS = (".db3", ".yaml")
 
 
 def write_bag(trajectory: Trajectory, path: Path) -> None:
-    """Write a rosbag2 in SQLite, a folder, which every release of ROS 2 from Humble on plays.
+    """Write a rosbag2 folder in SQLite format, which ROS 2 Humble and all newer releases play.
 
-    It holds the whole trajectory as one `trajectory_msgs/JointTrajectory` on the topic that a
-    `joint_trajectory_controller` reads, and the same positions as `sensor_msgs/JointState`, one
-    message a point, to look at. An earlier bag of that name is replaced.
+    The bag contains the whole trajectory as one `trajectory_msgs/JointTrajectory` on the topic
+    that a `joint_trajectory_controller` reads. For visualisation, it also contains the positions
+    as `sensor_msgs/JointState`, one message per point. An existing bag at `path` is replaced.
 
     Raises:
         GaitsimError: the package rosbags is not installed.
-        RunError: it cannot be written, or there is something else of that name.
+        RunError: the bag cannot be written, or `path` is not a bag.
     """
     check_installed()
     from rosbags.rosbag2 import StoragePlugin, Writer
@@ -44,10 +44,10 @@ def write_bag(trajectory: Trajectory, path: Path) -> None:
 
 
 def check_installed() -> None:
-    """Refuse to write a bag without the package rosbags.
+    """Check that the package rosbags is installed.
 
     Raises:
-        GaitsimError: it is not installed.
+        GaitsimError: the package is not installed.
     """
     try:
         import rosbags.rosbag2  # noqa: F401
@@ -76,7 +76,7 @@ def _fill(writer: Any, store: Any, trajectory: Trajectory) -> None:
         point(position, velocity, empty, empty, duration(*parts))
         for parts, _, position, velocity in rows
     ]
-    # A header without a time: the controller begins when the message arrives.
+    # Without a time in the header, the controller starts when the message arrives.
     message = types[whole](header(stamp(0, 0), ""), names, points)
     commands = writer.add_connection(COMMANDS, whole, typestore=store)
     writer.write(commands, 0, store.serialize_cdr(message, whole))
@@ -87,13 +87,13 @@ def _fill(writer: Any, store: Any, trajectory: Trajectory) -> None:
 
 
 def _check_place(path: Path) -> None:
-    """Refuse a path where something else than a bag is."""
+    """Check that a path does not exist or is a bag."""
     check_parent(path)
     if not os.path.lexists(path):
         return
     bag = path.is_dir() and not path.is_symlink() and (path / "metadata.yaml").is_file()
     if not bag or any(part.suffix not in _PARTS for part in path.iterdir()):
         raise RunError(
-            f"cannot write {path}: something else than a rosbag2 is there",
-            remedy="give the name of a new folder with --out",
+            f"cannot write {path}: it exists and is not a rosbag2",
+            remedy="choose a new folder with --out",
         )

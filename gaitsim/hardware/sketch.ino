@@ -2,15 +2,15 @@
 //
 // Plays the gait in gait.h on servos at @BOARDS_TEXT@. Written by gaitsim.
 //
-// Before the first start: hang the robot up so that no foot touches, set the current limit of the
-// supply low, and be ready to cut its power. The first command is the standing pose, and hobby
-// servos turn there at full speed from wherever they are.
+// Before the first start: hang up the robot so that its feet do not touch anything, set a low
+// current limit on the supply, and be ready to cut the power. The first command is the standing
+// pose, to which hobby servos turn at full speed from any position.
 //
-// Power for the servos goes to the boards' V+ terminal, never through the Arduino; all grounds
-// are connected. Serial monitor at 115200 baud:
-//   g  stand, then begin the gait       s  stop softly, and stand
-//   x  switch all servos off at once: the robot sinks down
-// A button from pin BUTTON to ground does g and s in turn.
+// Connect the power supply of the servos to the boards' V+ terminal, never through the Arduino,
+// and connect all grounds. Commands on the serial monitor at 115200 baud:
+//   g  stand up, then start the gait    s  stop softly and stand
+//   x  switch off all servos at once: the robot sinks to the ground
+// A button between pin BUTTON and ground alternates between g and s.
 //
 // Library: Adafruit PWM Servo Driver (Library Manager).
 
@@ -19,11 +19,11 @@
 #include "gait.h"
 
 const uint8_t BUTTON = 2;
-const uint32_t OSCILLATOR = 25000000;  // Hz; boards are up to some per cent off: measure a pulse
-const uint8_t FREQUENCY = 50;          // pulses a second
-const uint8_t STEP_MS = 20;            // from one command to the next
-const uint8_t RISE_STEPS = 3;          // from one servo to the next in the first command
-const float RAMP_SECONDS = 1.5;        // at least, from standing to the gait and back
+const uint32_t OSCILLATOR = 25000000;  // Hz; real boards differ by a few per cent: measure a pulse
+const uint8_t FREQUENCY = 50;          // pulses per second
+const uint8_t STEP_MS = 20;            // time between commands
+const uint8_t RISE_STEPS = 3;          // steps between the first commands of two servos
+const float RAMP_SECONDS = 1.5;        // shortest time from standing to the gait and back
 
 Adafruit_PWMServoDriver boards[BOARDS] = {
 @BOARDS@
@@ -31,13 +31,13 @@ Adafruit_PWMServoDriver boards[BOARDS] = {
 
 const uint8_t OFF = 0, RISING = 1, STANDING_STILL = 2, STARTING = 3, PLAYING = 4, STOPPING = 5;
 uint8_t state = OFF;
-uint8_t risen = 0;         // servos that have had their first command
-uint8_t waited = 0;        // steps since the last of them
-float now_us[JOINTS];      // pulse of each servo
-float from_us[JOINTS];     // where a ramp began
+uint8_t risen = 0;         // number of servos that have received their first command
+uint8_t waited = 0;        // steps since the last first command
+float now_us[JOINTS];      // current pulse of each servo
+float from_us[JOINTS];     // pulse of each servo at the start of a ramp
 float ramp_seconds = 0;
 float ramp_done = 0;       // s
-uint32_t played_us = 0;    // of the gait
+uint32_t played_us = 0;    // time since the start of the gait
 uint32_t last_ms = 0;
 bool was_pressed = false;
 
@@ -63,7 +63,7 @@ void switch_off() {
   }
 }
 
-// Begins a ramp from where the servos are: to the gait's first keyframe, or to standing.
+// Starts a ramp from the current pulses to the gait's first keyframe, or to standing.
 void begin_ramp(bool to_gait) {
   ramp_seconds = RAMP_SECONDS;
   ramp_done = 0;
@@ -111,7 +111,7 @@ void read_commands() {
   was_pressed = pressed;
 }
 
-// The servos come up one after the other, as all at once draw too much current.
+// Moves one servo after the other, as all servos together would draw too much current.
 void rise() {
   if (waited++ < RISE_STEPS) return;
   waited = 1;
@@ -126,7 +126,7 @@ void rise() {
 void ramp(bool to_gait) {
   ramp_done += STEP_MS / 1000.0f;
   const float x = fminf(ramp_done / ramp_seconds, 1.0f);
-  const float share = x * x * (3 - 2 * x);  // begins and ends slowly
+  const float share = x * x * (3 - 2 * x);  // smooth start and end
   for (uint8_t joint = 0; joint < JOINTS; joint++) {
     const float target = to_gait ? frame_us(0, joint) : standing_us(joint);
     drive(joint, from_us[joint] + share * (target - from_us[joint]));
@@ -165,7 +165,7 @@ void setup() {
     boards[board].setOscillatorFrequency(OSCILLATOR);
     boards[board].setPWMFreq(FREQUENCY);
   }
-  Wire.setClock(400000);  // at 100 kHz, more than 30 servos take longer than a step
+  Wire.setClock(400000);  // at 100 kHz, commands to more than 30 servos take longer than a step
   switch_off();
   Serial.println(F("g: stand and walk, s: stop softly, x: servos off"));
 }
@@ -174,7 +174,7 @@ void loop() {
   read_commands();
   const uint32_t time_ms = millis();
   if (time_ms - last_ms < STEP_MS) return;
-  last_ms = time_ms;  // a late step delays the gait and never hurries it
+  last_ms = time_ms;  // a late step delays the gait; later steps do not catch up
   if (state == RISING) rise();
   else if (state == STARTING) ramp(true);
   else if (state == PLAYING) play();

@@ -1,4 +1,4 @@
-"""Tables of keyframes as CSV: degrees for any servo controller, goal positions for servo buses."""
+"""Keyframes as CSV tables: degrees for any servo controller, goal positions for servo buses."""
 
 import csv
 import io
@@ -12,10 +12,10 @@ from gaitsim.runs.files.atomic import write_bytes
 
 
 def write_degrees(keyframes: Keyframes, path: Path) -> None:
-    """Write keyframes atomically as CSV: a column `time_ms`, then one a joint, degrees.
+    """Write keyframes atomically as CSV: a column `time_ms`, then degrees, one column per joint.
 
     Raises:
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     rows = [[f"{angle:.{DECIMALS}f}" for angle in row] for row in keyframes.degrees.tolist()]
     _write(keyframes, keyframes.joint_names, rows, path)
@@ -24,10 +24,10 @@ def write_degrees(keyframes: Keyframes, path: Path) -> None:
 def write_ticks(keyframes: Keyframes, calibration: Calibration, path: Path) -> None:
     """Write the goal positions of servos on a bus atomically as CSV.
 
-    The columns are `time_ms`, then one for each servo, named by its id.
+    The columns are `time_ms`, then one for each servo, named after its id.
 
     Raises:
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     ids = [str(joint.id) for joint in calibration.joints.values()]
     _write(keyframes, ids, calibration.ticks(keyframes.degrees).tolist(), path)

@@ -1,4 +1,4 @@
-"""Write the template of a calibration, for a user to fill in."""
+"""Write a calibration template for users to fill in."""
 
 import json
 import os
@@ -15,24 +15,24 @@ from gaitsim.runs.files.atomic import write_bytes
 
 _PLACES = {
     "arduino": "board, channel  PCA9685 board (0 at 0x40, 1 at 0x41, …) and its output, 0 to 15",
-    "dynamixel": "id              of the servo on its bus, 0 to 252",
-    "feetech": "id              of the servo on its bus, 0 to 252",
+    "dynamixel": "id              id of the servo on its bus, 0 to 252",
+    "feetech": "id              id of the servo on its bus, 0 to 252",
 }
 _HEAD = """\
 # Calibration of a robot for `gaitsim export --format {format} --calibration FILE`.
 #
-# Angles are degrees of the servo from its centre: servo = direction × joint + offset.
-# As written here, the servos are at their centre when the robot stands: send them there, then fit
-# the horns. Measure what is different on your robot, one joint at a time, with the robot hung up.
+# Angles are in degrees from the servo's centre: servo = direction × joint + offset.
+# With the values below, the servos are centred when the robot stands: centre them, then attach the
+# horns. Hang up the robot, check one joint after the other, and correct the values that differ.
 #
 #   {place}
-#   direction       1, or -1 where the servo turns against the joint
-#   offset          angle of the servo where the joint is at its zero, °
-#   min, max        how far the servo may turn before something touches, °
-{pulse}#   servo           its model: {servos}
-#   speed           largest speed in °/s; without it, the model's without load
+#   direction       1, or -1 if the servo turns opposite to the joint
+#   offset          angle of the servo when the joint is at zero, °
+#   min, max        range in which the servo can turn without touching anything, °
+{pulse}#   servo           model of the servo: {servos}
+#   speed           largest speed, °/s; by default the model's speed without load
 #
-# The docs, "From simulation to your robot", go through it step by step.
+# See "From simulation to your robot" in the docs for instructions step by step.
 
 schema = {schema}
 """
@@ -42,7 +42,7 @@ _PULSE = (
 
 
 def template(gait: Gait, calibration: Calibration, format: str) -> str:
-    """Return the text of a calibration with comments, and the range of each joint in the gait."""
+    """Return a commented calibration, with the range of each joint in the gait."""
     on_board = format == "arduino"
     parts = [
         _HEAD.format(
@@ -50,7 +50,7 @@ def template(gait: Gait, calibration: Calibration, format: str) -> str:
             place=_PLACES[format],
             pulse=_PULSE if on_board else "",
             servos=", ".join(name for name, servo in SERVOS.items() if servo.bus == BUSES[format])
-            + (", or none" if on_board else ""),
+            + (", or empty for others" if on_board else ""),
             schema=SCHEMA,
         )
     ]
@@ -77,17 +77,17 @@ def template(gait: Gait, calibration: Calibration, format: str) -> str:
 
 
 def write_template(gait: Gait, calibration: Calibration, format: str, path: Path) -> None:
-    """Write a calibration for a user to fill in.
+    """Write a calibration template for users to fill in.
 
     Raises:
-        GaitsimError: the file exists, as it may hold what somebody measured.
-        RunError: it cannot be written.
+        GaitsimError: the file exists, and may hold a calibration.
+        RunError: the file cannot be written.
     """
     check_folder(path)
     if os.path.lexists(path):
         raise GaitsimError(
-            f"{path} exists already",
+            f"the file {path} already exists",
             where="--calibration-template",
-            allowed="the name of a new file, so that no calibration is lost",
+            allowed="the name of a new file, as existing calibrations are not overwritten",
         )
     write_bytes(path, template(gait, calibration, format).encode())

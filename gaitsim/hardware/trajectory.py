@@ -1,4 +1,4 @@
-"""Gaits as ROS 2 trajectories, from the standing pose and back to it."""
+"""Gaits as ROS 2 trajectories that end in the standing pose."""
 
 import json
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from gaitsim.runs.files.atomic import write_bytes
 
 Floats = NDArray[np.float64]
 
-RAMP = 2.0  # s, at least, from where the robot is to the gait, and from the gait to standing
-RAMP_SPEED = 0.5  # rad/s, mean of the fastest joint in a longer ramp
-ARGUMENT = 131_072  # bytes that Linux passes as one argument of a command, its end included
+RAMP = 2.0  # s, shortest time from the robot's pose to the gait, and from the gait to standing
+RAMP_SPEED = 0.5  # rad/s, mean speed of the fastest joint in a longer ramp
+ARGUMENT = 131_072  # bytes, longest command-line argument on Linux, including the final zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +25,11 @@ class Trajectory:
 
     Attributes:
         joint_names: name of each joint.
-        nanoseconds: from the start to each point, (points,) int64; the first is above 0, so that
-            a controller moves there from where the robot is.
+        nanoseconds: time from the start to each point, (points,) int64. The first is above 0, so
+            that a controller moves there from the robot's current pose.
         positions: (points, joints) rad: the gait, then the standing pose.
-        velocities: (points, joints) rad/s, at rest in the first point of the gait, the last one,
-            and in standing: with other velocities the splines of the ramps would overshoot.
+        velocities: (points, joints) rad/s; 0 in the first and last point of the gait and in
+            standing, as the splines of the ramps would overshoot otherwise.
     """
 
     joint_names: tuple[str, ...]
@@ -46,11 +46,11 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
 
     Args:
         gait: the joint angles.
-        keyframe_ms: time from one point to the next; None for the frames of the gait.
-        speed: of playback; 1 is that of the simulation.
+        keyframe_ms: time between points; None for one point per frame.
+        speed: speed of playback; 1 is that of the simulation.
 
     Raises:
-        GaitsimError: the speed is not one, or the gait has not two points.
+        GaitsimError: the speed is out of range, or the gait has fewer than two points.
     """
     check_playback(speed)
     seconds = np.arange(len(gait.angles)) / gait.frame_rate / speed
@@ -60,7 +60,7 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
         positions = interpolated(seconds, known, gait.angles)
     if len(seconds) < 2:
         raise GaitsimError(
-            "the gait is shorter than the time between two points",
+            "the gait is shorter than the time between points",
             where="" if keyframe_ms is None else f"--keyframe-ms {keyframe_ms}",
         )
     velocities = np.gradient(positions, float(seconds[1]), axis=0)
@@ -78,7 +78,7 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
 def goal_text(trajectory: Trajectory) -> str:
     """Return the goal of a `control_msgs/action/FollowJointTrajectory` as YAML."""
     lines = ["trajectory:", "  joint_names:"]
-    # A text in JSON is one in YAML, whatever a name holds.
+    # A JSON string is valid YAML, whatever characters a name contains.
     lines += [f"  - {json.dumps(name)}" for name in trajectory.joint_names]
     lines.append("  points:")
     for time, position, velocity in zip(
@@ -94,10 +94,10 @@ def goal_text(trajectory: Trajectory) -> str:
 
 
 def write_goal(trajectory: Trajectory, path: Path) -> int:
-    """Write the goal as YAML atomically; return its bytes.
+    """Write the goal as YAML atomically, and return its size in bytes.
 
     Raises:
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     check_folder(path)
     data = goal_text(trajectory).encode()
@@ -110,5 +110,5 @@ def _numbers(values: Floats, decimals: int) -> str:
 
 
 def _ramp(pose: Floats, standing: Floats) -> float:
-    """Return the time from one pose to the other, s."""
+    """Return the time for a ramp from one pose to the other, s."""
     return max(RAMP, float(np.abs(pose - standing).max()) / RAMP_SPEED)

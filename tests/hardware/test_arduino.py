@@ -150,7 +150,7 @@ def test_a_standing_pose_beyond_the_limits_is_refused():
     gait = walking()
     gait = replace(gait, rest=gait.standing + 2)
     calibration = calibrated(gait)
-    with pytest.raises(GaitsimError, match="as the robot stands"):
+    with pytest.raises(GaitsimError, match="in the standing pose"):
         sketch_of(keyframes_of(gait, calibration), calibration, "walk", "a gait")
     held = keyframes_of(gait, calibration, clip=True)
     assert sketch_of(held, calibration, "walk", "a gait").flash
@@ -173,7 +173,7 @@ def test_what_does_not_fit_into_the_flash_is_refused_with_an_interval_that_does(
     interval = int(error.value.remedy.rpartition(" ")[2])
     sketch = sketch_of(keyframes_of(gait, calibration, interval), calibration, "walk", "a gait")
     assert 30_000 < sketch.flash <= 32_767
-    with pytest.raises(GaitsimError, match="not a name for an Arduino sketch"):
+    with pytest.raises(GaitsimError, match="invalid name 'my gait' of an Arduino sketch"):
         sketch_name(tmp_path / "my gait")
 
 

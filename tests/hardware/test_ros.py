@@ -163,6 +163,6 @@ def test_something_else_of_that_name_is_left_alone(gait, tmp_path):
 
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
-    with pytest.raises(GaitsimError, match="something else than a rosbag2"):
+    with pytest.raises(GaitsimError, match="exists and is not a rosbag2"):
         write_bag(trajectory_of(gait), tmp_path / "mine")
     assert (tmp_path / "mine" / "notes.txt").read_text() == "mine"

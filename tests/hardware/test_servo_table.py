@@ -78,7 +78,7 @@ def test_what_leaves_the_range_is_refused_with_joint_and_time():
         table_of(gait([0, 10, -45, 20]), (90, 30, 150))
     error.match(r"b would turn to 0.00° at 200 ms \(frame 2\)")
     error.match("30° to 150°")
-    with pytest.raises(GaitsimError, match="as 1 more joint would"):
+    with pytest.raises(GaitsimError, match="1 more joint would"):
         table_of(gait([0, 10, -75, 20]), (90, 30, 150))
 
 
@@ -100,12 +100,12 @@ def test_the_bounds_themselves_are_within():
     "bounds", [(0, 10, -10), (0, 5, 5), (200, 0, 180), (0, -np.inf, 90), (np.nan, -90, 90)]
 )
 def test_a_range_that_is_none_is_refused(bounds):
-    with pytest.raises(GaitsimError, match="servos cannot turn"):
+    with pytest.raises(GaitsimError, match="invalid servo range"):
         uniform_calibration(("a",), *bounds)
 
 
 def test_a_gait_without_two_keyframes_is_refused():
-    with pytest.raises(GaitsimError, match="gives 1 keyframes, which are no"):
+    with pytest.raises(GaitsimError, match="gives only one keyframe"):
         table_of(gait([0, 10]), HALF_TURN, 101)
     with pytest.raises(GaitsimError, match="at least 1 ms apart"):
         table_of(gait([0, 10, 20], frame_rate=5000.0), HALF_TURN)
@@ -142,5 +142,5 @@ def test_a_slower_playback_takes_longer():
     assert table.milliseconds.tolist() == [0, 100, 200, 300, 400]
     assert table.degrees[:, 0].tolist() == [0, 15, 30, 9, -12]
     for speed in (0, -1, np.nan, np.inf):
-        with pytest.raises(GaitsimError, match="cannot be played at"):
+        with pytest.raises(GaitsimError, match="invalid speed of playback"):
             table_of(gait([0, 30]), HALF_TURN, speed=speed)
