@@ -1,4 +1,4 @@
-"""What a plugin is: all that a plugin package imports, beside `gaitsim.errors`."""
+"""The contracts of plugins: everything that a plugin package imports, besides `gaitsim.errors`."""
 
 from gaitsim.contracts.condition import SEED, WORLD_HELP, Condition, check_world
 from gaitsim.contracts.fitness import Fitness

@@ -1,4 +1,4 @@
-"""Conditions of a world: what may vary between the worlds that a body moves in."""
+"""Conditions of a world, such as friction, which vary between the worlds that a body moves in."""
 
 import math
 from collections.abc import Mapping
@@ -7,26 +7,25 @@ from dataclasses import dataclass
 from gaitsim.errors import GaitsimError, unknown
 
 WORLD_HELP = (
-    "conditions of the world that the body is in, by name, such as friction = 0.4; others are "
-    "nominal. The whole number seed chooses what is drawn at random in it"
+    "conditions of the body's world by name, such as friction = 0.4; the others are nominal. The "
+    "whole number seed determines everything random in the world"
 )
 SEED = "seed"
-"""The key of a world that seeds what its conditions leave to chance, such as which way each joint
-is off."""
+"""The key of a world that seeds its random choices, such as the sign of each joint's error."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What may vary between worlds.
+    """A quantity that varies between worlds.
 
     Attributes:
-        unit: as printed, '' for a pure number.
-        nominal: its value in a world that does not name it.
-        low: lower end of the range that worlds usually have.
-        high: upper end.
-        least: smallest value that the body can be in.
-        most: largest value.
-        help: what it is, one phrase.
+        unit: unit as printed, '' for a pure number.
+        nominal: value in a world that does not name the condition.
+        low: lower end of the usual range.
+        high: upper end of the usual range.
+        least: smallest value that the body supports.
+        most: largest value that the body supports.
+        help: description of the condition, one phrase.
     """
 
     unit: str
@@ -38,7 +37,7 @@ class Condition:
     help: str
 
     def texts(self) -> tuple[str, str, str, str]:
-        """Return nominal value, usual range, unit and meaning, as tables show them."""
+        """Return the nominal value, usual range, unit and description, as tables show them."""
         return f"{self.nominal:g}", f"{self.low:g} to {self.high:g}", self.unit, self.help
 
     def __str__(self) -> str:
@@ -47,14 +46,14 @@ class Condition:
 
 
 def check_world(world: Mapping[str, float], conditions: Mapping[str, Condition]) -> None:
-    """Check the option `world` of a body.
+    """Validate the option `world` of a body.
 
     Args:
-        world: values by the names of conditions, and perhaps `seed`.
-        conditions: of the body.
+        world: values by the names of conditions, and optionally `seed`.
+        conditions: conditions of the body by name.
 
     Raises:
-        GaitsimError: a name is unknown, or a value is beyond what the body can be in.
+        GaitsimError: a name is unknown, or a value is outside the range that the body supports.
     """
     for name, value in world.items():
         if name == SEED:

@@ -8,11 +8,11 @@ from gaitsim.contracts.plugin import Plugin
 
 
 class Fitness(Plugin):
-    """A fitness function: named terms whose sum is the score; more is better.
+    """A fitness function: named terms whose sum is the score; higher is better.
 
     Attributes:
-        needs: names of the channels that it reads.
-        unit: the unit of the score and of all its terms as printed, `''` for pure numbers.
+        needs: names of the channels that the function reads.
+        unit: unit of the score and of all its terms as printed, `''` for pure numbers.
     """
 
     needs: ClassVar[tuple[str, ...]]
@@ -22,6 +22,6 @@ class Fitness(Plugin):
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Return the terms of every individual's score by name, each (population,).
 
-        The names are the same for every motion. A term that is not finite makes
-        the individual's score −inf, and the run continues.
+        The names must be the same for every motion. An individual with a term that is not finite
+        scores −inf, and the run continues.
         """

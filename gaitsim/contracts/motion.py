@@ -19,16 +19,16 @@ class Channel:
     """A declared channel of a motion.
 
     `Channel(("frames", "feet", ("x", "y", "z")), "m", "in the world")` declares an array of shape
-    (population, frames, feet, 3). Some names of axes have a meaning: `frames` is time, `joints`
-    has an entry for each of the body's `joint_names()`, `feet` one for each of its skeleton's
-    `contact_names`, `trials` one for each start of the same individual.
+    (population, frames, feet, 3). Some axis names have a meaning: `frames` is time; `joints` has
+    an entry for each name in the body's `joint_names()`, `feet` for each of its skeleton's
+    `contact_names`, and `trials` for each starting position of the same individual.
 
     Args:
-        axes: the axes after the population: the name of an axis whose length depends on the body
-            and its options, or a tuple that names the entries of a fixed axis.
-        unit: the unit as printed, `''` for a pure number or a truth value; a tuple with a unit for
-            each entry of the last axis where they differ.
-        help: what it is, one phrase.
+        axes: axes after the population. Each is the name of an axis whose length depends on the
+            body and its options, or a tuple that names the entries of an axis of fixed length.
+        unit: unit as printed, `''` for a pure number or a boolean; if the entries of the last axis
+            have different units, a tuple with the unit of each.
+        help: description of the channel, one phrase.
 
     Raises:
         ValueError: `frames` is not the first axis, or the units do not fit the last axis.
@@ -41,19 +41,19 @@ class Channel:
     def __post_init__(self) -> None:
         if not isinstance(self.axes, tuple) or "frames" in self.axes[1:]:
             raise ValueError(
-                f"Channel.axes is {self.axes!r}, expected a tuple, 'frames' only as its first entry"
+                f"Channel.axes is {self.axes!r}, expected a tuple with 'frames' only as first entry"
             )
         if isinstance(self.unit, tuple):
             last = self.axes[-1] if self.axes else ()
             if isinstance(last, str) or len(last) != len(self.unit):
                 raise ValueError(
-                    f"Channel.unit is {self.unit!r}, expected a text, or one for each entry of a "
-                    f"last axis of named entries; that axis is {last!r}"
+                    f"Channel.unit is {self.unit!r}, expected a string, or a string for each named "
+                    f"entry of the last axis, which is {last!r}"
                 )
 
     @property
     def over_time(self) -> bool:
-        """Whether its first axis after the population is time."""
+        """Whether the first axis after the population is time."""
         return self.axes[:1] == ("frames",)
 
     def unit_of(self, entry: int) -> str:
@@ -69,13 +69,13 @@ class Channel:
 
     @property
     def shape(self) -> str:
-        """Its shape in words, such as '(population, frames, [x, y, yaw])'."""
+        """The shape in words, such as '(population, frames, [x, y, yaw])'."""
         names = ("population", *map(_joined, self.axes))
         return f"({', '.join(names)})" if self.axes else "(population,)"
 
     @property
     def units(self) -> str:
-        """Its unit in words, such as '[m, m, rad]'."""
+        """The unit in words, such as '[m, m, rad]'."""
         return _joined(self.unit)
 
     def __str__(self) -> str:
@@ -89,16 +89,17 @@ def _joined(names: str | tuple[str, ...]) -> str:
 class Motion(Mapping[str, Array]):
     """The movement of a whole population, as named channels.
 
-    A channel is an array whose first axis is the population; `Organism.channels` declares the
-    others. A function can compute costly channels: it is called when one of them is first read,
-    and its result is kept.
+    A channel is an array whose first axis is the population; `Organism.channels` declares its
+    other axes. Costly channels can be computed by a function, which is called once, when one of
+    its channels is first read.
 
     Args:
-        frame_rate: frames a second, Hz.
+        frame_rate: frames per second, Hz.
         channels: arrays by name, each (population, …).
-        derived: functions by the names of the channels that each returns.
-        failures: why a motion failed, such as an unstable simulation, by the individual's index;
-            such an individual scores −inf.
+        derived: functions that compute channels; each key holds the names of the channels that
+            its function returns.
+        failures: reasons why motions failed, such as an unstable simulation, by the index of the
+            individual; these individuals score −inf.
     """
 
     def __init__(
@@ -134,13 +135,13 @@ class Motion(Mapping[str, Array]):
 
 @dataclass(frozen=True, eq=False)
 class Measure:
-    """One quantity that describes how a body moved, for people.
+    """A quantity that describes to people how a body moved.
 
     Args:
-        source: one number an individual, (population,); or a function that computes them, which
-            is called when they are first read.
-        unit: its unit as printed, `''` for a pure number.
-        help: what it is, one sentence.
+        source: a number for each individual, (population,); or a function that returns this array
+            and is called when the values are first read.
+        unit: unit as printed, `''` for a pure number.
+        help: description of the quantity, one sentence.
     """
 
     source: Array | Callable[[], Array]
@@ -149,35 +150,36 @@ class Measure:
 
     @cached_property
     def values(self) -> Array:
-        """One number an individual, (population,)."""
+        """A number for each individual, (population,)."""
         return self.source() if callable(self.source) else self.source
 
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """One individual's body over time, enough to draw it: line segments, and solids if it has any.
+    """The geometry of one individual over time, for drawing: line segments and optional solids.
 
     Args:
-        segments: both ends of each segment, (frames, segments, 2, 3), metres, in
-            the world's frame: x forward, y left, z up.
+        segments: both ends of each segment, (frames, segments, 2, 3), metres, in the world frame:
+            x forward, y left, z up.
         names: name of each segment.
-        frame_rate: frames a second, Hz.
+        frame_rate: frames per second, Hz.
         contacts: points that may touch the ground, (frames, contacts, 3), metres.
-        touching: which of them do, (frames, contacts) bool.
-        contact_names: name of each of them, such as a leg's.
-        centre: the point whose path is the body's path, such as its centre of mass,
-            (frames, 3), metres; None takes the mean of the segments' ends.
-        ground: where it is uneven along x and the same for every y: x, ascending, and height of
-            its corners, (corners, 2), metres; where it differs with y, a terrain; None for level
-            ground at z = 0.
-        solids: what the body is made of.
-        poses: where each of them is: position, metres, and unit quaternion (w, x, y, z) in the
-            world's frame, (frames, solids, 7).
-        damaged: names of segments and solids that do not move as they should, and of contacts
-            whose leg is lost.
+        touching: whether each contact touches the ground, (frames, contacts) bool.
+        contact_names: name of each contact, such as the name of its leg.
+        centre: point whose path is the path of the body, such as its centre of mass, (frames, 3),
+            metres; None takes the mean of the segments' ends.
+        ground: None for level ground at z = 0. For ground that varies along x only, the x,
+            ascending, and the height of each corner of its profile, (corners, 2), metres. For
+            ground that varies in x and y, a `Terrain`.
+        solids: rigid solids of the body.
+        poses: position, metres, and unit quaternion (w, x, y, z) of each solid in the world frame,
+            (frames, solids, 7).
+        damaged: names of the segments and solids that damage affects, and of the contacts of lost
+            legs.
 
     Raises:
-        SkeletonError: shapes that do not fit each other.
+        SkeletonError: the shapes do not match each other, a name in `damaged` is unknown, or the
+            profile of the ground is not finite and ascending.
     """
 
     segments: NDArray[np.floating[Any]]
@@ -194,9 +196,9 @@ class Skeleton:
 
     def __post_init__(self) -> None:
         if (self.contacts is None) != (self.touching is None):
-            raise SkeletonError("Skeleton.contacts and Skeleton.touching are given together or not")
+            raise SkeletonError("Skeleton.contacts and Skeleton.touching must be given together")
         if bool(self.solids) != (self.poses is not None):
-            raise SkeletonError("Skeleton.solids and Skeleton.poses are given together or not")
+            raise SkeletonError("Skeleton.solids and Skeleton.poses must be given together")
         frames = len(self.segments)
         shapes = {"segments": (frames, len(self.names), 2, 3), "centre": (frames, 3)}
         shapes["poses"] = (frames, len(self.solids), 7)
@@ -217,9 +219,9 @@ class Skeleton:
         if profile is not None and not (
             len(profile) and np.isfinite(profile).all() and (np.diff(profile[:, 0]) > 0).all()
         ):
-            raise SkeletonError("Skeleton.ground must have corners, finite, and its x ascending")
+            raise SkeletonError("Skeleton.ground must have finite corners in ascending order of x")
 
     @property
     def path(self) -> NDArray[np.floating[Any]]:
-        """Where the body is in each frame, (frames, 3), metres: its `centre`."""
+        """Position of the body in each frame, (frames, 3), metres; see `centre`."""
         return self.segments.mean(axis=(1, 2)) if self.centre is None else self.centre

@@ -11,7 +11,7 @@ from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 
 class Selection(Plugin):
-    """Chooses the parents."""
+    """An operator that chooses parents."""
 
     @abstractmethod
     def parents(
@@ -20,7 +20,7 @@ class Selection(Plugin):
         """Choose parents.
 
         Args:
-            scores: (population,), more is better; may hold −inf, never NaN.
+            scores: (population,), higher is better; may hold −inf, never NaN.
             pairs: number of pairs to choose.
             rng: the only source of randomness.
 
@@ -31,12 +31,14 @@ class Selection(Plugin):
     def parents_each(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Choose parents in each of several populations, (populations, population).
+        """Choose parents in each of several populations, scores (populations, population).
+
+        The default calls `parents` for one population after another. Override it if all of them
+        can be handled at once, which speeds up studies.
 
         Returns:
-            Indices into each population, (populations, pairs, 2); of one population, the same
-            as `parents`. This default takes one population after the other; a selection that
-            studies use can override it with something faster.
+            Indices into each population, (populations, pairs, 2). For a single population, they
+            equal those of `parents`.
         """
         return np.stack([self.parents(row, pairs, rng) for row in scores])
 
@@ -45,28 +47,28 @@ class Selection(Plugin):
 
         Args:
             population: individuals in each generation.
-            elites: number of individuals copied to the next generation.
-            children: number of children of each pair.
+            elites: number of individuals copied unchanged into the next generation.
+            children: number of children per pair.
         """
         return ""
 
 
 class Crossover(Plugin):
-    """Makes children of pairs of parents.
+    """An operator that combines pairs of parents into children.
 
     Attributes:
-        children: number of children of a pair, an option of every crossover. A crossover that
+        children: number of children per pair, an option of every crossover. A crossover that
             supports only one number narrows it to `Literal[1]` or `Literal[2]`.
-        pair_probability: the crossover probability p_c, an option of every crossover; the
-            breeding step replaces the children of the other pairs by copies (Holland 1975).
-        spaces: the genome spaces it works on.
+        pair_probability: crossover probability p_c (Holland 1975), an option of every crossover.
+            The breeding step replaces the children of the other pairs with copies of the parents.
+        spaces: genome spaces that the crossover supports.
     """
 
-    children: Literal[1, 2] = option(2, "how many children each pair of parents has")
+    children: Literal[1, 2] = option(2, "number of children of each pair of parents")
     pair_probability: float = option(
         1.0,
-        "probability that a pair is crossed at all; otherwise its children are copies, the first "
-        "of the mother, the second of the father",
+        "probability that a pair is crossed; otherwise its first child is a copy of the mother, "
+        "and its second child a copy of the father",
         ge=0,
         le=1,
     )
@@ -76,27 +78,27 @@ class Crossover(Plugin):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Cross every pair, (pairs, genes) with (pairs, genes), new arrays.
+        """Cross every pair: mothers (pairs, genes) with fathers (pairs, genes).
 
         Returns:
-            (pairs × children, genes) in the dtype of the space: all first children,
-            then all second ones. Genes may leave the bounds; the breeding step
-            repairs them after mutation.
+            A new array (pairs × children, genes) in the dtype of the space: all first children,
+            then all second ones. Genes may exceed their bounds; the breeding step repairs them
+            after mutation.
         """
 
 
 class Mutation(Plugin):
-    """Changes genomes at random.
+    """An operator that changes genomes at random.
 
     Attributes:
-        spaces: the genome spaces it works on.
+        spaces: genome spaces that the mutation supports.
     """
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
 
     @abstractmethod
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Mutate every genome, (population, genes) -> new array of that shape and dtype.
+        """Mutate every genome, (population, genes) -> a new array of the same shape and dtype.
 
-        Genes may leave the bounds; the breeding step repairs them.
+        Genes may exceed their bounds; the breeding step repairs them.
         """

@@ -18,16 +18,16 @@ def option(
 ) -> Any:
     """Declare one option of a plugin: its default, meaning, unit and bounds.
 
-    The one declaration feeds the check of experiment files, `--set`, the forms
-    and the documentation.
+    This one declaration is used to validate experiment files and `--set`, to build forms, and to
+    document the option.
 
     Args:
-        default: value where none is given.
+        default: value if none is given.
         help: what the option does, one sentence.
-        unit: its SI unit, `''` for a pure number.
-        ge: smallest value allowed; `gt` excludes the bound itself.
+        unit: SI unit of the option; `''` for a pure number.
+        ge: smallest value allowed.
         gt: bound that the value must exceed.
-        le: largest value allowed; `lt` excludes the bound itself.
+        le: largest value allowed.
         lt: bound that the value must stay below.
     """
     return Field(
@@ -42,12 +42,13 @@ def option(
 
 
 def folder_of(info: ValidationInfo) -> Path | None:
-    """Return the folder where a relative path in an option starts; None where none may be read.
+    """Return the folder that relative paths in an option start from; None if no file may be read.
 
-    For the validator of an option that takes the path of a file and keeps the file's content. It
-    is the folder of an experiment file; for values from the command line or from Python, the
-    current folder. The experiment of a run, a checkpoint or a champion contains what was read:
-    a path in it is invalid, as opening a run reads no other files.
+    Call it in the validator of an option that takes the path of a file and keeps the file's
+    content. Paths are relative to the folder of the experiment file, or, for values from the
+    command line or from Python, to the current folder. The experiment of a run, a checkpoint or a
+    champion already contains the content: a path in it is invalid, because opening a run reads no
+    other files.
     """
     if info.context is None:
         return Path()
@@ -56,18 +57,18 @@ def folder_of(info: ValidationInfo) -> Path | None:
 
 
 class Plugin(BaseModel):
-    """Base of all kinds of plugin.
+    """Base class of every kind of plugin.
 
-    Subclasses are frozen pydantic models: the fields are the options, declared
-    with `option`. Two plugins of one class with equal options are equal.
+    Subclasses are frozen pydantic models. Their fields are the options, each declared with
+    `option`. Two plugins of the same class with equal options are equal.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def at(self, generation: int) -> Self:
-        """Return the plugin with its options at `generation`, from 1.
+        """Return the plugin with its options at `generation`, counted from 1.
 
-        Override it for schedules, such as a mutation strength that decays. By default, options
-        stay the same.
+        Override it for schedules, such as a mutation strength that decays. By default, the
+        options are constant.
         """
         return self

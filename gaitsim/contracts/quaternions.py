@@ -9,7 +9,7 @@ Floats = NDArray[np.float64]
 
 
 def conjugate(turns: Floats) -> Floats:
-    """Return the turns back of quaternions (…, 4)."""
+    """Return the inverse rotations of quaternions (…, 4)."""
     return np.asarray(turns * (1.0, -1.0, -1.0, -1.0))
 
 
@@ -21,7 +21,7 @@ def rotated(turns: Floats, points: Floats) -> Floats:
 
 
 def product(one: Floats, other: Floats) -> Floats:
-    """Return the products of quaternions (…, 4): the turn `other`, then `one`."""
+    """Return the products of quaternions (…, 4): the rotation `other`, followed by `one`."""
     scalar, axis = one[..., :1], one[..., 1:]
     second, along = other[..., :1], other[..., 1:]
     real = scalar * second - (axis * along).sum(axis=-1, keepdims=True)
@@ -29,13 +29,13 @@ def product(one: Floats, other: Floats) -> Floats:
 
 
 def turn_about(axis: Floats, angles: Floats) -> Floats:
-    """Return the turns about a unit axis, (3,), by angles (…,) rad, as quaternions (…, 4)."""
+    """Return quaternions (…, 4) of rotations about a unit axis, (3,), by angles (…,) rad."""
     half = np.asarray(angles)[..., None] / 2
     return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
 
 
 def turn_about_axis(axis: int, angle: float) -> tuple[float, float, float, float]:
-    """Return the turn about x, y or z, 0 to 2, by an angle, rad, as for `Link.rotation`."""
+    """Return the rotation by an angle, rad, about x (0), y (1) or z (2), for `Link.rotation`."""
     turn = [math.cos(angle / 2), 0.0, 0.0, 0.0]
     turn[1 + axis] = math.sin(angle / 2)
     w, x, y, z = turn

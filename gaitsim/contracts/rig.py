@@ -1,4 +1,4 @@
-"""A body as a tree of links that joints turn: what places it by its joint angles alone."""
+"""A body as a kinematic tree: links that are placed by joint angles alone."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -8,21 +8,23 @@ import numpy as np
 from gaitsim.contracts.quaternions import Floats, product, rotated, turn_about
 from gaitsim.contracts.solid import SkeletonError, Solid
 
-_UNIT = 1e-6  # farthest from 1 that the length of an axis or a quaternion may be
+_UNIT = 1e-6  # tolerance for the length of an axis or a quaternion, which must be 1
 
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part of a body, and how it hangs on another one.
+    """A rigid part of a body, and its connection to its parent.
 
     Args:
-        name: of the link.
-        parent: name of the link that carries it; '' for the trunk.
-        origin: of its frame, in its parent's frame, (3,) m: a point on the joint's axis.
-        rotation: of its frame in its parent's where the joint is at zero, (w, x, y, z). The
-            trunk's is its own in the body's frame: x forward, y left, z up.
-        joint: name of the joint that turns it about its origin; '' for a link that is fixed.
-        axis: about which a positive angle turns it, in its own frame, of length 1, (3,).
+        name: name of the link.
+        parent: name of the link that carries this one; '' for the trunk.
+        origin: origin of the link's frame, a point on the axis of its joint, in the frame of the
+            parent, (3,) m.
+        rotation: rotation of the link's frame relative to the parent's when the joint angle is
+            zero, a quaternion (w, x, y, z). For the trunk, it is relative to the frame of the body:
+            x forward, y left, z up.
+        joint: name of the joint that turns the link about its origin; '' for a fixed link.
+        axis: unit vector about which a positive angle turns the link, in its own frame, (3,).
     """
 
     name: str
@@ -35,12 +37,12 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """What a rig carries at some joint angles, in the body's frame.
+    """The segments, solids and feet of a rig at given joint angles, in the frame of the body.
 
     Attributes:
         segments: both ends of each segment, (…, segments, 2, 3) m.
         poses: position, m, and unit quaternion of each solid, (…, solids, 7).
-        feet: (…, feet, 3) m.
+        feet: position of each foot, (…, feet, 3) m.
     """
 
     segments: Floats
@@ -56,22 +58,22 @@ class Rig:
     frame of its link.
 
     Args:
-        links: the trunk first, parents before children.
-        joints: names of the joint angles, as `Organism.joint_names`. An angle may turn no link,
-            such as that of a joint that is stuck, or several.
+        links: links of the body: the trunk first, parents before children.
+        joints: names of the joint angles, as `Organism.joint_names` returns them. An angle may
+            turn several links, or none if its joint is stuck.
         names: name of each segment.
         segments: both ends of each segment, (segments, 2, 3) m.
-        segment_links: name of the link of each segment.
-        feet: points that touch the ground, (feet, 3) m; None without feet.
-        foot_links: name of the link of each.
-        foot_names: name of each, such as a leg's.
-        solids: what the body is made of.
-        solid_poses: position, m, and unit quaternion (w, x, y, z) of each, (solids, 7).
-        solid_links: name of the link of each.
-        damaged: names of what does not move as it should, as in the skeleton.
+        segment_links: name of the link that carries each segment.
+        feet: points that touch the ground, (feet, 3) m; None for a body without feet.
+        foot_links: name of the link that carries each foot.
+        foot_names: name of each foot, such as the name of its leg.
+        solids: rigid solids of the body.
+        solid_poses: position, m, and unit quaternion (w, x, y, z) of each solid, (solids, 7).
+        solid_links: name of the link that carries each solid.
+        damaged: names of damaged parts, as in `Skeleton`.
 
     Raises:
-        SkeletonError: the parts do not fit each other, or are not finite.
+        SkeletonError: the parts do not match each other, or are not finite.
     """
 
     links: tuple[Link, ...]
@@ -114,12 +116,12 @@ class Rig:
         for link in self.links:
             if not link.name or link.name in seen:
                 raise SkeletonError(
-                    f"Rig.links has a link {link.name!r}, expected a name of its own"
+                    f"Rig.links has a link {link.name!r}, expected a unique, non-empty name"
                 )
             if (link.parent not in seen) if seen else link.parent:
                 raise SkeletonError(
                     f"link {link.name!r} has the parent {link.parent!r}, expected '' for the first "
-                    "link and one of those before it for every other"
+                    "link and an earlier link for every other one"
                 )
             if link.joint and link.joint not in self.joints:
                 raise SkeletonError(
@@ -130,7 +132,8 @@ class Rig:
                 values = getattr(link, name)
                 if np.shape(values) != (count,) or not np.isfinite(values).all():
                     raise SkeletonError(
-                        f"link {link.name!r} has the {name} {values}, expected {count} numbers"
+                        f"link {link.name!r} has the {name} {values}, expected {count} finite "
+                        "numbers"
                     )
             for name in ("rotation", "axis"):
                 length = float(np.linalg.norm(getattr(link, name)))
@@ -140,10 +143,10 @@ class Rig:
                     )
             seen.add(link.name)
         if not seen:
-            raise SkeletonError("Rig.links is empty, expected the trunk at least")
+            raise SkeletonError("Rig.links is empty, expected at least the trunk")
 
     def place(self, angles: Floats) -> Placed:
-        """Return where everything is at joint angles, (…, joints) rad, in the body's frame."""
+        """Return the positions of all parts at given joint angles, (…, joints) rad."""
         places, turns = self._placed_links(np.asarray(angles, np.float64))
         index = {link.name: number for number, link in enumerate(self.links)}
 
@@ -163,7 +166,7 @@ class Rig:
         )
 
     def _placed_links(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return origins (…, links, 3), m, and rotations (…, links, 4) in the body's frame."""
+        """Return origins (…, links, 3) m and rotations (…, links, 4) in the frame of the body."""
         if angles.shape[-1:] != (len(self.joints),):
             raise ValueError(f"angles of shape {angles.shape}, expected (…, {len(self.joints)})")
         places = np.empty((*angles.shape[:-1], len(self.links), 3))

@@ -1,4 +1,4 @@
-"""The contract of a search: ask for genomes, tell their scores, keep a state of named arrays."""
+"""The contract of a search: `ask` returns genomes, `tell` takes their scores."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -13,14 +13,14 @@ from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 State = Mapping[str, Array]
-"""All that a search knows, as named arrays of float64, int64, uint8 or bool.
+"""Everything that a search remembers, as named arrays of float64, int64, uint8 or bool.
 
-A checkpoint holds it, so it must be enough to continue to the bit. Names and dtypes stay as
-`Search.initial` gives them; shapes may change, as those of an archive do.
+A checkpoint stores it, so it must suffice to continue the search bit for bit. Names and dtypes
+stay those that `Search.initial` returns; shapes may change, as those of an archive do.
 """
 
 STATE_DTYPES = ("<f8", "<i8", "|u1", "|b1")
-"""NumPy's names of these dtypes, as a checkpoint stores them."""
+"""NumPy's names of the dtypes that a state may have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +28,11 @@ class Results:
     """An evaluated population.
 
     Attributes:
-        genomes: (population, genes); of several populations (populations, population, genes).
-        scores: of each genome, more is better; −inf for an individual that failed, never NaN.
-        values: the terms and measures that `Search.reads` names, each in the shape of `scores`;
-            for an individual that failed, they may be NaN.
+        genomes: (population, genes); for several populations, (populations, population, genes).
+        scores: score of each genome, higher is better; −inf for an individual that failed, never
+            NaN.
+        values: terms and measures that `Search.reads` names, each in the shape of `scores`. They
+            may be NaN for individuals that failed.
     """
 
     genomes: Genomes
@@ -46,13 +47,13 @@ class Members:
     Attributes:
         genomes: (members, genes).
         scores: (members,).
-        values: the objectives or axes by name, each (members,).
-        cells: index of each one's cell in a grid, (members, axes), or in a tessellation,
-            (members, 1), int64; None for a front.
-        borders: borders of the cells along each axis, ascending, (cells + 1,) each; of a
-            tessellation the two ends of the axis. None for a front.
-        centroids: centre of each Voronoi cell in the units of the axes, (cells, axes), where the
-            distances are in shares of the axes' lengths; None for a grid or a front.
+        values: objectives or axes by name, each (members,).
+        cells: index of each member's cell, int64: (members, axes) in a grid, (members, 1) in a
+            tessellation; None for a front.
+        borders: borders of the cells along each axis, ascending, (cells + 1,) each; for a
+            tessellation, the two ends of the axis. None for a front.
+        centroids: centre of each Voronoi cell in the units of the axes, (cells, axes). Distances
+            to it are measured in shares of the lengths of the axes. None for a grid or a front.
     """
 
     genomes: Genomes
@@ -64,35 +65,36 @@ class Members:
 
 
 class Operators(Protocol):
-    """The operators of the experiment at this generation, each with random streams of its own.
+    """The operators of the experiment at this generation, each with its own random stream.
 
-    All take several populations at once, with one more axis in front.
+    Each also accepts several populations at once, as one more axis in front.
     """
 
     def parents(self, scores: NDArray[np.float64], children: int) -> NDArray[np.intp]:
-        """Select parents of that many children: scores (population,) -> indices (pairs, 2)."""
+        """Select parents for a number of children: scores (population,) -> indices (pairs, 2)."""
 
     def cross(self, genomes: Genomes, parents: NDArray[np.intp], children: int) -> Genomes:
-        """Cross the parents, indices into the genomes (population, genes) -> (children, genes)."""
+        """Cross the parents, indices (pairs, 2) into the genomes -> (children, genes)."""
 
     def mutate(self, genomes: Genomes) -> Genomes:
-        """Mutate and repair every genome, (population, genes) -> new array."""
+        """Mutate and repair every genome, (population, genes) -> a new array."""
 
 
 @dataclass(frozen=True, eq=False)
 class Context:
-    """What a search works with in one call.
+    """The space, sizes, randomness and operators that a search uses in one call.
 
     Attributes:
-        space: the genome space of the body.
-        population: individuals in each generation.
-        generation: number of the generation asked for or told, from 1.
-        rng: the only source of randomness; a stream of its own for each call in each generation.
-        start: genome that the first generation begins from, (genes,); None begins at random.
-        populations: shape in front of `population` where a search takes several populations at
-            once, () for one.
-        operators: the experiment's selection, crossover and mutation, for a search that
-            declares them.
+        space: genome space of the body.
+        population: number of individuals in each generation.
+        generation: number of the current generation, counted from 1.
+        rng: only source of randomness; each call in each generation gets its own stream.
+        start: genome around which the first generation is drawn, (genes,); None for a random
+            first generation.
+        populations: shape in front of `population` if the search handles several populations at
+            once; () for a single population.
+        operators: selection, crossover and mutation of the experiment, if the search declares
+            that it uses them.
     """
 
     space: GenomeSpace
@@ -104,31 +106,31 @@ class Context:
     operators: Operators | None = None
 
     def random(self, count: int) -> Genomes:
-        """Draw genomes as the body does, (count, genes)."""
+        """Draw genomes from the body's space, (count, genes)."""
         return self.space.random(count, self.rng)
 
     def repair(self, genomes: Genomes) -> Genomes:
-        """Return the genomes with genes outside the space brought back into it."""
+        """Return the genomes with every invalid gene replaced by a valid one."""
         return self.space.repair(genomes)
 
 
 class Search(Plugin):
-    """Searches for genomes with high scores: pure functions over a state of named arrays.
+    """A search for genomes with high scores: pure functions over a state of named arrays.
 
         initial ─▶ state ─▶ ask ─▶ genomes ─▶ evaluated elsewhere ─▶ tell ─▶ state ─▶ ask …
 
-    Nothing is kept in the plugin itself. A generation is what one `ask` returns; it always has
-    `Context.population` genomes. A search whose own populations are larger, as after a restart of
-    CMA-ES, spreads them over several generations.
+    The plugin itself keeps no state. Each `ask` returns the `Context.population` genomes of one
+    generation. A search with larger populations of its own, such as CMA-ES after a restart, spreads
+    them over several generations.
 
     Attributes:
-        spaces: the genome spaces it works on.
-        operators: the kinds of operators that it uses, sections of the experiment.
-        several: whether `ask` takes several populations at once, `Context.populations`, and its
-            state is empty; islands need it.
-        keeps: what `members` are: a Pareto 'front', an 'archive', or nothing. A search that keeps
-            a front has an option `objectives`, 'max' or 'min' by name, in the order of
-            `Members.values`; its members are sorted by the first one.
+        spaces: genome spaces that the search supports.
+        operators: kinds of operators that the search uses; each is a section of the experiment.
+        several: whether `ask` handles several populations at once, as `Context.populations`
+            describes, with an empty state. Islands require it.
+        keeps: what `members` returns: a Pareto 'front', an 'archive', or '' for nothing. A search
+            that keeps a front has an option `objectives`, 'max' or 'min' by name, in the order of
+            `Members.values`; its members are sorted by the first objective.
     """
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
@@ -137,11 +139,11 @@ class Search(Plugin):
     keeps: ClassVar[Literal["", "front", "archive"]] = ""
 
     def objection(self, space: GenomeSpace, population: int) -> str:
-        """Return why this search cannot work in this space with this population, or ''."""
+        """Return why this search does not support this space and population size, or ''."""
         return ""
 
     def reads(self) -> tuple[str, ...]:
-        """Return the names of the terms and measures that `Results.values` has to hold."""
+        """Return the names of the terms and measures that `Results.values` must hold."""
         return ()
 
     def initial(self, context: Context) -> State:
@@ -150,49 +152,49 @@ class Search(Plugin):
 
     @abstractmethod
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return the genomes of the next generation, and the state until they are told.
+        """Return the genomes of the next generation, and the state to pass to `tell`.
 
         Args:
-            state: after the generation before; its arrays must not be changed.
-            last: the generation before, which every checkpoint holds beside the state; None for
+            state: state after the previous generation; its arrays must not be changed.
+            last: previous generation, which every checkpoint stores beside the state; None for
                 the first generation.
-            context: space, size and randomness.
+            context: space, sizes, randomness and operators.
 
         Returns:
-            Genomes of the space, (population, genes), and the state.
+            Valid genomes, (population, genes), and the state.
         """
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Return the state after the evaluation of the genomes that `ask` returned."""
+        """Return the state, given the results of the genomes that `ask` returned."""
         return state
 
     def figures(self, state: State) -> Mapping[str, float]:
-        """Return numbers about the search for the history, such as coverage; always the same names.
+        """Return numbers about the search for the history, such as coverage.
 
-        A name is one for people, such as 'step size'.
+        The names must be the same in every generation, and readable, such as 'step size'.
         """
         return {}
 
     def members(self, state: State) -> Members | None:
-        """Return the individuals that the search keeps; None for a search that keeps none."""
+        """Return the individuals that the search keeps; None by default."""
         return None
 
     def remembered(self, state: State) -> Genomes | None:
-        """Return the genomes whose scores the state holds, (genomes, genes); None without any.
+        """Return the genomes whose scores the state holds, (genomes, genes); None for none.
 
-        They are re-evaluated where the body, the fitness or the worlds of a run are changed, and
-        where worlds are redrawn, between `ask` and `tell`.
+        gaitsim re-evaluates them between `ask` and `tell` when the body, the fitness or the worlds
+        of a run change, and when worlds are redrawn.
         """
         return None
 
     def rescored(self, state: State, results: Results, context: Context) -> State:
-        """Return the state with new scores and values of its `remembered` genomes."""
+        """Return the state with new scores and values for its `remembered` genomes."""
         return state
 
     def mismatch(self, state: State, context: Context) -> str:
         """Return why a state does not fit this search with its options, or ''.
 
-        Called where a run is resumed, perhaps with other options. Names and dtypes are
-        checked already.
+        Called when a run is resumed, possibly with different options. The names and dtypes of the
+        state have already been checked.
         """
         return ""

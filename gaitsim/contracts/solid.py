@@ -1,4 +1,4 @@
-"""The rigid solids that a body is made of, for pictures."""
+"""Rigid solids, with which bodies are drawn."""
 
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
@@ -12,7 +12,7 @@ _SIZES = {"box": 3, "sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "m
 
 
 class SkeletonError(ValueError):
-    """The parts of a skeleton do not fit each other."""
+    """Raised if the parts of a skeleton or a rig do not match each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,16 +20,16 @@ class Solid:
     """A rigid convex solid in its own frame; `Skeleton.poses` places it in the world.
 
     Args:
-        name: the part that it belongs to. A name that begins with L or R and a number, left or
-            right, as in 'L1 tibia', has the colour of that side.
+        name: name of the part of the body. A name that begins with L or R, for left or right, and
+            a number, such as 'L1 tibia', gets the colour of that side.
         shape: one of box, sphere, capsule, cylinder, ellipsoid, mesh.
-        size: metres, as MuJoCo has it: three half lengths of a box along x, y and z; the radius
-            of a sphere; the radius of a capsule or cylinder, and half its length along z, without
-            a capsule's round ends; three radii of an ellipsoid; nothing for a mesh.
-        vertices: points of a mesh, (points, 3), metres: it is their convex hull.
+        size: lengths in metres, as in MuJoCo. Box: half lengths along x, y and z. Sphere: radius.
+            Capsule and cylinder: radius, and half length along z without a capsule's round ends.
+            Ellipsoid: three radii. Mesh: ().
+        vertices: points of a mesh, (points, 3), metres; the solid is their convex hull.
 
     Raises:
-        SkeletonError: there is no such shape, or size and vertices do not fit it.
+        SkeletonError: the shape is unknown, or size and vertices do not suit it.
     """
 
     name: str
@@ -45,14 +45,15 @@ class Solid:
             )
         count = _SIZES[self.shape]
         if np.shape(self.size) != (count,) or not all(0 < length < np.inf for length in self.size):
-            expected = f"{count} lengths above 0" if count else "nothing"
+            expected = f"{count} lengths above 0" if count else "()"
             raise SkeletonError(
                 f"solid {self.name!r}, a {self.shape}, has the size {self.size}, "
                 f"expected {expected}"
             )
         if (self.shape == "mesh") != (self.vertices is not None):
             raise SkeletonError(
-                f"solid {self.name!r} is a {self.shape}: a mesh, and no other shape, has vertices"
+                f"solid {self.name!r} is a {self.shape}: a mesh must have vertices, and no other "
+                "shape may"
             )
         points = self.vertices
         if points is None:
@@ -60,7 +61,7 @@ class Solid:
         if points.ndim != 2 or points.shape[1] != 3 or len(points) < 4:
             raise SkeletonError(
                 f"solid {self.name!r} has vertices of shape {points.shape}, expected "
-                "(points, 3), 4 points or more"
+                "(points, 3) with at least 4 points"
             )
         if not np.isfinite(points).all():
             raise SkeletonError(f"solid {self.name!r} has vertices that are not finite")

@@ -1,4 +1,4 @@
-"""Genome spaces: the genomes that a body understands."""
+"""Genome spaces: the sets of genomes that bodies accept."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -21,7 +21,7 @@ class GenomeSpace(ABC):
 
     @property
     def genes(self) -> int:
-        """Number of genes of a genome."""
+        """Number of genes in a genome."""
         return len(self.labels)
 
     @abstractmethod
@@ -30,15 +30,15 @@ class GenomeSpace(ABC):
 
     @abstractmethod
     def repair(self, genomes: Genomes) -> Genomes:
-        """Return the genomes with genes outside the space brought back into it."""
+        """Return the genomes with every invalid gene replaced by a valid one."""
 
     @abstractmethod
     def contains(self, genomes: Genomes) -> bool:
-        """Return whether shape, dtype and every gene belong to the space."""
+        """Return whether shape, dtype and every gene are valid."""
 
     @abstractmethod
     def diversity(self, genomes: Genomes) -> float:
-        """Return how much the genomes differ: 0 where all are equal, 0.3 to 0.5 at random."""
+        """Return how much the genomes differ: 0 if all are equal, 0.3 to 0.5 if random."""
 
     def _has_form(self, genomes: Genomes) -> bool:
         return genomes.ndim == 2 and genomes.shape[1] == self.genes and genomes.dtype == self.dtype
@@ -55,11 +55,11 @@ class RealSpace(GenomeSpace):
         initial_sigma: standard deviation of the initial population around the middle of
             the bounds, in the unit of the gene, (genes,); None draws uniformly
             between the bounds.
-        periodic: genes that are angles of a cycle, (genes,) bool: a value past one
-            bound wraps around to the other. None where no gene is.
+        periodic: whether each gene is an angle of a cycle, (genes,) bool. A value beyond one
+            bound of such a gene wraps around to the other. None if no gene is periodic.
 
     Raises:
-        ValueError: shapes differ, or bounds are not finite and ascending.
+        ValueError: the shapes differ, or the bounds are not finite and ascending.
     """
 
     lower: NDArray[np.float64]
@@ -89,7 +89,7 @@ class RealSpace(GenomeSpace):
             raise ValueError("RealSpace bounds must be finite")
         if not (self.lower < self.upper).all():
             gene = self.labels[int(np.argmin(self.lower < self.upper))]
-            raise ValueError(f"RealSpace.lower must be below upper, gene {gene!r} is not")
+            raise ValueError(f"RealSpace.lower must be below RealSpace.upper: see gene {gene!r}")
 
     @property
     def width(self) -> NDArray[np.float64]:
@@ -97,41 +97,41 @@ class RealSpace(GenomeSpace):
         return self.upper - self.lower
 
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
-        """Draw `count` fresh genomes, uniform or Gaussian by `initial_sigma`, (count, genes)."""
+        """Draw `count` fresh genomes, (count, genes): Gaussian if `initial_sigma` is given."""
         if self.initial_sigma is None:
             return rng.uniform(self.lower, self.upper, (count, self.genes))
         middle = (self.lower + self.upper) / 2
         return self.repair(rng.normal(middle, self.initial_sigma, (count, self.genes)))
 
     def repair(self, genomes: Genomes) -> Genomes:
-        """Clip to the bounds; wrap periodic genes."""
+        """Clip genes to their bounds; wrap periodic genes."""
         clipped = np.clip(genomes, self.lower, self.upper)
         if self.periodic is None:
             return clipped
         wrapped = self.lower + np.mod(genomes - self.lower, self.width)
         outside = (genomes < self.lower) | (genomes > self.upper)
-        # Clipping again guards the last bit: lower + mod(…) may round up past upper.
+        # lower + mod(…) may round up past upper by one bit.
         return np.where(self.periodic & outside, np.minimum(wrapped, self.upper), clipped)
 
     def contains(self, genomes: Genomes) -> bool:
-        """Return whether shape, dtype and bounds fit."""
+        """Return whether shape and dtype are valid and every gene is within its bounds."""
         return self._has_form(genomes) and bool(
             ((genomes >= self.lower) & (genomes <= self.upper)).all()
         )
 
     def diversity(self, genomes: Genomes) -> float:
-        """Return the mean over genes of the standard deviation, in widths of the gene's bounds."""
+        """Return the mean over genes of the standard deviation as a share of the gene's range."""
         return float(np.mean(np.std(genomes, axis=0) / self.width))
 
 
 @dataclass(frozen=True, eq=False)
 class BitSpace(GenomeSpace):
-    """Genomes of bits, 0 or 1 as uint8.
+    """Genomes of bits, each 0 or 1 as uint8.
 
     Args:
         labels: name of each bit.
-        repair_bits: replaces invalid bit patterns by valid ones, (population, genes) ->
-            (population, genes); None where all patterns are valid.
+        repair_bits: function that replaces invalid bit patterns with valid ones,
+            (population, genes) -> (population, genes); None if all patterns are valid.
     """
 
     labels: tuple[str, ...]
@@ -142,21 +142,21 @@ class BitSpace(GenomeSpace):
 
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
         """Draw `count` fresh genomes of fair bits, repaired, (count, genes)."""
-        # The bits that rng.integers draws, in a third of the time.
+        # Same bits as rng.integers, in a third of the time.
         drawn = np.frombuffer(rng.bytes(count * self.genes), np.uint8) >> 7
         return self.repair(drawn.reshape(count, self.genes))
 
     def repair(self, genomes: Genomes) -> Genomes:
-        """Replace invalid bit patterns by valid ones."""
+        """Replace invalid bit patterns with valid ones."""
         return genomes if self.repair_bits is None else self.repair_bits(genomes)
 
     def contains(self, genomes: Genomes) -> bool:
-        """Return whether shape and dtype fit, all genes are bits, and repair changes none."""
+        """Return whether shape and dtype are valid, all genes are bits, and repair changes none."""
         if not (self._has_form(genomes) and (genomes <= 1).all()):
             return False
         repaired = self.repair(genomes)
         return repaired is genomes or bool((repaired == genomes).all())
 
     def diversity(self, genomes: Genomes) -> float:
-        """Return the mean over bits of their standard deviation, 0.5 for fair bits."""
+        """Return the mean standard deviation of the bits, 0.5 for fair bits."""
         return float(np.mean(np.std(genomes, axis=0)))

@@ -1,4 +1,4 @@
-"""The contract of a body under a person's command: keys choose which controller steers it."""
+"""The contract of a body that a person steers: keys choose the controller that moves it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -8,20 +8,20 @@ from typing import Any
 from gaitsim.contracts.motion import Motion
 
 KEYS = ("up", "down", "left", "right", "space")
-"""Keys that a command may have."""
+"""Keys that a command may use."""
 
 
 @dataclass(frozen=True)
 class Command:
-    """One thing that a person can tell a body to do.
+    """A command that a person can give to a body.
 
     Args:
-        name: of the command and of its controller, such as 'hover'.
-        key: one of `KEYS`.
-        help: what the body then does, one phrase.
+        name: name of the command and of its controller, such as 'hover'.
+        key: key that gives the command, one of `KEYS`.
+        help: effect of the command on the body, one phrase.
 
     Raises:
-        ValueError: another key, or no name.
+        ValueError: the key is unknown, or the name is empty.
     """
 
     name: str
@@ -36,10 +36,10 @@ class Command:
 
 
 class Steered(ABC):
-    """A body under a person's command, simulated frame by frame.
+    """A body that a person steers, simulated frame by frame.
 
     Attributes:
-        frame_rate: frames a second of simulated time, Hz.
+        frame_rate: frames per second of simulated time, Hz.
     """
 
     frame_rate: float
@@ -48,36 +48,37 @@ class Steered(ABC):
     def advance(self, command: str, frames: int) -> Motion:
         """Simulate the next frames under a command.
 
-        Equal sequences of commands give equal bits, however they are cut into calls.
+        Equal sequences of commands must give the same bits, however they are split into calls.
 
         Args:
             command: name of one of the body's commands.
             frames: number of frames, at least 1.
 
         Returns:
-            The motion of a population of one in these frames, without the state before them;
-            `Organism.skeleton` and `Organism.measures` work on it.
+            The motion of a population of one in these frames, without the frame before them.
+            `Organism.skeleton` and `Organism.measures` must accept it.
 
         Raises:
-            GaitsimError: an unknown command, or fewer than one frame.
+            GaitsimError: the command is unknown, or `frames` is below 1.
         """
 
 
 @dataclass(frozen=True)
 class SteeringPage:
-    """What a web page needs to simulate a body under a person's command by itself.
+    """A script and its data, with which a web page simulates a steered body on its own.
 
-    The script, which runs in a scope of its own, evaluates to
-    `gaitsim.registerSteering(function (data) { return { frameRate, commands, advance } })`, where
-    `advance(command, frames)` returns `{ends, centre, facts}` of the last of these frames: `ends`
-    is a `Float64Array` of both ends of each segment, in the order of `Skeleton.segments`, metres;
-    `centre` is `[x, y, z]`, metres; `facts` are numbers by name, such as an altitude. It may return
-    `shares`, too, how much each controller has of the command, and `failed`, which ends the flight.
+    The script runs in its own scope and calls
+    `gaitsim.registerSteering(function (data) { return { frameRate, commands, advance } })`.
+    `advance(command, frames)` simulates that many frames and returns `{ends, centre, facts}` of
+    the last one: `ends` is a `Float64Array` with both ends of each segment, in the order of
+    `Skeleton.segments`, metres; `centre` is `[x, y, z]`, metres; `facts` are numbers by name, such
+    as an altitude. It may also return `shares`, the weight of each controller in the movement, and
+    `failed`, which ends the simulation.
 
     Args:
-        script: text of the script, which comes from the body's package.
-        data: what is passed to its function; of texts, numbers, truth values, None, lists and
-            mappings alone.
+        script: text of the script, from the body's package.
+        data: argument of the registered function; strings, numbers, booleans, None, lists and
+            mappings only.
     """
 
     script: str

@@ -10,12 +10,15 @@ Heights = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
-    """Ground of triangles between corners on a square lattice; level with its edges beyond it.
+    """Ground made of triangles between the corners of a square lattice.
+
+    Beyond the lattice, the height is that of the nearest point of its edge.
 
     Attributes:
-        heights: of the corners by y and x, ascending, (rows, columns) m.
-        spacing: of the corners, m.
-        corner: x and y of the first one, m.
+        heights: height of each corner, (rows, columns) m; y ascends with the row, x with the
+            column.
+        spacing: distance between neighbouring corners, m.
+        corner: x and y of the first corner, m.
     """
 
     heights: Heights
@@ -24,15 +27,16 @@ class Terrain:
 
     @property
     def corners(self) -> tuple[Heights, Heights]:
-        """The x and the y of the corners, (columns,) and (rows,) m."""
+        """The x coordinates, (columns,), and y coordinates, (rows,), of the corners, m."""
         rows, columns = (np.arange(count, dtype=np.float64) for count in self.heights.shape)
         x, y = self.corner
         return np.asarray(x + self.spacing * columns), np.asarray(y + self.spacing * rows)
 
     def height(self, points: NDArray[np.floating]) -> Heights:
-        """Return the heights of the ground at x and y, (…, 2 or more) m -> (…,) m.
+        """Return the height of the ground below each point, (…, 2 or more) m -> (…,) m.
 
-        The squares are cut from their first corner to the opposite one, as MuJoCo does.
+        Only x and y of the points matter. Each square is cut into triangles along the diagonal
+        from its first corner, as in MuJoCo.
         """
         last = np.array(self.heights.shape[::-1]) - 1
         place = np.clip((points[..., :2] - self.corner) / self.spacing, 0, last)
