@@ -29,6 +29,7 @@ API = {
         "# Python: the whole API",
         [
             "gaitsim.api.evolve",
+            "gaitsim.evaluating.evaluate",
             "gaitsim.api.load",
             "gaitsim.exporting.export",
             "gaitsim.api.picture",
@@ -40,6 +41,7 @@ API = {
             "gaitsim.sharing.checking.verify_code",
             "gaitsim.sharing.checking.Checked",
             "gaitsim.sharing.challenge.Challenge",
+            "gaitsim.imitation.imitating.imitate",
             "gaitsim.comparing.compare",
             "gaitsim.comparing.Comparison",
             "gaitsim.experiment.load_experiment",
