@@ -39,7 +39,8 @@ def steps(text: str) -> Iterator[Step]:
             lines = re.sub(r" *\\\n *", " ", found["block"]).splitlines()
             if found["language"] == "console":
                 lines = [line[2:] for line in lines if line.startswith("$ ")]
-            yield from (Step(line.strip()) for line in lines if not re.search("…|⇥|^ *$", line))
+            lines = [line for line in lines if not re.search("…|⇥|^ *$", line)]
+            yield from (Step(part.strip()) for line in lines for part in line.split(" && "))
 
 
 def examples(text: str) -> Iterator[Step]:
