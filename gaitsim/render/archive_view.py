@@ -1,4 +1,4 @@
-"""An archive seen along a few of its axes: the best elite in each cell of a panel."""
+"""Views of an archive along one or two axes: the best elite in each cell of a panel."""
 
 from dataclasses import dataclass
 from itertools import combinations
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Members
 from gaitsim.render.ticks import round_step
 
-EMPTY = -1  # in place of a member's number
-_FEW = 0.1  # share of the cells of a map that may have the darkest colour, as they are far below
-MOST = 60  # parts of an axis in a panel, unless the caller says otherwise
-_MANY = 4_000  # Voronoi cells
-_ROUNDING = 1e-9  # share of an axis: values on a border are above it
-_ALL_PAIRS = 4  # axes: six pairs
+EMPTY = -1  # number of the member in an empty cell
+_FEW = 0.1  # maximum share of cells below the colour scale of a map
+MOST = 60  # default maximum of parts of an axis in a panel
+_MANY = 4_000  # Voronoi cells from which axes have twice as many parts
+_ROUNDING = 1e-9  # share of an axis added to values, so that values on a border are above it
+_ALL_PAIRS = 4  # maximum axes of an archive whose pairs keep their natural order
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,10 +22,11 @@ class Panel:
     """The best elites in the cells of some axes, over all other axes.
 
     Attributes:
-        names: of the axes, one or two.
-        borders: of the cells along each axis, ascending, (cells + 1,) each.
+        names: names of the axes, one or two.
+        borders: ascending borders of the cells along each axis, (cells + 1,) each.
         scores: best score in each cell, with an axis for each name; NaN in empty cells.
-        members: number of the member with that score, from 1, int64; `EMPTY` in empty cells.
+        members: number of the member with that score, counted from 1, int64; `EMPTY` in empty
+            cells.
     """
 
     names: tuple[str, ...]
@@ -36,12 +37,12 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class ArchiveView:
-    """An archive whose members have cells.
+    """An archive with known cells.
 
     Attributes:
         members: the elites.
-        cells: index of each one's cell, as `Members.cells`.
-        borders: of the cells along each axis, by its name, as `Members.borders`.
+        cells: indices of the members' cells, as in `Members.cells`.
+        borders: borders of the cells along each axis, by its name, as in `Members.borders`.
     """
 
     members: Members
@@ -50,7 +51,7 @@ class ArchiveView:
 
     @classmethod
     def of(cls, members: Members | None) -> "ArchiveView | None":
-        """Return the view of an archive; None where members have no cells, as those of a front."""
+        """Return the view of an archive; None for members without cells, such as a front."""
         if members is None or members.cells is None or members.borders is None:
             return None
         return cls(members, members.cells, dict(members.borders))
@@ -62,7 +63,7 @@ class ArchiveView:
 
     @property
     def total(self) -> int:
-        """Number of cells, empty ones too."""
+        """Number of cells, including empty ones."""
         centroids = self.members.centroids
         if centroids is not None:
             return len(centroids)
@@ -70,22 +71,22 @@ class ArchiveView:
 
     @property
     def filled(self) -> str:
-        """How many cells are occupied, in words."""
+        """The number of occupied cells, such as '312 of 400 cells (78.0%)'."""
         count = len(self.members.scores)
         return f"{count:,} of {self.total:,} cells ({count / self.total:.1%})"
 
     @property
     def best(self) -> int | None:
-        """Number of the member with the highest score, from 1; None for an empty archive."""
+        """Number of the member with the highest score; None for an empty archive."""
         scores = self.members.scores
         return int(np.argmax(scores)) + 1 if len(scores) else None
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
-        """The pairs of axes, those to show first in front.
+        """The pairs of axes, in the order in which to show them.
 
-        Of more than four axes, an axis of the first half is paired with one of the second, which
-        is the opposite leg where legs are named L1, L2 … R1, R2 …; the other pairs follow.
+        With more than four axes, each axis of the first half is first paired with its counterpart
+        in the second half, which is the opposite leg for legs named L1, L2 … R1, R2 ….
         """
         names, half = self.names, (len(self.names) + 1) // 2
         pairs = tuple(combinations(names, 2))
@@ -95,15 +96,15 @@ class ArchiveView:
         return opposite + tuple(pair for pair in pairs if pair not in opposite)
 
     def panel(self, *names: str, most: tuple[int, ...] = (MOST, MOST)) -> Panel:
-        """Return the best elites along one or two axes, over all others.
+        """Return the best elites along one or two axes, over all other axes.
 
-        A grid keeps its cells; where they are more than `most`, equal numbers of neighbours are
-        one. Axes of a tessellation are divided into equal parts. Where it has no further axis, each
-        part shows the Voronoi cell around its middle; otherwise, the best elite within.
+        A grid keeps its cells, but merges neighbours if an axis has more than `most` cells. The
+        axes of a tessellation are divided into equal parts. A part shows its best elite, or, if
+        the tessellation has no other axes, the Voronoi cell around the middle of the part.
 
         Args:
-            names: one axis or two.
-            most: cells along each.
+            names: names of one or two axes.
+            most: maximum number of cells along each axis.
         """
         borders = tuple(self.parts(name, count) for name, count in zip(names, most, strict=False))
         shape = tuple(len(one) - 1 for one in borders)
@@ -126,8 +127,8 @@ class ArchiveView:
         if len(self.names) <= 2:
             parts = max(8, round(1.5 * self.total ** (1 / len(self.names))))
         else:
-            # Parts of a round width: duty factors of strides of 20 frames are multiples of 1/20,
-            # and narrower parts would leave empty stripes between them.
+            # The width of parts is a round number. Values are often multiples of one, such as
+            # 1/20 for duty factors in strides of 20 frames; narrower parts would remain empty.
             span = borders[-1] - borders[0]
             parts = max(1, round(span / round_step(span / (20 if self.total >= _MANY else 10))))
         while parts > most:
@@ -135,7 +136,7 @@ class ArchiveView:
         return np.linspace(borders[0], borders[-1], parts + 1)
 
     def places(self, name: str, borders: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the part of an axis, between borders, that each member is in, from 0."""
+        """Return the index of each member's part of an axis, given the borders of the parts."""
         known = self.members.values[name]
         if self.members.centroids is None:  # values may be beyond the ends of the axis
             known = self.borders[name][self.cells[:, self.names.index(name)]]
@@ -150,7 +151,7 @@ class ArchiveView:
     ) -> NDArray[np.int64]:
         places = [self.places(name, ends) for name, ends in zip(names, borders, strict=True)]
         numbers = np.full(shape, EMPTY, np.int64)
-        # Of several members in a cell, the last assignment remains: the best, of equals the first.
+        # The last assignment to a cell wins: that of the best member; ties go to the first.
         order = np.argsort(self.members.scores[::-1], kind="stable")
         order = len(order) - 1 - order
         numbers[tuple(place[order] for place in places)] = order + 1
@@ -177,9 +178,9 @@ class ArchiveView:
 
 
 def lowest(scores: NDArray[np.float64]) -> tuple[float, bool]:
-    """Return the score of the darkest colour of a map, and whether there are some below it.
+    """Return the score at the low end of a colour scale, and whether lower scores exist.
 
-    A few bad elites would else take most of the colours.
+    Leaving out a few bad elites keeps them from taking most of the colours.
     """
     least, usual, most = np.quantile(scores, [0, _FEW, 1])
     few = most - usual < 0.75 * (most - least)

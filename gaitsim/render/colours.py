@@ -1,10 +1,10 @@
-"""What colours mean, alike in plots, videos and the terminal.
+"""The colours of plots, videos and the terminal, and the names that decide a thing's side.
 
-Blue is left and orange is right; a filled mark is on the ground, a hollow one in the air. Green,
-the first of the colours of lines, is the body and its path; compared individuals and other lines
-take the next ones, none of them blue or orange. Crimson is damaged. Blue, orange, green and pink
-are those of Okabe and Ito (2008), wine and olive of Tol's muted scheme: colour-blind readers tell
-them apart.
+Blue is left and orange is right. A filled mark is on the ground, a hollow one in the air. Green,
+the first colour of lines, is the body and its path. Compared individuals and other lines take the
+next colours, none of which is blue or orange. Crimson means damaged. Blue, orange, green and pink
+are from Okabe and Ito (2008), wine and olive from Tol's muted scheme; colour-blind readers can
+distinguish them.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MIDDLE, LEFT, RIGHT = range(3)
-# The camera stands on a body's right: of a planar body, that side is the near one.
+# The camera is on the body's right, which is therefore the near side of a planar body.
 _SIDES = {
     **dict.fromkeys(("L", "left", "far"), LEFT),
     **dict.fromkeys(("R", "right", "near"), RIGHT),
@@ -23,7 +23,7 @@ _SIDES = {
 LEFT_COLOUR, RIGHT_COLOUR = "#0072B2", "#D55E00"
 DAMAGED_COLOUR = "#D4004F"
 LINES = ("#009E73", "#882255", "#1A1A1A", "#CC79A7", "#999933")
-# On a dark ground.
+# For dark backgrounds.
 LEFT_ON_DARK, RIGHT_ON_DARK = "#56B4E9", "#E69F00"
 DAMAGED_ON_DARK = "#FF4D88"
 LINES_ON_DARK = ("#2FC79B", "#D67BB3", "#FFFFFF", "#8A63C9", "#F3EE9B")
@@ -31,20 +31,20 @@ LINES_ON_DARK = ("#2FC79B", "#D67BB3", "#FFFFFF", "#8A63C9", "#F3EE9B")
 
 @lru_cache(16)
 def sides(names: tuple[str, ...]) -> NDArray[np.intp]:
-    """Return the side of each thing by the first word of its name, such as 'L1 femur'.
+    """Return the side that the first word of each name gives, such as left for 'L1 femur'.
 
-    A skeleton says nothing else of sides; names without one are in the middle.
+    A skeleton has no other information on sides. Names without a side are in the middle.
     """
     return np.array([_SIDES.get(_word(name), MIDDLE) for name in names], np.intp)
 
 
 def among(names: Sequence[str], damaged: Sequence[str]) -> NDArray[np.bool_]:
-    """Return which names are those of damaged things."""
+    """Return whether each name is in `damaged`."""
     return np.array([name in damaged for name in names], np.bool_)
 
 
 def side_words(names: Sequence[str]) -> dict[int, str]:
-    """Return what the sides that things have are called: left and right, or near and far."""
+    """Return the words for the sides that occur in names: left and right, or near and far."""
     whole = {"L": "left", "R": "right"}
     found = {_SIDES[word]: whole.get(word, word) for word in map(_word, names) if word in _SIDES}
     return dict(sorted(found.items()))

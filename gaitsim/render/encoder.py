@@ -1,4 +1,4 @@
-"""Encode pictures as a video file: MP4 (H.264) or GIF."""
+"""Encoding of pictures as video files: MP4 (H.264) or GIF."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 Picture = NDArray[np.uint8]
 
-COLOURS = 256  # of a GIF: its palette is the whole video's, so that nothing flickers
-CELLS = 64  # along each axis of the colour space: colours of a cell become one
-# Constant quality; 'veryfast' halves the time of 'medium' for lines on a plain ground. With
-# x264's mbtree a file is an eighth smaller, but one in twenty differs from the others. Without
-# its choice of B-frames and partitions between pictures it takes a quarter less, for 1 dB.
+COLOURS = 256  # colours of a GIF; one palette for the whole video avoids flicker
+CELLS = 64  # cells along each axis of the colour space; the colours in a cell become one
+# Constant quality. 'veryfast' takes half the time of 'medium' for lines on a plain ground. mbtree
+# would make files an eighth smaller, but not reproducible: one in twenty differs. Fixed B-frames
+# and few partitions save a quarter of the time and cost 1 dB.
 _H264 = {
     "crf": "22",
     "preset": "veryfast",
     "x264-params": "mbtree=0:b-adapt=0:partitions=i8x8,i4x4",
 }
-_BT709 = 1  # what players take for granted in high definition
+_BT709 = 1  # the default of players for high definition
 _STUDIO_RANGE = 1
 
 
@@ -39,20 +39,19 @@ def encode(
     samples: Sequence[Picture] = (),
     exact: NDArray[np.uint8] | None = None,
 ) -> None:
-    """Write a video atomically; hold one picture at a time in memory.
+    """Write a video atomically, with one picture at a time in memory.
 
     Args:
-        pictures: (height, width, 4) each.
-        path: the file.
-        format: 'mp4', which plays in browsers while it is still loading, or 'gif', which
-            repeats for ever.
-        size: width and height; even for an MP4.
-        fps: pictures a second; a GIF shows each for a whole number of centiseconds.
+        pictures: pictures, (height, width, 4) each.
+        path: path of the file.
+        format: 'mp4', which browsers play while loading it, or 'gif', which repeats forever.
+        size: width and height, pixels; even numbers for an MP4.
+        fps: pictures per second; a GIF shows each for a whole number of centiseconds.
         samples: some of the pictures, from which the colours of a GIF are chosen.
-        exact: colours that a GIF keeps as they are, (colours, 3).
+        exact: colours that a GIF preserves exactly, (colours, 3).
 
     Raises:
-        RunError: the file cannot be written; a file of that name stays as it was.
+        RunError: the file cannot be written; an existing file remains unchanged.
     """
     import av
 
@@ -64,7 +63,7 @@ def encode(
         if format == "mp4":
             stream = container.add_stream("libx264", rate=fps, options=_H264)
             stream.pix_fmt = "yuv420p"
-            # Encode while the next picture is drawn.
+            # Encode one picture while the next one is drawn.
             stream.codec_context.thread_type = "FRAME"
             stream.codec_context.color_range = _STUDIO_RANGE
             stream.codec_context.colorspace = _BT709
@@ -88,7 +87,7 @@ def _yuv(pictures: Iterable[Picture]) -> "Iterator[VideoFrame]":
     from av import VideoFrame
     from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
-    converter = VideoReformatter()  # one for all: setting it up takes a millisecond
+    converter = VideoReformatter()  # shared by all pictures: creating it takes 1 ms
     for picture in pictures:
         yield converter.reformat(
             VideoFrame.from_numpy_buffer(picture, format="rgba"),
@@ -101,14 +100,14 @@ def _yuv(pictures: Iterable[Picture]) -> "Iterator[VideoFrame]":
 def _indexed(
     pictures: Iterable[Picture], samples: Sequence[Picture], exact: NDArray[np.uint8]
 ) -> "Iterator[VideoFrame]":
-    """Reduce pictures to the exact colours and those that come nearest to the samples'."""
+    """Reduce pictures to a palette of the exact colours and colours close to the samples'."""
     from av import VideoFrame
 
     colours, indices = palette(samples, exact)
     table = np.full((COLOURS, 4), 255, dtype=np.uint8)
     table[: len(colours), 1:] = colours  # opacity comes first
     for picture in pictures:
-        # The stubs know one array alone; with a palette it takes two.
+        # The type stubs allow only one array, but with a palette PyAV requires two.
         both: Any = (indices[cells(picture)], table)
         yield VideoFrame.from_ndarray(both, format="pal8")
 
@@ -120,7 +119,7 @@ def palette(
 
     Args:
         samples: pictures with all colours of the video.
-        exact: colours that stay as they are, (colours, 3).
+        exact: colours to preserve exactly, (colours, 3).
 
     Returns:
         The colours, (at most `COLOURS`, 3), and the index of the nearest one for each cell of
@@ -132,7 +131,7 @@ def palette(
     exact = np.unique(exact, axis=0)
     packed = np.concatenate([_packed(sample).ravel() for sample in samples])
     distinct, count = np.unique(packed, return_counts=True)
-    # Weighted by the root of their number: the marks of feet are few pixels beside the ground.
+    # Weighting by the square root of counts favours the few pixels of the feet's marks.
     weighted = np.repeat(distinct, np.ceil(np.sqrt(count)).astype(np.intp))
     weighted = (weighted[:, None] >> np.array([16, 8, 0])).astype(np.uint8)
     room = COLOURS - len(exact)
@@ -146,12 +145,12 @@ def palette(
 
 
 def _packed(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """Return colours (…, 3 or 4) as numbers, (…): of these, the different ones are found fast."""
+    """Return colours (…, 3 or 4) as integers, (…), whose distinct values are found fast."""
     red, green, blue = np.moveaxis(colours[..., :3].astype(np.uint32), -1, 0)
     return np.asarray(red << 16 | green << 8 | blue)
 
 
 def cells(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Return the cells of the colour space that colours (…, 3 or 4) are in, (…)."""
+    """Return the cell of the colour space of each colour, (…), for colours (…, 3 or 4)."""
     red, green, blue = np.moveaxis(colours[..., :3] // (256 // CELLS), -1, 0).astype(np.intp)
     return np.asarray((red * CELLS + green) * CELLS + blue)

@@ -1,4 +1,4 @@
-"""Films: a curve, then one or several bodies as they move."""
+"""Films: a curve, followed by one or several moving bodies."""
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -17,22 +17,22 @@ from gaitsim.render.tempo import ALIASED, rhythm, shows, speed_words, usual_spee
 if TYPE_CHECKING:
     from gaitsim.render.intro import Draw
 
-INTRO, CROSSFADE = 1.5, 0.4  # seconds, the latter the last of the former
-ORBIT = 10.0  # seconds that a turn around the body takes at least
+INTRO, CROSSFADE = 1.5, 0.4  # seconds; the crossfade is the end of the intro
+ORBIT = 10.0  # minimum seconds of a turn around the body
 
 
 class Film:
-    """A film of one body, or of several side by side, after a curve.
+    """A film of one body, or of several side by side, that begins with a curve.
 
     Args:
-        clips: what it shows.
+        clips: clips to show.
         settings: size, speed, view and colours.
-        heading: the first line, and the parts of the second.
-        curve: draws the figure that the film begins with.
-        leader: the clip that stays in sight where they are too far apart to show all.
+        heading: first line of text, and the parts of the second line.
+        curve: function that draws the figure at the beginning.
+        leader: index of the clip that stays visible when the bodies are too far apart to show all.
 
     Attributes:
-        speed: of the motion, 1 is real time.
+        speed: speed of the motion; 1 is real time.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class Film:
         leader: int = 0,
     ) -> None:
         self.settings, self._figure = settings, curve
-        # A motion whose frames all have a picture is shown as it is.
+        # A motion with at most one frame per picture is never aliased.
         fast = [clip.skeleton for clip in clips if clip.skeleton.frame_rate > settings.rate]
         self._rhythm = max(map(rhythm, fast), default=0.0)
         self.speed = settings.speed or self._usual_speed
@@ -59,7 +59,7 @@ class Film:
             leader=leader,
         )
         ratio = float(settings.rate) / self.speed
-        # What is a frame but for rounding is one.
+        # The tolerance keeps a last frame that rounding errors would remove.
         self._moving = int(self.scene.seconds * ratio + 1e-6) + 1
         self._intro = round(INTRO * settings.rate) if settings.intro else 0
 
@@ -73,23 +73,23 @@ class Film:
 
     @property
     def caution(self) -> str:
-        """Why this speed is too fast for the pictures, and what to try; '' where it is not."""
+        """Why this speed is too fast for the pictures, and a remedy; '' if it is not."""
         rate = float(self.settings.rate)
         if shows(self._rhythm, rate, self.speed, ALIASED):
             return ""
         return (
-            f"At a speed of {self.speed:g}, {rate:g} pictures a second cannot show a body that "
-            f"moves to and fro {self._rhythm:.3g} times a second: "
-            f"{rate / (self._rhythm * self.speed):.2g} pictures each. "
-            f"Try a speed of {self._usual_speed:g}."
+            f"At speed {self.speed:g}, a video of {rate:g} frames a second cannot show a movement "
+            f"of {self._rhythm:.3g} Hz: each cycle has "
+            f"{rate / (self._rhythm * self.speed):.2g} frames. "
+            f"Try speed {self._usual_speed:g}."
         )
 
     def write(self, path: Path, advance: Callable[[], object] = lambda: None) -> None:
         """Write the video, picture by picture.
 
         Args:
-            path: the file.
-            advance: called after each picture.
+            path: path of the file.
+            advance: function called after each picture.
 
         Raises:
             RunError: the file cannot be written.

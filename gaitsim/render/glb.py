@@ -1,11 +1,11 @@
-"""Bodies in motion as animated glTF 2.0 files (.glb), which other programs play.
+"""Bodies in motion as animated glTF 2.0 files (.glb).
 
-Blender, three.js, game engines and the viewers of operating systems open them. The scene is in
-metres. glTF has y up and the front of things towards z, so the root node turns gaitsim's axes (x
-forward, y left, z up) to these; below it, coordinates are gaitsim's own.
+Blender, three.js, game engines and the viewers of operating systems open these files. The scene
+is in metres. In glTF, y is up and z is forward; the root node rotates gaitsim's axes (x forward, y
+left, z up) to these, and the nodes below it have gaitsim's coordinates.
 
-Rods and solids are rigid: between frames they turn on the shortest way, as glTF's linear
-interpolation of rotations does.
+Rods and solids are rigid. Between frames they turn along the shortest path, by glTF's linear
+interpolation of rotations.
 """
 
 from itertools import takewhile
@@ -30,7 +30,7 @@ from gaitsim.render.scene.themes import THEMES, mixed, rgb
 from gaitsim.runs.files.atomic import write_bytes
 
 CENTRE = "centre"
-"""Name of the node that follows the body's path."""
+"""Name of the node that moves along the body's path."""
 
 _ROOT = "z up"
 _AXES = (-0.5, -0.5, -0.5, 0.5)  # (x, y, z) becomes (y, z, x)
@@ -50,16 +50,16 @@ def write_glb(individual: Individual, path: Path) -> None:
 def glb(individual: Individual) -> bytes:
     """Return an individual's body in motion as an animated glTF 2.0 file.
 
-    It has a node with a mesh for each limb, plate and solid, an empty node for each foot under
-    the foot's name, one for the body's centre, and the ground. The same individual gives the same
-    bytes.
+    The file has a node with a mesh for each limb, plate and solid, an empty node for each foot,
+    with its name, another one for the body's centre, and the ground. The same individual gives
+    the same bytes.
 
     Raises:
         PluginError: the body cannot be drawn.
     """
     clip = clip_of(individual)
     score = individual.score
-    # Not the individual's title, which may tell where a run is on this machine.
+    # The individual's own title may contain the path of the run on this machine.
     title = f"{individual.name}, {individual.label}" if individual.generation else individual.name
     extras = {
         "title": title,
@@ -71,7 +71,7 @@ def glb(individual: Individual) -> bytes:
 
 
 class _Body:
-    """The document of a clip."""
+    """The glTF document of a clip."""
 
     def __init__(self, clip: Clip) -> None:
         self.clip, self.theme = clip, THEMES["light"]
@@ -98,7 +98,7 @@ class _Body:
         self._add_ground()
 
     def _add_limbs(self, segments: Points) -> None:
-        """Add each limb as a rod about its middle."""
+        """Add each limb as a rod centred at its middle."""
         anatomy, names = self.clip.anatomy, self.clip.skeleton.names
         hues = self._hues([names[limb] for limb in anatomy.limbs])
         hues = np.where(anatomy.trunks, "body", hues)
@@ -125,7 +125,7 @@ class _Body:
             )
 
     def _add_plates(self, ends: Points) -> None:
-        """Add plates and the bodies that segments frame."""
+        """Add plates and the solids framed by segments."""
         anatomy = self.clip.anatomy
         for plate, half in zip(anatomy.plates, anatomy.plate_radii, strict=True):
             self._add_framed(ends, [*plate], lambda corners, half=half: slab(corners, half), "body")
@@ -137,15 +137,15 @@ class _Body:
             )
 
     def _add_framed(self, ends: Points, corners: list[int], shape: Any, hue: str) -> None:
-        """Add what has corners among the ends of segments, as a rigid body or as rods."""
+        """Add a shape whose corners are ends of segments, as a rigid body or else as rods."""
         places = ends[:, corners]
         path = np.asarray(self.clip.skeleton.path, dtype=np.float64)[:, None]
-        # Turned about the corner that moves least, such as a wing's hinge.
+        # Rotate about the corner that moves least, such as a wing's hinge.
         pivot = places[:, int(np.var(places - path, axis=0).sum(axis=1).argmin())]
         places = places - pivot[:, None]
         turns = rigid(places)
         which = sorted({corner // 2 for corner in corners})
-        if turns is None:  # it changes its shape
+        if turns is None:  # the shape is not rigid
             radii = np.full((len(which), 2), self.clip.anatomy.thickness)
             segments = ends.reshape(len(ends), -1, 2, 3)
             self._add_rods(which, segments, radii, [hue] * len(which))
@@ -181,7 +181,7 @@ class _Body:
         return np.array([words[side] for side in sides(tuple(names)).tolist()], dtype="U7")
 
     def _mesh(self, key: Any, shape: Any, hue: str, thin: bool = False) -> int:
-        """Return the number of a mesh of a shape in a colour; equal ones are stored once."""
+        """Return the index of the mesh of a shape in a colour; equal meshes are stored once."""
         if key not in self._shapes:
             made: Mesh = shape()
             self._shapes[key] = self.document.shape(made)
@@ -203,7 +203,7 @@ class _Body:
 
 
 def _common(names: list[str]) -> str:
-    """Return the words that names begin with, such as 'left wing'; '' for none."""
+    """Return the first words that all names share, such as 'left wing'; '' for none."""
     words = [name.split() for name in names]
     same = takewhile(lambda column: len({*column}) == 1, zip(*words, strict=False))
     return " ".join(column[0] for column in same)

@@ -1,4 +1,4 @@
-"""What all HTML files have: a head whose policy allows no request, and escaped texts."""
+"""Common parts of HTML files: a head whose policy forbids requests, and escaped texts."""
 
 import html
 from importlib.metadata import version
@@ -6,7 +6,7 @@ from importlib.metadata import version
 from gaitsim.render.terminal.text import visible
 
 POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src 'unsafe-inline'"
-"""The content security policy of every page: no script and no request but what is added to it."""
+"""The content security policy of every page: no scripts and no requests unless added to it."""
 
 _HEAD = """<!DOCTYPE html>
 <html lang="en">
@@ -29,19 +29,19 @@ def head(title: str, allowed: str, style: str) -> str:
     """Return the beginning of an HTML file, up to its body.
 
     Args:
-        title: of the page.
-        allowed: what its policy allows besides `POLICY`, such as "img-src data:".
-        style: its style sheet.
+        title: title of the page.
+        allowed: directives added to `POLICY`, such as "img-src data:".
+        style: style sheet of the page.
     """
     policy = f"{POLICY}; {allowed}"
     return _HEAD.format(policy=policy, made=escaped(made()), title=escaped(title), style=style)
 
 
 def escaped(text: str) -> str:
-    """Return a text for HTML; control characters and marks of direction are shown escaped."""
+    """Return a text as HTML, with control characters and direction marks shown as escapes."""
     return html.escape(visible(text))
 
 
 def made() -> str:
-    """Return the name and the version of this program."""
+    """Return the name and version of this program."""
     return f"gaitsim {version('gaitsim')}"

@@ -1,4 +1,4 @@
-"""The figure that a video begins with."""
+"""The figure at the beginning of a video."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from gaitsim.render.plots.style import Theme
 
     Draw = Callable[[Theme, tuple[float, float]], Figure]
-    """Draws a figure of a theme and a size, width and height in inches."""
+    """A function that draws a figure in a theme and a size, width and height in inches."""
 
-MARGIN = 0.05  # around the figure, of the smaller side
-_LETTERS = 95.0  # dots an inch of the figure, for letters that can be read
-_WIDTHS = 3.4, 5.6  # inches of the figure: all its words fit, and are not lost in it
+MARGIN = 0.05  # margin around the figure, as a share of the smaller side
+_LETTERS = 95.0  # dots per inch of the figure, for legible letters
+_WIDTHS = 3.4, 5.6  # least and greatest width of the figure in inches, so that its texts fit
 
 
 def figure_picture(draw: "Draw", size: tuple[int, int], theme: str) -> Picture:
-    """Draw a figure in the size, pixels, and the colours of a video."""
+    """Draw a figure in the size, in pixels, and the colours of a video."""
     from io import BytesIO
 
     from matplotlib.image import imread
@@ -34,7 +34,7 @@ def figure_picture(draw: "Draw", size: tuple[int, int], theme: str) -> Picture:
     edge = round(MARGIN * min(width, height))
     dots = (width - 2 * edge) / float(np.clip((width - 2 * edge) / _LETTERS, *_WIDTHS))
     colours = replace(PLOT_THEMES[theme], background=THEMES[theme].ground)
-    # A hundredth more, as what is a whole number but for rounding is cut down to one.
+    # Matplotlib truncates sizes; a hundredth of a pixel more compensates for rounding errors.
     inches = ((width - 2 * edge + 0.01) / dots, (height - 2 * edge + 0.01) / dots)
     drawn = picture(draw(colours, inches), "png", colours, dots)
     curve = np.round(imread(BytesIO(drawn)) * 255).astype(np.uint8)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from gaitsim.render.plots.style import Theme
 
-DOTS_PER_INCH = 150  # of a figure in a notebook
+DOTS_PER_INCH = 150  # resolution of a figure in a notebook
 
 
 def picture(
@@ -28,17 +28,17 @@ def picture(
     size: tuple[int, int] = (640, 360),
     dark: bool = False,
 ) -> "Image":
-    """Draw the body of an individual at a moment, as an image; a notebook shows it.
+    """Draw the body of an individual at a moment, as an image that notebooks show.
 
     Args:
-        individual: such as a run's champion.
-        seconds: since the motion began.
-        view: 'iso' obliquely from the front, 'side', 'top'.
+        individual: an individual, such as a run's champion.
+        seconds: time since the motion began.
+        view: 'iso', from the front and above, 'side' or 'top'.
         size: width and height, pixels.
-        dark: whether the ground is dark.
+        dark: whether the background is dark.
 
     Raises:
-        GaitsimError: there is no such view.
+        GaitsimError: the view is unknown.
         PluginError: the body cannot be drawn.
     """
     from PIL import Image
@@ -52,11 +52,11 @@ def picture(
 
 
 class View:
-    """A page that plays individuals, as `view` returns it; a notebook shows it.
+    """A page that plays individuals, returned by `view` and shown by notebooks.
 
     Attributes:
         page: the page, HTML in UTF-8.
-        height: of its frame in a notebook, pixels.
+        height: height of its frame in a notebook, pixels.
     """
 
     def __init__(self, page: bytes, height: int) -> None:
@@ -64,7 +64,7 @@ class View:
         self.height = height
 
     def _repr_html_(self) -> str:
-        # A frame of its own origin: the page reaches neither the notebook nor the network.
+        # A sandboxed frame has its own origin and no access to the notebook.
         return (
             f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.page.decode())}" '
             f'title="A gait in 3D" allow="fullscreen" '
@@ -76,14 +76,14 @@ class View:
 
 
 def view(*individuals: Individual, height: int = 560) -> View:
-    """Return individuals as they move in 3D, side by side; a notebook shows and plays them.
+    """Return a page that plays individuals in 3D, side by side, in a notebook.
 
     Args:
-        *individuals: one or more, such as `run.replay(1), run.champion`.
-        height: of the frame, pixels.
+        *individuals: one or more individuals, such as `run.replay(1), run.champion`.
+        height: height of the frame, pixels.
 
     Raises:
-        GaitsimError: there are none, or too many.
+        GaitsimError: no individual is given, or too many.
         PluginError: a body cannot be moved, drawn or measured.
     """
     from gaitsim.render.page.player import page
@@ -94,23 +94,23 @@ def view(*individuals: Individual, height: int = 560) -> View:
 
 
 def shown_in_notebooks(figure: "Figure", theme: "Theme") -> "Figure":
-    """Return a figure that notebooks show as a picture."""
+    """Make notebooks show a figure as a picture; return the figure."""
     from gaitsim.render.plots.style import picture
 
-    # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
+    # Notebooks show pyplot's figures by default, but pyplot keeps each figure until it is closed.
     figure._repr_png_ = lambda: picture(figure, "png", theme, DOTS_PER_INCH)  # type: ignore[attr-defined]
     return figure
 
 
 class RunViews:
-    """A run on disk, with the methods that draw it."""
+    """A run on disk, with methods that draw it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     @property
     def snapshot(self) -> RunSnapshot:
-        """The run as it is now; each of its files is read at most once."""
+        """The current state of the run; each of its files is read at most once."""
         return RunSnapshot(self.path)
 
     def plot(
@@ -125,24 +125,25 @@ class RunViews:
         axes: Sequence[str] = (),
         dark: bool = False,
     ) -> "Figure":
-        """Return a plot, as `gaitsim plot` draws it.
+        """Return a plot, as drawn by `gaitsim plot`.
 
         Args:
             kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'search', 'front',
-                'archive', 'path', 'channel', 'footfall', 'phase', 'joints', 'stability'.
-            generations: whose best to draw, or members, as `gs.Member(3)`; () for the champion.
-            channel: of the motion, for the kinds 'channel' and 'joints'.
-            components: names of what to draw of the channel; () draws all.
+                'archive', 'path', 'channel', 'footfall', 'phase', 'joints' or 'stability'.
+            generations: generations whose best to draw, or members such as `gs.Member(3)`; ()
+                for the champion.
+            channel: channel of the motion, for the kinds 'channel' and 'joints'.
+            components: names of components of the channel; () draws all.
             window: first and last second of the motion.
             beside: names or folders of other runs, for the kind 'runs'.
             axes: two axes of an archive, for the kind 'archive'; () draws all pairs.
-            dark: light lines on a dark ground.
+            dark: whether the background is dark.
 
         Returns:
-            The figure; a notebook shows it, `savefig` writes it.
+            The figure; notebooks show it, `savefig` writes it.
 
         Raises:
-            GaitsimError: there is no such kind, or the body has nothing of it.
+            GaitsimError: the kind is unknown, or the run or its body lacks the data for it.
         """
         from gaitsim.render.plots.kinds import KINDS
         from gaitsim.render.plots.request import Request
@@ -173,25 +174,25 @@ class RunViews:
         dark: bool = False,
         intro: bool = True,
     ) -> Path:
-        """Write a video, as `gaitsim video` does; MP4 or GIF, as the file's name ends.
+        """Write a video, as `gaitsim video` does: MP4 or GIF, by the file's extension.
 
         Args:
-            path: the file.
-            generations: whose best to show, several in a race, or a member; () for the
-                champion.
+            path: path of the file.
+            generations: generations whose best to show, several of them in a race, or a member;
+                () for the champion.
             view: 'iso', 'side', 'top' or 'orbit'.
             size: width and height, pixels.
-            fps: pictures a second.
-            speed: of the motion; 0.1 is slow motion. None is real time, or slow motion for a
-                movement that is too fast for the pictures, such as a wing beat.
-            dark: on a dark ground.
-            intro: whether it begins with the fitness curve.
+            fps: pictures per second.
+            speed: speed of the motion; 0.1 is slow motion. None is real time, or slow motion for
+                movements too fast for the pictures, such as a wing beat.
+            dark: whether the background is dark.
+            intro: whether the video begins with the fitness curve.
 
         Returns:
-            The file.
+            The path of the file.
 
         Raises:
-            GaitsimError: it cannot be made so, or not be written.
+            GaitsimError: an argument is invalid, or the file cannot be written.
         """
         from gaitsim.render.settings import RenderSettings
         from gaitsim.render.video import Video
@@ -209,15 +210,16 @@ class RunViews:
         """Write a page that plays champions in any browser, as `gaitsim export --format html` does.
 
         Args:
-            path: the file.
-            generations: whose best to show, several side by side, or members, as `gs.Member(3)`;
-                () for the champion.
+            path: path of the file.
+            generations: generations whose best to show, several of them side by side, or members
+                such as `gs.Member(3)`; () for the champion.
 
         Returns:
-            The file.
+            The path of the file.
 
         Raises:
-            GaitsimError: there are too many, the body cannot be drawn, or it cannot be written.
+            GaitsimError: too many gaits are given, the body cannot be drawn, or the file cannot be
+                written.
         """
         from gaitsim.render.page.player import write_page
 

@@ -13,7 +13,7 @@ from gaitsim.render.scene import THEMES, VIEWS
 FORMATS = get_args(VideoFormat)
 FPS = {"mp4": 30.0, "gif": 25.0}
 SIZES = {"mp4": (1280, 720), "gif": (640, 360)}
-FASTEST = {"mp4": 120.0, "gif": 50.0}  # browsers slow a GIF down that is faster
+FASTEST = {"mp4": 120.0, "gif": 50.0}  # browsers slow down faster GIFs
 SMALLEST, LARGEST = 64, 4096  # pixels
 SPEEDS = 0.01, 100.0
 
@@ -23,17 +23,17 @@ class RenderSettings:
     """The size, speed, view and colours of a video.
 
     Attributes:
-        format: one of `FORMATS`.
-        size: width and height, pixels; None takes the format's.
-        fps: pictures a second; None takes the format's.
-        speed: of the motion, 1 is real time; None is real time, or slow motion where pictures
-            cannot show so fast a movement.
-        view: one of `gaitsim.render.scene.VIEWS`.
-        theme: one of `gaitsim.render.scene.THEMES`.
-        intro: whether it begins with its curve.
+        format: file format, one of `FORMATS`.
+        size: width and height, pixels; None takes the format's default.
+        fps: pictures per second; None takes the format's default.
+        speed: speed of the motion, 1 is real time; None is real time, or slow motion for movements
+            too fast for the pictures.
+        view: name of a view in `gaitsim.render.scene.VIEWS`.
+        theme: name of a theme in `gaitsim.render.scene.THEMES`.
+        intro: whether the video begins with the curve.
 
     Raises:
-        GaitsimError: says which of them cannot be, and what can.
+        GaitsimError: a setting is invalid.
     """
 
     format: str = "mp4"
@@ -52,13 +52,13 @@ class RenderSettings:
         fastest = FASTEST[self.format]
         if not 1 <= self.rate <= fastest:
             raise GaitsimError(
-                f"{self.fps:g} pictures a second cannot be shown",
+                f"invalid frame rate: {self.fps:g} frames a second",
                 where="--fps",
-                allowed=f"1 to {fastest:g} in {self.format.upper()}",
+                allowed=f"1 to {fastest:g} for {self.format.upper()}",
             )
         if self.speed is not None and not SPEEDS[0] <= self.speed <= SPEEDS[1]:
             raise GaitsimError(
-                f"a speed of {self.speed:g} cannot be shown",
+                f"invalid speed: {self.speed:g}",
                 where="--speed",
                 allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
             )
@@ -74,7 +74,7 @@ class RenderSettings:
             )
         if self.format == "mp4" and (width % 2 or height % 2):
             raise GaitsimError(
-                f"an MP4 cannot be {width}x{height} pixels: H.264 wants even numbers",
+                f"invalid size of an MP4: {width}x{height} pixels; H.264 requires even numbers",
                 where=where,
                 allowed=f"{allowed}, both even",
                 remedy=f"--size {width + width % 2}x{height + height % 2}",
@@ -82,11 +82,11 @@ class RenderSettings:
 
     @property
     def pixels(self) -> tuple[int, int]:
-        """Width and height."""
+        """Width and height, pixels."""
         return self.size or SIZES[self.format]
 
     @property
     def rate(self) -> Fraction:
-        """Pictures a second."""
+        """Pictures per second."""
         fps = FPS[self.format] if self.fps is None else self.fps
         return Fraction(fps if np.isfinite(fps) else 0).limit_denominator(1001)

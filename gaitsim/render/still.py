@@ -1,4 +1,4 @@
-"""A still of a body, with its feet named."""
+"""Stills of a body, with the names of its feet."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -26,14 +26,14 @@ def write_still(
     """Write one frame of a body as a PNG, with the names of its feet.
 
     Args:
-        skeleton: its motion.
-        path: the file.
-        title: the first line in it.
-        details: the second one.
-        frame: which one.
+        skeleton: motion of the body.
+        path: path of the file.
+        title: first line of text.
+        details: second line of text.
+        frame: index of the frame.
         size: width and height, pixels.
-        view: one of `gaitsim.render.scene.VIEWS`.
-        theme: one of `gaitsim.render.scene.THEMES`.
+        view: name of a view in `gaitsim.render.scene.VIEWS`.
+        theme: name of a theme in `gaitsim.render.scene.THEMES`.
 
     Raises:
         RunError: the file cannot be written.

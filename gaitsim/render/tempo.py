@@ -1,4 +1,4 @@
-"""How fast a body's movement repeats, and at which speed pictures show it."""
+"""The frequency of a body's movement, and the speed at which pictures can show it."""
 
 import math
 
@@ -6,22 +6,22 @@ import numpy as np
 
 from gaitsim.contracts import Skeleton
 
-ALIASED = 2.0  # pictures a cycle: with fewer the movement goes backwards
-TOO_FEW = 6.0  # pictures a cycle: with fewer the movement is jumpy
-ENOUGH = 8.0  # pictures a cycle in slow motion
+ALIASED = 2.0  # pictures per cycle; with fewer, movement appears to run backwards
+TOO_FEW = 6.0  # pictures per cycle; with fewer, movement is jerky
+ENOUGH = 8.0  # pictures per cycle in slow motion
 _FRACTIONS = {0.5: "½", 0.25: "¼", 0.125: "⅛"}
 
 
 def rhythm(skeleton: Skeleton) -> float:
-    """Return the frequency of a body's movement about its path, Hz; 0 where it does not move.
+    """Return the frequency of a body's movement about its path, Hz; 0 if it does not move.
 
-    It is the median of the spectrum of the speed of all points: of a wing beat or a stride, the
-    beats or strides a second.
+    It is the median of the power spectrum of the velocities of all points, such as the frequency
+    of the wing beat or the stride.
     """
     segments = np.asarray(skeleton.segments, dtype=np.float64)
     about = segments - np.asarray(skeleton.path, dtype=np.float64)[:, None, None]
     about = about.reshape(len(about), -1)
-    # The window keeps a start and an end that differ from looking like a jump.
+    # The window removes the jump between the end and the start.
     window = np.hanning(len(about))[:, None]
     frequencies = np.fft.rfftfreq(len(about), 1 / skeleton.frame_rate)
     places = np.fft.rfft((about - about.mean(axis=0)) * window, axis=0)
@@ -32,17 +32,24 @@ def rhythm(skeleton: Skeleton) -> float:
 
 
 def shows(frequency: float, rate: float, speed: float, pictures: float = TOO_FEW) -> bool:
-    """Whether a movement of a frequency has so many pictures a cycle, at a rate and a speed."""
+    """Return whether each cycle of a movement has at least `pictures` pictures.
+
+    Args:
+        frequency: frequency of the movement, Hz.
+        rate: pictures per second.
+        speed: speed of the motion; 1 is real time.
+        pictures: least number of pictures per cycle.
+    """
     return frequency * speed * pictures <= rate
 
 
 def usual_speed(frequency: float, rate: float, slowest: float) -> float:
-    """Return real time, or the slow motion (½, ¼, ⅛ …) in which pictures show a movement.
+    """Return 1, or the slow motion (½, ¼, ⅛ …) that a fast movement needs.
 
     Args:
-        frequency: of the movement, Hz.
-        rate: pictures a second.
-        slowest: the least speed allowed.
+        frequency: frequency of the movement, Hz.
+        rate: pictures per second.
+        slowest: lower limit of the speed.
     """
     if shows(frequency, rate, 1.0):
         return 1.0

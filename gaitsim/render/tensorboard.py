@@ -1,7 +1,7 @@
-"""Runs as event files, which TensorBoard shows.
+"""Runs as event files for TensorBoard.
 
-The package tensorboardX (extra `tensorboard`) has the format: its records and messages. Its
-`SummaryWriter` is not used: that one names files after the clock and the machine.
+The package tensorboardX (extra `tensorboard`) provides the records and messages of the format.
+Its `SummaryWriter` is not used, as it names files after the clock and the machine.
 """
 
 import math
@@ -23,31 +23,31 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import brief
 
 FILE = "events.out.tfevents.gaitsim"
-"""Name of the event file; TensorBoard reads files whose name holds 'tfevents'."""
+"""Name of the event file; TensorBoard reads files whose name contains 'tfevents'."""
 
 CHAMPION = "champion"
-"""Before the name of a value of the champion, after a slash."""
+"""Prefix of the tags of the champion's values."""
 
-SIZE, RATE, PICTURES = (320, 180), 10, 60  # of the moving picture: pixels, 1/s, at most
+SIZE, RATE, PICTURES = (320, 180), 10, 60  # animation: pixels, frames per second, maximum frames
 _SLOWEST = 0.01
 
 
 def write_events(
     run: RunSnapshot, folder: Path, advance: Callable[[int], object] = lambda done: None
 ) -> tuple[str, ...]:
-    """Write a run for TensorBoard: its history, options, champion and a moving picture of it.
+    """Write a run for TensorBoard: its history, options, champion and the champion's animation.
 
-    Scalars are float32, one for each generation and column of the history; terms that a stage does
-    not have are left out. A generation's time is the seconds that were computed until its end. The
-    same run gives the same bytes.
+    Scalars are float32, one for each generation and column of the history, except terms that a
+    stage lacks. The time of a generation is the computing time until its end, in seconds. The same
+    run gives the same bytes.
 
     Args:
-        run: with one generation or more.
-        folder: is created where there is none; an earlier file of gaitsim in it is replaced.
-        advance: called with 1 after each generation.
+        run: run with at least one generation.
+        folder: folder, created if missing; an existing event file of gaitsim in it is replaced.
+        advance: function called with 1 after each generation.
 
     Returns:
-        What is left out, and why.
+        Notices on omitted parts, with reasons.
 
     Raises:
         GaitsimError: the package tensorboardX is not installed.
@@ -57,8 +57,8 @@ def write_events(
     from tensorboardX.record_writer import RecordWriter
 
     check_parent(folder)
-    if folder.is_symlink():  # in a run from others it may lead anywhere
-        raise RunError(f"cannot write into {folder}: it is a link", allowed="a folder")
+    if folder.is_symlink():  # in a run from someone else, the target may be anywhere
+        raise RunError(f"cannot write to {folder}: it is a symbolic link", allowed="a folder")
     _ = run.finished
     notices: list[str] = []
     with writing(folder):
@@ -74,10 +74,10 @@ def write_events(
 
 
 def check_installed() -> None:
-    """Refuse to write event files without the package tensorboardX.
+    """Check that the package tensorboardX is installed.
 
     Raises:
-        GaitsimError: it is not installed.
+        GaitsimError: tensorboardX is not installed.
     """
     try:
         import tensorboardX  # noqa: F401
@@ -88,7 +88,7 @@ def check_installed() -> None:
 
 
 def tag(column: str) -> str:
-    """Return the name of a column of the history in TensorBoard, which groups by the first part."""
+    """Return TensorBoard's tag of a column of the history; the part before '/' is its group."""
     if column in SCORES:
         return f"score/{column}"
     for prefix, group in ((MEAN, "mean of terms"), (FIGURE, "search")):
@@ -132,7 +132,7 @@ def _rows(history: Mapping[str, NDArray[np.float64]]) -> Iterator[Any]:
     """Yield the summary of each generation."""
     terms = {*terms_of(history)}
     tags = [f"terms/{name}" if name in terms else tag(name) for name in history]
-    columns = [*zip(tags, history.values(), strict=True)][1:]  # the first one is the generation
+    columns = [*zip(tags, history.values(), strict=True)][1:]  # without the generation
     for row in zip(*(values.tolist() for _, values in columns), strict=True):
         found = zip((name for name, _ in columns), row, strict=True)
         yield _summary({name: value for name, value in found if not math.isnan(value)})
@@ -147,7 +147,7 @@ def _summary(values: Mapping[str, float]) -> Any:
 
 
 def _moving_picture(champion: Individual, notices: list[str]) -> Any:
-    """Return the summary of an animated GIF; None where the body cannot be drawn."""
+    """Return the summary of an animated GIF; None if the body cannot be drawn."""
     from tensorboardX.proto.summary_pb2 import Summary
 
     from gaitsim.render.encoder import encode
@@ -163,7 +163,7 @@ def _moving_picture(champion: Individual, notices: list[str]) -> Any:
         count = min(int(scene.seconds / speed * RATE) + 1, PICTURES)
         pictures = [scene.draw(number * speed / RATE) for number in range(count)]
     except GaitsimError as error:
-        notices.append(f"no moving picture: {error.what}")
+        notices.append(f"no animation: {error.what}")
         return None
     with TemporaryDirectory() as folder:
         path = Path(folder, "champion.gif")

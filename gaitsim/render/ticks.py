@@ -1,4 +1,4 @@
-"""Round numbers for axes and grids."""
+"""Round numbers and their labels for axes and grids."""
 
 import math
 
@@ -7,34 +7,34 @@ from numpy.typing import NDArray
 
 
 def round_step(least: float) -> float:
-    """Return the smallest of 1, 2 and 5 times a power of ten that is not below `least` > 0."""
+    """Return the smallest 1, 2 or 5 times a power of ten that is at least `least` > 0."""
     power = 10.0 ** math.floor(math.log10(least))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= least * 0.999)
 
 
 def ticks(low: float, high: float, most: int, *, whole: bool = False) -> NDArray[np.float64]:
-    """Round numbers from `low` to `high`, at most `most` of them, in equal steps.
+    """Return round numbers from `low` to `high` in equal steps.
 
     Args:
-        low: of the axis.
-        high: of the axis, above it.
-        most: how many there is room for.
-        whole: only whole numbers.
+        low: low end of the axis.
+        high: high end of the axis, greater than `low`.
+        most: maximum number of ticks.
+        whole: whether to return only whole numbers.
     """
     step = round_step((high - low) / max(most, 1))
     if whole:
         step = max(step, 1.0)
     first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
     found = np.arange(first, last + 1, dtype=np.float64) * step
-    # One more can fit than there are steps in between.
+    # There can be one more tick than steps.
     return found[:: 2 if len(found) > most > 1 else 1]
 
 
 def log_ticks(low: float, high: float, most: int) -> NDArray[np.float64]:
-    """Round numbers on a logarithmic axis from `low` > 0 to `high`, at most `most` of them.
+    """Return at most `most` round numbers on a logarithmic axis from `low` > 0 to `high`.
 
-    Powers of ten, and 2 and 5 times these where there is room; on an axis too short for two of
-    them, equal steps.
+    The numbers are powers of ten, and 2 and 5 times these if they fit. An axis too short for two
+    of these has equal steps.
     """
     powers = np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     for factors in ((1, 2, 5), (1, 3), (1,)):
@@ -48,7 +48,7 @@ def log_ticks(low: float, high: float, most: int) -> NDArray[np.float64]:
 
 
 def labels(values: NDArray[np.float64], *, alike: bool = True) -> list[str]:
-    """Numbers as an axis says them; `alike` says all with as many digits."""
+    """Format numbers for an axis, with the same number of decimals if `alike`."""
     if not len(values):
         return []
     if not alike:
@@ -64,6 +64,6 @@ def labels(values: NDArray[np.float64], *, alike: bool = True) -> list[str]:
 
 
 def _short(value: float) -> str:
-    """Return three digits and a power of ten, as 1.5e8 or −2e−5."""
+    """Format a number with three digits and a power of ten, such as 1.5e8 or −2e−5."""
     digits, exponent, power = f"{value:.3g}".partition("e")
     return (digits + (f"e{int(power)}" if exponent else "")).replace("-", "−")

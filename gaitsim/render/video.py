@@ -1,4 +1,4 @@
-"""Videos of a run: its fitness curve, then its champions as they move."""
+"""Videos of a run: its fitness curve, followed by its moving champions."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -21,14 +21,16 @@ class Video(Film):
     """A video of a champion of a run, or of a race of several.
 
     Args:
-        run: whose champions are shown.
-        generations: whose best, or which members; () for the best of all.
-        settings: size, speed, view and colours; the defaults of `RenderSettings` for None.
-        changed: moves an individual on a changed body, such as `with_world` with a world.
+        run: the run.
+        generations: generations whose best to show, or members; () for the champion.
+        settings: size, speed, view and colours; None for the defaults of `RenderSettings`.
+        changed: function that changes the body or the world of an individual, such as
+            `with_world`.
 
     Raises:
-        RunError: there is no such generation, or no champion.
-        GaitsimError: a body cannot be changed like this, or there is no room to name so many.
+        RunError: a generation does not exist, or the run has no champion.
+        GaitsimError: the body cannot be changed in this way, or the picture is too small for the
+            names of all bodies.
     """
 
     def __init__(
@@ -57,7 +59,7 @@ class Video(Film):
 
     @property
     def name(self) -> str:
-        """The default name of its file."""
+        """The default name of the file."""
         numbers = "-".join(map(str, self.generations))
         if len(self.generations) == 1:
             return f"video-{self._stem}.{self.settings.format}"
@@ -66,7 +68,7 @@ class Video(Film):
 
 
 def _details(shown: Sequence[Individual]) -> list[str]:
-    """Return the parts of the second line of the picture."""
+    """Return the parts of the second line of text."""
     one = shown[0]
     details = ["   ".join(_words(one)) if len(shown) == 1 else "the best of each generation"]
     if (trials := count_trials(one)) > 1:
@@ -80,8 +82,8 @@ def _check_room(bodies: int, size: tuple[int, int]) -> None:
         raise GaitsimError(
             f"{bodies} bodies do not fit into {size[0]}x{size[1]} pixels",
             where="--generations",
-            allowed=f"{most} of them at this size",
-            remedy="show fewer of them, or make the picture larger with --size",
+            allowed=f"at most {most} bodies at this size",
+            remedy="choose fewer generations, or a larger picture with --size",
         )
 
 

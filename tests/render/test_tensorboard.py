@@ -112,7 +112,7 @@ def test_a_body_that_cannot_be_drawn_leaves_the_scalars(
     run = RunSnapshot(puppet_run("evolution.generations=2").path)
     monkeypatch.setattr(puppets.Puppet, "skeleton", lambda *_: None)
     (notice,) = write_events(run, tmp_path / "logs")
-    assert "no moving picture" in notice
+    assert "no animation" in notice
     found = events(tmp_path / "logs")
     assert_same(found, run.history)
     assert not found.Tags()["images"]

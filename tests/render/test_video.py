@@ -278,7 +278,7 @@ def test_wing_beats_are_in_slow_motion(bundled):
         assert video.scene.heading[1].endswith(" speed")
     real = Video(run, (), RenderSettings(speed=1, fps=15, **SMALL))
     assert real.speed == 1
-    assert "Try a speed of 0." in real.caution
+    assert "Try speed 0." in real.caution
     walking = Video(bundled("walker"), (), RenderSettings(**SMALL))
     assert (walking.speed, walking.caution) == (1, "")
 
@@ -297,21 +297,21 @@ def test_the_same_video_is_the_same_file(spider_run, tmp_path):
         ({"format": "avi"}, "format 'avi'"),
         ({"view": "sides"}, "view 'sides'"),
         ({"theme": "drak"}, "theme 'drak'"),
-        ({"size": (641, 480)}, "H.264 wants even numbers"),
-        ({"size": (640, 481)}, "H.264 wants even numbers"),
+        ({"size": (641, 480)}, "H.264 requires even numbers"),
+        ({"size": (640, 481)}, "H.264 requires even numbers"),
         ({"size": (0, 0)}, "too small or too large"),
         ({"size": (32, 480)}, "too small or too large"),
         ({"size": (640, 5000)}, "too small or too large"),
-        ({"fps": 0.5}, "pictures a second"),
-        ({"fps": -30.0}, "pictures a second"),
-        ({"fps": 121.0}, "pictures a second"),
-        ({"fps": float("nan")}, "nan pictures a second"),
-        ({"fps": float("inf")}, "inf pictures a second"),
-        ({"format": "gif", "fps": 60.0}, "pictures a second"),
-        ({"speed": 0.0}, "a speed of 0"),
-        ({"speed": -1.0}, "a speed of -1"),
-        ({"speed": float("nan")}, "a speed of nan"),
-        ({"speed": 1e9}, r"a speed of 1e\+09"),
+        ({"fps": 0.5}, "frames a second"),
+        ({"fps": -30.0}, "frames a second"),
+        ({"fps": 121.0}, "frames a second"),
+        ({"fps": float("nan")}, "nan frames a second"),
+        ({"fps": float("inf")}, "inf frames a second"),
+        ({"format": "gif", "fps": 60.0}, "frames a second"),
+        ({"speed": 0.0}, "invalid speed: 0"),
+        ({"speed": -1.0}, "invalid speed: -1"),
+        ({"speed": float("nan")}, "invalid speed: nan"),
+        ({"speed": 1e9}, r"invalid speed: 1e\+09"),
     ],
 )
 def test_what_cannot_be_shown_is_refused(settings, says):
@@ -366,7 +366,10 @@ def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):
         (lambda *_: Skeleton(np.zeros((0, 1, 2, 3)), ("a",), 1.0), "cannot be drawn"),
         (lambda *_: Skeleton(np.zeros((2, 0, 2, 3)), (), 1.0), "cannot be drawn"),
         (lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), 0.0), "frame rate of the body is 0.0"),
-        (lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), np.inf), "inf frames a second"),
+        (
+            lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), np.inf),
+            "frame rate of the body is inf",
+        ),
         (lambda *_: None, "gave a NoneType"),
         (lambda *_: 1 / 0, "drawing the champion: ZeroDivisionError"),
     ],
