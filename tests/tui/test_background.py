@@ -64,7 +64,7 @@ def test_three_runs_evolve_while_the_app_is_killed_and_opened_again(walk, gaitsi
     more = [walk(f"../more/{name}", 0, slow, generations=100_000) for name in ("trot", "run")]
     app = Terminal("runs")
     until(lambda: b"walk" in app.written)
-    app.press(b"\r", b"at rest")
+    app.press(b"\r", b"stopped")
     app.press(b" ")
     until(lambda: evolving(first) == "running")
     for run in more:

@@ -396,7 +396,7 @@ class TestDeleting:
             texts = [str(one.render()) for one in asked.query(Static)]
             assert texts[0] == "Delete 2 runs?"
             assert {"a", "b"} <= {*texts[1].splitlines()[0].split(", ")}
-            assert "These evolve, and are kept: c." in texts[1]
+            assert "Still evolving, and kept: c." in texts[1]
             await driver.press("y")
             await driver.until(lambda: sorted(names(driver)) == ["c", "kept"])
             assert not Path("runs/a").exists()

@@ -134,7 +134,7 @@ class TestAtRest:
         async def test(screen, pilot):
             assert screen.state == "stopped"
             assert offered(screen) == {"go", "step", "change", "goal", "fork", "log"}
-            await app_until(pilot, lambda: "at rest  0/20" in text(screen, "#live-status"))
+            await app_until(pilot, lambda: "stopped  0/20" in text(screen, "#live-status"))
             assert "Space continues" in text(screen, "#live-status")
 
         live(make(), test)
@@ -264,7 +264,7 @@ class TestSteering:
             assert pilot.app.screen is dialog
             await type_in(pilot, "fitness.price=0.7")
             command = str(dialog.query_one("#change-command").render())
-            await app_until(pilot, lambda: "scores begin anew" in str(said.render()))
+            await app_until(pilot, lambda: "not comparable" in str(said.render()))
             command = str(dialog.query_one("#change-command").render())
             assert command == "$ gaitsim resume runs/walk --set fitness.price=0.7"
             await pilot.press("enter")
@@ -360,7 +360,7 @@ class TestSteering:
             await app_until(pilot, lambda: "generation 30" in str(said.render()))
             await pilot.press(*"fitness", "full_stop", *"price=4")
             assert typed.value == "evolution.generations=30 fitness.price=4"
-            await app_until(pilot, lambda: "scores begin anew" in str(said.render()))
+            await app_until(pilot, lambda: "not comparable" in str(said.render()))
             typed.value = "fitness.price=4"
             await app_until(pilot, lambda: said.has_class("problem"))
             assert "evolution.generations=" in str(said.render())

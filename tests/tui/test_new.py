@@ -239,7 +239,7 @@ class TestDrafts:
             assert again.builder.preset.reference == reference
             assert again.builder.changes == {"evolution.population": "12", "seed": "-"}
             assert again.query_one("#seed", Input).value == "-"
-            assert "Your draft is back: 2 changes" in driver.told()
+            assert "Restored your draft: 2 changes" in driver.told()
             await driver.press("ctrl+q")
             await driver.at("Confirm")
             await driver.press("n")

@@ -98,7 +98,7 @@ def test_the_list_is_filtered_by_words(look):
         assert driver.app.clipboard == "gaitsim plugins show puppet-reach"
         await driver.press("slash", "x", "x")
         assert keys(driver) == []
-        assert "Nothing has all these words" in str(
+        assert "No plugin matches all these words" in str(
             driver.screen.query_one("#installed").get_option_at_index(0).prompt
         )
         assert driver.screen.command_line() == "gaitsim plugins list"

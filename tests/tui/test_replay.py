@@ -372,7 +372,7 @@ class TestCamera:
             await press(pilot, "v", "plus", "f")
             view = screen.pane.canvas.view
             assert (view.name, view.follow) == ("side", False)
-            assert "the whole way" in screen.sub_title
+            assert "whole path" in screen.sub_title
             await press(pilot, "minus", "0")
             assert screen.pane.canvas.view.name == "iso"
 

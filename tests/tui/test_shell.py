@@ -176,7 +176,7 @@ class TestHelp:
             assert "home.compare" not in cells[2]
             row = cells[2].index("home.delete")
             assert cells[0][row] == "d del"
-            assert cells[1][row] == "Delete: for good, after asking"
+            assert cells[1][row] == "Delete: permanently, after a question"
             assert cells[1][cells[2].index("app.help")] == "Help: what this screen can do"
             assert cells[1][cells[2].index("home.mark")] == "Mark: for what works on several"
             await driver.press("escape")

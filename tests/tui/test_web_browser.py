@@ -99,7 +99,7 @@ def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
     window.press("n")
     window.see("It can run")
     window.press("Control+l")
-    window.see("Begin with the file")
+    window.see("Load the file")
     window.page.keyboard.type("long.toml")
     window.press("Enter")
     window.see("gaitsim run ./long.toml")

@@ -1,4 +1,4 @@
-"""Map: the archive of a run as a heat map, and the gait of the cell under the cursor."""
+"""Map: the archive of a run as a heat map, and the gait under the cursor."""
 
 import asyncio
 import time
@@ -28,58 +28,58 @@ from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.lines import Lines
 
-LOOK = 1.0  # seconds between two looks at a run that may grow
-SHARE = 10  # times as long as reading an archive takes, nothing is read again, but at most
-LONGEST = 10.0  # seconds
-PAUSE = 0.1  # seconds for which the cursor rests before an elite is moved
-BEHAVIOUR = 3  # lines of it below the map
+LOOK = 1.0  # seconds between two checks for new generations
+SHARE = 10  # minimum pause between two reads, as a multiple of the time that a read takes
+LONGEST = 10.0  # maximum pause, seconds
+PAUSE = 0.1  # seconds for which the cursor rests before an elite is simulated
+BEHAVIOUR = 3  # maximum lines of behaviour below the map
 
 
 class Map(GaitScreen):
-    """The archive of a run along two of its axes; the elite under the cursor moves beside it.
+    """The archive of a run along two of its axes, with the elite under the cursor in motion.
 
     Args:
-        run: the folder of a run.
-        member: under the cursor at first; None is the best.
+        run: folder of the run.
+        member: member initially under the cursor; None is the best.
 
     Attributes:
-        map: the heat map with the cursor.
-        pane: the elite under the cursor.
+        map: heat map with the cursor.
+        pane: pane of the elite under the cursor.
     """
 
     HELP_TEXT = """
-All gaits that a search has found, as a map: each cell of two axes has the colour of its best
-score; dots are cells without a gait.
+All gaits that a search has found, as a map of two axes: the colour of a cell is its best score;
+dots are cells without a gait.
 
-- **Arrow keys**, or a click, go from gait to gait; it moves on the right, with its name, its
-  footfalls and measures. Below the map: its number, score and place on all axes.
-- **Axes**: an archive of more than two axes shows the best over the others in each cell. `]` and
-  `[` go through pairs of axes, opposite legs first; `x` and `z` change one of them.
-- **Best** is the best of all, **Go to** a member by its number.
-- While the run evolves, the map fills. Members have other numbers then as new ones come.
-- **Replay**, **Why**, **Export** and the **Laboratory** are for the gait under the cursor.
-- The title has the generation, the cells with a gait and their share (the coverage), and the sum
-  of all scores (the QD score).
+- **Arrow keys**, or a click, choose a gait, which moves on the right, with its name, footfalls
+  and measures. Below the map are its number, score and position on all axes.
+- **Axes**: with more than two axes, each cell shows the best score over the other axes. `]` and
+  `[` step through pairs of axes, opposite legs first; `x` and `z` change one axis.
+- **Best** selects the best member, **Go to** a member by its number.
+- While the run evolves, the map fills, and the numbers of members change.
+- **Replay**, **Why**, **Export** and the **Laboratory** apply to the gait under the cursor.
+- The title shows the generation, the number and share of cells with a gait (the coverage), and the
+  sum of all scores (the QD score).
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("left_square_bracket", "pair(-1)", "Axes", key_display="[", id="map.axes-back",
-                group=Binding.Group("Axes", compact=True), tooltip="The pair of axes before"),
+                group=Binding.Group("Axes", compact=True), tooltip="Previous pair of axes"),
         Binding("right_square_bracket", "pair(1)", "Axes", key_display="]", id="map.axes-on",
-                group=Binding.Group("Axes", compact=True), tooltip="The next pair of axes"),
+                group=Binding.Group("Axes", compact=True), tooltip="Next pair of axes"),
         Binding("x", "axis(0)", "Across", show=False, id="map.across",
-                tooltip="Another axis across"),
+                tooltip="Next horizontal axis"),
         Binding("z", "axis(1)", "Upwards", show=False, id="map.upwards",
-                tooltip="Another axis upwards"),
-        Binding("b", "best", "Best", id="map.best", tooltip="To the best of all"),
+                tooltip="Next vertical axis"),
+        Binding("b", "best", "Best", id="map.best", tooltip="Select the best member"),
         Binding("g,colon", "go_to", "Go to", key_display="g", id="map.go-to",
                 tooltip="A member by its number"),
         Binding("r,enter", "replay", "Replay", key_display="r", id="map.replay",
-                tooltip="This gait frame by frame"),
-        Binding("w", "why", "Why", id="map.why", tooltip="Why it scored, and which gait it is"),
+                tooltip="Replay this gait frame by frame"),
+        Binding("w", "why", "Why", id="map.why", tooltip="Explain the score and name the gait"),
         Binding("e", "export", "Export", id="map.export", tooltip="Gait files, plots, videos, …"),
         Binding("L", "laboratory", "Laboratory", id="map.laboratory",
-                tooltip="Remove legs of the body, and adapt its gait"),
-        Binding("space", "play", "Hold", id="map.play", tooltip="Hold the body, or let it move"),
+                tooltip="Remove legs from the body and adapt its gait"),
+        Binding("space", "play", "Hold", id="map.play", tooltip="Pause or play the motion"),
         Binding("v", "view", "View", show=False, id="map.view",
                 tooltip="From the corner, the side, above, or the front"),
     ]  # fmt: skip
@@ -92,7 +92,7 @@ score; dots are cells without a gait.
     """
     AUTO_FOCUS = "ArchiveMap"
 
-    # Everything that the keys depend on: the footer, which is slow, is updated only with it.
+    # Determines the available keys; a change updates the footer, which is slow.
     offers: reactive[tuple[bool, int]] = reactive((False, 0), init=False, bindings=True)
 
     def __init__(self, run: Path, member: Member | None = None) -> None:
@@ -104,7 +104,7 @@ score; dots are cells without a gait.
         self._atlas: Atlas | None = None
         self._first = member
         self._pair: tuple[str, ...] = ()
-        self._asked: int | None = None  # the member that is to move
+        self._asked: int | None = None  # the member to simulate
         self._member = Lines(id="map-member")
         self.title, self.sub_title = run.name, "map"
 
@@ -124,7 +124,7 @@ score; dots are cells without a gait.
 
     @work(group="follow")
     async def _follow(self) -> None:
-        """Read the archive again where the run has grown, while the screen is seen."""
+        """Re-read the archive when the run has new generations, while the screen is in front."""
         while True:
             begun = time.monotonic()
             if self.is_current:
@@ -139,7 +139,7 @@ score; dots are cells without a gait.
             await asyncio.sleep(min(max(LOOK, SHARE * (time.monotonic() - begun)), LONGEST))
 
     def _take(self, atlas: Atlas) -> None:
-        """Show an archive, with the cursor where it was."""
+        """Show an archive, and keep the cursor."""
         if atlas.view.names != (self._atlas.view.names if self._atlas else None):
             self._pair = next(iter(atlas.view.pairs), atlas.view.names)
         self._atlas = atlas
@@ -151,7 +151,7 @@ score; dots are cells without a gait.
         self._show(wanted)
 
     def _show(self, member: int | None) -> None:
-        assert self._atlas is not None, "it was taken"
+        assert self._atlas is not None
         words = self._reader.words(self._atlas)
         self.map.show(self._atlas.view, self._pair, words, member)
         self.offers = bool(len(self._atlas.view.members.scores)), len(self._atlas.view.names)
@@ -160,7 +160,7 @@ score; dots are cells without a gait.
 
     @on(ArchiveMap.Moved)
     def _moved(self) -> None:
-        """Say who is under the cursor, and let it move once the cursor rests."""
+        """Describe the member under the cursor, and simulate it once the cursor rests."""
         atlas, member = self._atlas, self.map.member
         if atlas is None or member is None:
             return
@@ -174,7 +174,7 @@ score; dots are cells without a gait.
 
     @work(group="elite")
     async def _load(self) -> None:
-        """Move the member under the cursor, and then the one that is there by then."""
+        """Simulate the member under the cursor, until it is the one still under it."""
         while True:
             await asyncio.sleep(PAUSE)
             atlas, asked = self._atlas, self._asked
@@ -217,7 +217,7 @@ score; dots are cells without a gait.
         self._turn(pairs[(at + steps) % len(pairs)])
 
     def action_axis(self, which: int) -> None:
-        """Show another axis across (0) or upwards (1)."""
+        """Show the next horizontal (0) or vertical (1) axis."""
         assert self._atlas is not None
         names = self._atlas.view.names
         pair = [*self._pair]
@@ -275,7 +275,7 @@ score; dots are cells without a gait.
     def obstacle(self, action: str) -> str:
         known, axes = self.offers
         if action in ("pair", "axis") and axes < 3:
-            return "Only an archive of three axes or more has others to show."
+            return "Only archives with three or more axes have further axes to show."
         if (
             action in ("best", "go_to", "replay", "why", "export", "play", "view", "laboratory")
             and not known

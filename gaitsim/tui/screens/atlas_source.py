@@ -1,4 +1,4 @@
-"""What the map shows: the archive of a run that may grow, and its elites in motion."""
+"""Data of the map: the archive of a run that may be evolving, and its elites in motion."""
 
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -16,8 +16,8 @@ from gaitsim.runs.follow import RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.replay_loading import Shown, shown_of
 
-_JOINED = "\N{NO-BREAK SPACE}"  # no line is broken there
-KEPT = 64  # elites whose motion is kept, about 0.5 MB each
+_JOINED = "\N{NO-BREAK SPACE}"  # prevents a line break
+KEPT = 64  # maximum number of elites in memory, about 0.5 MB each
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +25,8 @@ class Atlas:
     """The archive of a run at one moment.
 
     Attributes:
-        run: as it was read.
-        view: its archive.
+        run: snapshot of the run.
+        view: view of its archive.
     """
 
     run: RunSnapshot
@@ -34,11 +34,11 @@ class Atlas:
 
     @property
     def summary(self) -> str:
-        """Generation, elites, coverage and QD score, in words."""
+        """The generation, number of elites, coverage and QD score, in words."""
         return summary(self.run, self.view)
 
     def behaviour(self, member: int) -> list[str]:
-        """Return the words that all axes share, and each axis with the value of a member."""
+        """Return the words that all axis names share, then each axis with the member's value."""
         values, names = self.view.members.values, self.view.names
         shared = shared_words(names)
         return [
@@ -57,8 +57,8 @@ class Elite:
     """A member in motion.
 
     Attributes:
-        shown: its body and measures.
-        gait: its name; None of a body whose feet say nothing.
+        shown: body and measures of the member.
+        gait: name of its gait; None if the feet of the body do not define one.
     """
 
     shown: Shown
@@ -66,7 +66,7 @@ class Elite:
 
 
 class AtlasReader:
-    """The archive of the run in the folder `path`, read again when the run has grown."""
+    """The archive of the run in the folder `path`, re-read when the run has new generations."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -75,11 +75,11 @@ class AtlasReader:
         self._elites: OrderedDict[bytes, Elite] = OrderedDict()
 
     def poll(self) -> Atlas | None:
-        """Return the archive as it is now; None where the run has not changed.
+        """Return the current archive; None if the run has not changed.
 
         Raises:
             RunError: the search keeps no archive, or the run cannot be read.
-            GaitsimError: its experiment has problems.
+            GaitsimError: the experiment has problems.
         """
         try:
             run = self._follower.poll()
@@ -92,24 +92,24 @@ class AtlasReader:
             name = run.experiment.entries["search"].name
             raise RunError(
                 f"the search {name!r} of this run keeps no archive, so there is no map",
-                remedy="evolve with map-elites, as the preset spider-atlas does",
+                remedy="evolve with map-elites, such as the preset spider-atlas",
             )
         return Atlas(run, view)
 
     def words(self, atlas: Atlas) -> dict[str, str]:
-        """Return the axes and the score as the map has them: with units once an elite moved."""
+        """Return labels of the axes and the score, with units once an elite was simulated."""
         plain = {name: name for name in ("score", *atlas.view.names)}
         return plain | self._words
 
     def kept(self, atlas: Atlas, member: int) -> Elite | None:
-        """Return a member that was moved before; None where it was not."""
+        """Return a member that was simulated before, or None."""
         return self._elites.get(_key(atlas, member))
 
     def elite(self, atlas: Atlas, member: int) -> Elite:
-        """Move a member, and name its gait.
+        """Simulate a member, and name its gait.
 
         Raises:
-            GaitsimError: the body cannot be moved or drawn.
+            GaitsimError: the body cannot be simulated or drawn.
         """
         shown = shown_of(atlas.run, Member(member))
         try:
@@ -124,7 +124,7 @@ class AtlasReader:
 
 
 def shared_words(names: Sequence[str]) -> str:
-    """Return the words with which all of several names begin, with the space after them."""
+    """Return the words with which all names begin, with the trailing space."""
     first, last = min(names), max(names)
     alike = [one == other for one, other in zip(first, last, strict=False)]
     shared = first[: [*alike, False].index(False)] if len(names) > 1 else ""
@@ -132,6 +132,6 @@ def shared_words(names: Sequence[str]) -> str:
 
 
 def _key(atlas: Atlas, member: int) -> bytes:
-    """Return what stays the same where others become members, and their numbers change."""
+    """Return a key of a member that does not change when members are renumbered."""
     genome: bytes = atlas.view.members.genomes[member - 1].tobytes()
     return len(atlas.run.stages).to_bytes(4, "little") + genome

@@ -30,7 +30,7 @@ class PaletteCommand(NamedTuple):
 
 
 class Listed(Protocol):
-    """A run in a list: its folder, and why it cannot be read, if so."""
+    """A run in a list: its folder, and the problem if it cannot be read."""
 
     @property
     def path(self) -> Path: ...
@@ -39,14 +39,14 @@ class Listed(Protocol):
 
 
 class Navigator(Protocol):
-    """The app as its screens see it, so that they need not import it.
+    """The interface of the app for its screens, which need not import it.
 
     Attributes:
-        folder: where runs are.
-        clock: the time, in seconds since 1970.
-        tasks: the commands in the background.
-        mirror: what the terminal shows, and how much it was sent.
-        drafts: new runs that were left with changes, by preset, the latest last.
+        folder: folder that holds the runs.
+        clock: function that returns the time in seconds since 1970.
+        tasks: commands in the background.
+        mirror: content of the terminal, and the number of bytes sent to it.
+        drafts: unsaved new runs by preset, the latest last.
     """
 
     folder: Path
@@ -85,10 +85,10 @@ class Navigator(Protocol):
 
 
 class GaitScreen(Screen[None]):
-    """A screen with a help text; its keys have ids, so that users can choose others.
+    """A screen with a help text, whose keys have ids so that users can remap them.
 
-    `check_action` refuses bindings that cannot work now: then the footer does not offer them,
-    and the command palette says why, by `obstacle`.
+    `check_action` disables bindings that do not apply. The footer hides them, and the command
+    palette shows the reason, which `obstacle` returns.
 
     Attributes:
         HELP_TEXT: purpose and use of the screen, in Markdown.
@@ -96,11 +96,11 @@ class GaitScreen(Screen[None]):
 
     HELP_TEXT: ClassVar[str] = ""
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "back", "Back", id="screen.back", tooltip="To the screen before this"),
+        Binding("escape", "back", "Back", id="screen.back", tooltip="Previous screen"),
         Binding("u", "studies", "Studies", show=False, id="screen.studies",
                 tooltip="Sweeps and comparisons over repeats"),
         Binding("v", "verify", "Verify", show=False, id="screen.verify",
-                tooltip="Reproduce generations of the run, and compare every bit"),
+                tooltip="Reproduce generations of the run and compare every bit"),
     ]  # fmt: skip
 
     @property
@@ -109,39 +109,39 @@ class GaitScreen(Screen[None]):
         return cast(Navigator, self.app)
 
     def command_line(self) -> str:
-        """Return the command line that does the same as this screen; '' for none."""
+        """Return the equivalent command line, or '' if there is none."""
         return ""
 
     @property
     def run_to_verify(self) -> Path | None:
-        """The run that the screen is about, if it has a generation to reproduce."""
+        """The run on the screen, or None if it has no generation to reproduce."""
         return None
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """Return the commands without a key that work now."""
+        """Return the available commands that have no key."""
         return ()
 
     async def may_leave(self) -> bool:
         """Return whether the screen may be closed, after asking or saving where necessary.
 
-        It is awaited in a worker, so `await self.app.push_screen_wait(…)` works in it.
+        It runs in a worker, so it may await `self.app.push_screen_wait(…)`.
         """
         return True
 
     async def in_thread(self, work: Callable[..., T], *arguments: object) -> T:
-        """Call a function in a thread; end the worker that awaits it if the screen is left."""
+        """Call a function in a thread; cancel the awaiting worker if the screen was closed."""
         result = await asyncio.to_thread(work, *arguments)
         if not self.app.is_running or self not in self.app.screen_stack:
             raise asyncio.CancelledError
         return result
 
     def is_busy(self, group: str) -> bool:
-        """Return whether a worker of a group runs."""
+        """Return whether a worker of a group is running."""
         ours = (worker for worker in self.workers if worker.node is self)
         return any(worker.group == group and worker.is_running for worker in ours)
 
     def open_listed(self, run: Listed | None) -> None:
-        """Open a run of a list, or say why it cannot be read."""
+        """Open a listed run, or report why it cannot be read."""
         if run is None:
             return
         if run.problem is not None:
@@ -156,25 +156,25 @@ class GaitScreen(Screen[None]):
         self.app.push_screen(Studies())
 
     def action_verify(self) -> None:
-        """Reproduce generations of the run, and compare every bit."""
+        """Reproduce generations of the run and compare every bit."""
         from gaitsim.tui.screens.verify import Verify
 
         if self.run_to_verify is not None:
             self.app.push_screen(Verify(self.run_to_verify))
 
     def action_back(self) -> None:
-        """Go back to the screen before this one."""
+        """Return to the previous screen."""
         self.gaitsim.leave(self)
 
     def obstacle(self, action: str) -> str:
-        """Return why an action does not work now, and what makes it work; '' where it works.
+        """Return why an action is unavailable and how to enable it; '' if it is available.
 
-        The command palette shows it.
+        The command palette shows the reason.
         """
         return ""
 
     def on_key(self, event: Key) -> None:
-        """Say why a key of the screen does not work now, rather than ignore it."""
+        """Report why a key of the screen is unavailable."""
         if self.focused is not None and self.focused.check_consume_key(event.key, event.character):
             return
         for kind in type(self).__mro__:
@@ -182,12 +182,12 @@ class GaitScreen(Screen[None]):
                 if not isinstance(binding, Binding) or event.key not in binding.key.split(","):
                     continue
                 why = self.obstacle(binding.action)
-                if why and event.key not in self.active_bindings:  # which checks all keys
+                if why and event.key not in self.active_bindings:  # slow: checks all keys
                     self.notify(why, title=binding.description, markup=False)
                     return
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Return whether an action works now."""
+        """Return whether an action is available."""
         if action == "back":
             return len(self.app.screen_stack) > 1
         if action == "verify":

@@ -1,4 +1,4 @@
-"""Ask for the options under which a run continues, and check them while they are typed."""
+"""Ask for changes of options with which a run continues, checked while typing."""
 
 import asyncio
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from gaitsim.tui.screens.change_effect import (
 )
 from gaitsim.tui.screens.change_field import AssignmentsField
 
-CALM = 0.15  # seconds without a key before what is typed is checked
+CALM = 0.15  # seconds without a key before the text is checked
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class ChangeRequest:
 
     Attributes:
         overrides: changed options by key.
-        out: the folder of a copy; None numbers the name of the run.
+        out: folder of the copy; None appends a number to the name of the run.
     """
 
     overrides: Overrides
@@ -46,15 +46,15 @@ class ChangeRequest:
 
 
 class ChangeDialog(ModalScreen[ChangeRequest | None]):
-    """Ask for changes of the experiment; return the request.
+    """Ask for changes of the experiment; return the request, or None.
 
-    The list has the options whose keys contain the word that is typed. Enter or Tab on such a
-    word, or Enter in the list, completes it; Enter behind a value takes the changes.
+    The list shows the options whose keys contain the typed word. Enter or Tab on such a word, or
+    Enter in the list, completes it; Enter after a value accepts the changes.
 
     Args:
-        run: its folder.
-        fork: whether to ask for a copy and its folder.
-        typed: the text to begin with.
+        run: folder of the run.
+        fork: whether to fork the run, and ask for the folder of the copy.
+        typed: initial text.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -78,8 +78,8 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         super().__init__()
         self._run, self._fork = run, fork
         self._known: list[KnownOption] = []
-        self._offered: str | None = None  # the word whose options are listed
-        self._seen: tuple[str, str] | None = None  # both texts, as they were last checked
+        self._offered: str | None = None  # the word that filters the listed options
+        self._seen: tuple[str, str] | None = None  # both texts at the last check
         self._input = AssignmentsField(
             typed,
             reading=True,
@@ -96,11 +96,11 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_title = what = "Fork" if self._fork else "Change"
-            box.border_subtitle = "enter takes it, ↓ to the options, esc cancels"
+            box.border_subtitle = "enter accepts, ↓ to the options, esc cancels"
             if self._fork:
-                yield Label("folder of the copy; the run itself continues as it is")
+                yield Label("folder of the copy; the original run is unchanged")
                 yield self._folder
-            yield Label("changes from here on, such as mutation.rate=0.1")
+            yield Label("changes from the next generation on, such as mutation.rate=0.1")
             yield self._input
             yield self._options
             with VerticalScroll(id="change-about", can_focus=False):
@@ -116,7 +116,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     @work(group="read")
     async def _read(self) -> None:
-        """Read the options, in a thread: plugins are imported for it."""
+        """Read the options in a thread, as this imports plugins."""
         try:
             self._known = await asyncio.to_thread(known_options, RunSnapshot(self._run))
         except GaitsimError as error:
@@ -128,7 +128,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
     @on(Input.Changed)
     def _changed(self) -> None:
         self._offer()
-        # It may arrive after an Enter, which must not be forgotten for it.
+        # This event may arrive after an Enter, whose request must not be lost.
         if self._texts != self._seen:
             self._check(CALM)
 
@@ -137,7 +137,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         self._check(submit=True)
 
     def enter(self) -> None:
-        """Complete the word that is typed, or take the changes."""
+        """Complete the typed word, or accept the changes."""
         if not self._complete():
             self._check(submit=True)
 
@@ -153,11 +153,11 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         return self._input.value, self._folder.value
 
     def _check(self, delay: float = 0.0, *, submit: bool = False) -> None:
-        """Show the effect of the changes, unless others are typed meanwhile.
+        """Show the effect of the changes, unless the text changes before.
 
         Args:
-            delay: seconds to wait for that.
-            submit: whether to take the changes if they are valid.
+            delay: seconds to wait for further typing.
+            submit: whether to accept the changes if they are valid.
         """
         self._seen = self._texts
         self._offer()
@@ -172,14 +172,16 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             if words and "=" not in words[-1] and not submit:
                 known = self._options.option_count
                 self._say(
-                    "Type on, or choose an option: ↓"
+                    "Continue typing, or choose an option with ↓"
                     if known
-                    else f"No option has {words[-1]!r} in its name"
+                    else f"No option contains {words[-1]!r} in its name"
                 )
                 return
             overrides = parse_assignments(words)
             if asked := self._without_value(overrides):
-                self._say(f"Type a value for {asked.key}: now {asked.value}; {asked.about}")
+                self._say(
+                    f"Type a value for {asked.key}. Current value: {asked.value}; {asked.about}"
+                )
                 return
             self._say(await asyncio.to_thread(effect_of, RunSnapshot(self._run), overrides))
         except GaitsimError as error:
@@ -190,7 +192,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             self.dismiss(wanted if overrides or self._fork else None)
 
     def _without_value(self, overrides: dict[str, Typed]) -> KnownOption | None:
-        """Return an option that has no value yet."""
+        """Return an option that was typed without a value."""
         empty = [key for key, value in overrides.items() if not value]
         return next((one for one in self._known if one.key in empty), None)
 
@@ -237,7 +239,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     @property
     def _word(self) -> str:
-        """The word that is typed."""
+        """The typed word."""
         return self._input.value.rpartition(" ")[2]
 
     @on(OptionList.OptionSelected)
@@ -245,7 +247,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         self._insert(event.option)
 
     def _complete(self) -> bool:
-        """Complete a word that is part of a key; return if there is one."""
+        """Complete a word that is part of a key; return whether there was one."""
         self._offer()
         marked = self._options.highlighted_option
         if not self._word or "=" in self._word or marked is None:
@@ -254,17 +256,17 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         return True
 
     def _insert(self, option: Option) -> None:
-        """Write the key of an option in place of the word's; a value that it has stays."""
+        """Replace the word's key by that of an option, and keep its value."""
         before, space, word = self._input.value.rpartition(" ")
         self._input.value = f"{before}{space}{option.id}={word.partition('=')[2]}"
         self._to_input()
 
     def _to_input(self) -> None:
-        self.set_focus(self._input)  # at once
+        self.set_focus(self._input)  # not deferred
         self._input.cursor_position = len(self._input.value)
 
     async def on_key(self, event: Key) -> None:
-        """Go back from the list to the text, which letters are for."""
+        """Return from the list to the text field when letters are typed."""
         if not self._options.has_focus:
             return
         if event.key == "up" and not self._options.highlighted:
@@ -283,10 +285,10 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         event.prevent_default()
 
     def to_options(self) -> None:
-        """Go to the list."""
+        """Focus the list."""
         self.set_focus(self._options)
 
-    def complete_or_go_on(self) -> None:
-        """Complete the word that is typed, or go on to the next field."""
+    def complete_or_leave(self) -> None:
+        """Complete the typed word, or move to the next field."""
         if not self._complete():
             self.focus_next()

@@ -1,4 +1,4 @@
-"""The options that a run's experiment has, and what changing them does."""
+"""The options of a run's experiment, and the effect of changing them."""
 
 import shlex
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 @dataclass(frozen=True)
 class KnownOption:
-    """An option that can be changed: its key, current value, and allowed values and meaning."""
+    """A changeable option: its key, its current value, and its allowed values and meaning."""
 
     key: str
     value: str
@@ -24,7 +24,7 @@ class KnownOption:
 
 
 def known_options(run: RunSnapshot) -> list[KnownOption]:
-    """Return all options of a run's experiment, rates and weights before the choice of plugins.
+    """Return the changeable options of a run's experiment, those that choose plugins last.
 
     Raises:
         GaitsimError: the experiment has problems.
@@ -43,14 +43,14 @@ def known_options(run: RunSnapshot) -> list[KnownOption]:
         given = options.values(model)
         for name, declared in type(model).model_fields.items():
             if f"{section}.{name}" in ("evolution.population", "islands.number"):
-                continue  # fixed once a run has begun
+                continue  # fixed after the start
             value = options.shown(declared, given[name]) if name in given else options.NOT_SET
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"
             found.append(KnownOption(f"{section}.{name}", value, about))
     chosen = [
         KnownOption(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"another {kind}")
         for kind in experiment.kinds
-        if kind != "search"  # fixed, too
+        if kind != "search"  # fixed too
     ]
     return [*found, *chosen]
 
@@ -59,7 +59,7 @@ def words_of(text: str) -> tuple[str, ...]:
     """Split a text as a shell does.
 
     Raises:
-        GaitsimError: a quotation is not closed.
+        GaitsimError: a quotation mark is not closed.
     """
     try:
         return tuple(shlex.split(text))
@@ -68,24 +68,24 @@ def words_of(text: str) -> tuple[str, ...]:
 
 
 def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
-    """Describe the effect of changes, without making them.
+    """Describe the effect of changes without applying them.
 
     Raises:
-        GaitsimError: they are invalid, or the run cannot be continued.
+        GaitsimError: the changes are invalid, or the run cannot be continued.
     """
     plans = plan_resume(run, overrides, generations=None, any_version=True)
     if plans.last is None:
-        return "The first generation is evolved under these options." if overrides else ""
+        return "The first generation is evolved with these options." if overrides else ""
     if not plans.changes:
         planned = f"{plans.experiment.evolution.generations:,}"
         return f"No new stage: evolution continues to generation {planned}." if overrides else ""
     changes = "".join(f"▶ {change}\n" for change in plans.changes)
-    anew = "; its scores begin anew" if plans.reevaluates else ""
-    return f"{changes}from generation {run.generation + 1} on{anew}"
+    rescored = "; its scores are not comparable to earlier ones" if plans.reevaluates else ""
+    return f"{changes}from generation {run.generation + 1} on{rescored}"
 
 
 def without_command_line(error: GaitsimError) -> str:
-    """Return an error's text without the place where a command line would have it."""
+    """Return an error's text without the mention of the command line."""
     for one in error.problems if isinstance(error, ExperimentError) else (error,):
         one.where = one.where.removeprefix(COMMAND_LINE).removeprefix(", ")
     return str(error)

@@ -1,4 +1,4 @@
-"""The field of the dialog that asks for changes."""
+"""The text field of the dialog for changes."""
 
 from typing import ClassVar, Protocol, cast
 
@@ -8,21 +8,21 @@ from gaitsim.tui.widgets.ordered_input import OrderedInput
 
 
 class Dialog(Protocol):
-    """The dialog as its field sees it."""
+    """The interface of the dialog for its field."""
 
     def enter(self) -> None: ...
     def to_options(self) -> None: ...
-    def complete_or_go_on(self) -> None: ...
+    def complete_or_leave(self) -> None: ...
 
 
 class AssignmentsField(OrderedInput):
-    """The field in which changes are typed."""
+    """The field for typed changes."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("down", "options", "Options", show=False, id="change.options",
                 tooltip="To the list of options"),
         Binding("tab", "complete", "Complete", show=False, id="change.complete",
-                tooltip="Complete the word that is typed, or go on to the next field"),
+                tooltip="Complete the typed word, or move to the next field"),
     ]  # fmt: skip
 
     @property
@@ -30,10 +30,10 @@ class AssignmentsField(OrderedInput):
         return cast(Dialog, self.screen)
 
     async def action_submit(self) -> None:
-        self._dialog.enter()  # at once
+        self._dialog.enter()  # not deferred
 
     def action_options(self) -> None:
         self._dialog.to_options()
 
     def action_complete(self) -> None:
-        self._dialog.complete_or_go_on()
+        self._dialog.complete_or_leave()

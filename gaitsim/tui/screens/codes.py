@@ -1,4 +1,4 @@
-"""Dialogs for challenge codes: show one that can be copied, and take one that was pasted."""
+"""Dialogs for challenge codes: show a code to copy, and ask for a pasted one."""
 
 from typing import ClassVar
 
@@ -15,20 +15,20 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.sharing.challenge import Challenge, code_of
 from gaitsim.tui.screens.base import GaitScreen
 
-LONGEST = 100_000  # characters of a code as an argument of a command
+LONGEST = 100_000  # maximum number of characters in a command's argument
 
 
 class ShowCode(ModalScreen[None]):
-    """Show a code, and copy it at once.
+    """Show a code and copy it to the clipboard.
 
     Args:
-        title: of the individual.
-        code: its challenge code.
+        title: title of the individual.
+        code: challenge code of the individual.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("c", "copy", "Copy", id="code.copy", tooltip="Copy the code again"),
-        Binding("escape,enter", "dismiss", "Close", id="code.close", tooltip="Close it"),
+        Binding("escape,enter", "dismiss", "Close", id="code.close", tooltip="Close the dialog"),
     ]
     DEFAULT_CSS = """
     ShowCode TextArea { height: 10; margin: 1 0; padding: 0 1; border: none; }
@@ -43,7 +43,7 @@ class ShowCode(ModalScreen[None]):
             box.border_subtitle = "c copies, esc closes"
             yield Static(Text(visible(self._title)), classes="dialog-title")
             about = (
-                f"A challenge code of {len(self._code):,} characters, copied: anyone can play it."
+                f"Copied: a challenge code of {len(self._code):,} characters. Anyone can play it."
             )
             yield Static(Text(about), classes="dialog-about")
             yield TextArea(self._code, read_only=True, id="code")
@@ -61,8 +61,10 @@ class TakeCode(ModalScreen[str | None]):
     """Ask for a challenge code, which may have line breaks; return it on one line, or None."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+s", "take", "Verify", id="code.verify", priority=True, tooltip="Play it"),
-        Binding("escape", "dismiss", "Cancel", id="code.cancel", tooltip="Leave it"),
+        Binding(
+            "ctrl+s", "take", "Verify", id="code.verify", priority=True, tooltip="Verify the code"
+        ),
+        Binding("escape", "dismiss", "Cancel", id="code.cancel", tooltip="Close the dialog"),
     ]
     DEFAULT_CSS = """
     TakeCode TextArea { height: 10; margin-top: 1; padding: 0 1; border: none; }
@@ -88,25 +90,25 @@ class TakeCode(ModalScreen[str | None]):
             self.dismiss()
 
     def action_take(self) -> None:
-        """Return the code, or say why it is not one."""
+        """Return the code, or show why it is invalid."""
         text = "".join(self.query_one(TextArea).text.split())
         try:
             Challenge.read(text)
             if len(text) > LONGEST:
                 raise GaitsimError(
                     f"the code has {len(text):,} characters",
-                    allowed=f"at most {LONGEST:,} here",
-                    remedy="save it to a file, and: gaitsim verify FILE",
+                    allowed=f"at most {LONGEST:,} in this dialog",
+                    remedy="save it to a file and run: gaitsim verify FILE",
                 )
         except GaitsimError as error:
-            said = Text(visible_lines(str(error)))
-            self.query_one("#code-problem", Static).update(said)
+            problem = Text(visible_lines(str(error)))
+            self.query_one("#code-problem", Static).update(problem)
         else:
             self.dismiss(text)
 
 
 async def show_code(screen: GaitScreen, individual: Individual) -> None:
-    """Show the challenge code of an individual over a screen, and copy it."""
+    """Show the challenge code of an individual in a dialog, and copy it."""
     try:
         code = await screen.in_thread(code_of, individual)
     except GaitsimError as error:

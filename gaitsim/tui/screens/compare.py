@@ -1,4 +1,4 @@
-"""Compare: the curves of several runs over each other, and the options in which they differ."""
+"""Compare: the curves of several runs in one plot, and the options that differ."""
 
 import shlex
 from collections.abc import Iterator, Sequence
@@ -33,31 +33,31 @@ from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
-EVERY = 1.0  # seconds between two looks whether a run has grown
-NAME = 18  # columns of a run's name, at most
-VALUE = 40  # columns of an option's value, at most
+EVERY = 1.0  # seconds between two checks for new generations
+NAME = 18  # maximum columns of a run's name
+VALUE = 40  # maximum columns of an option's value
 
 
 class Compare(GaitScreen):
     """The screen that compares runs.
 
     Args:
-        runs: their folders.
+        runs: folders of the runs.
     """
 
     HELP_TEXT = """
-Runs over each other, as far as each has come; those that are evolved now grow.
+Curves of several runs in one plot, updated while runs evolve.
 
-- **Quantity**: the best score of each generation, the mean, the median, or how diverse the
-  population was. Scores of other fitness functions, or with other options of it, do not compare:
-  a warning names the options.
-- **By** generation, by how many individuals were evaluated, or by seconds: with a larger
-  population, a generation costs more, so where populations differ evaluations come first.
-- Below, what became of each run, and the options in which they differ. Where one was changed on
-  the way, the table names the generation, and the curves have a dotted line there.
-- Two runs are two throws of a die. **Statistics** repeats their experiments, and tests the scores.
-- Left and right choose a run; **open** it, or **replay** its champion, beside that of the other
-  run where there are two.
+- **Quantity**: the best, mean or median score of each generation, or the diversity of the
+  population. Scores of different fitness functions, or of different options of one, are not
+  comparable: a warning names the options.
+- **By** generation, evaluations or seconds. With a larger population a generation costs more, so
+  evaluations are the default if populations differ.
+- The table lists the state of each run, and the options that differ. If an option changed during a
+  run, the table names the generation, and the curves have a dotted line there.
+- Two runs are two throws of a die. **Statistics** repeats their experiments and tests the scores.
+- Left and right choose a run; **open** it, or **replay** its champion. With two runs, the champion
+  of the other one is shown beside it.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("o", "quantity", "Quantity", id="compare.quantity",
@@ -65,9 +65,9 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         Binding("x", "by", "By", id="compare.by",
                 tooltip="By generation, evaluations, or seconds"),
         Binding("r", "replay", "Replay", id="compare.replay",
-                tooltip="See the champion move, beside the other's where there are two"),
+                tooltip="Watch the champion; with two runs, both champions"),
         Binding("s", "statistics", "Statistics", id="compare.statistics",
-                tooltip="Repeat their experiments, with tests and intervals"),
+                tooltip="Repeat the experiments, with tests and intervals"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Compare {
@@ -115,7 +115,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 
     @work(group="compare")
     async def _look(self) -> None:
-        """Show the runs that have changed."""
+        """Read the runs, and show them if they have changed."""
         courses = await self.in_thread(self._reader.read)
         if courses != self._courses:
             self._show(courses)
@@ -158,14 +158,14 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         )
 
     def _fill(self) -> None:
-        """Fill the table: a row for each fact or option, a column for each run."""
+        """Fill the table: a row per fact or option, a column per run."""
         shown = self.query_one(DataTable)
         at, scrolled = shown.cursor_column, shown.scroll_offset
         shown.clear(columns=True)
         rows = [[clip(cell, VALUE) for cell in (row.key, *row.values)] for row in
                 comparison_table(self._courses)]  # fmt: skip
         for number, heading in enumerate([Text(), *self._headings()]):
-            # Widths that the table finds for itself come a moment after it is first drawn.
+            # The table's own widths would arrive only after it is first drawn.
             width = max(heading.cell_len, *(cell_len(row[number]) for row in rows))
             shown.add_column(heading, key=str(number), width=width)
         for row in rows:

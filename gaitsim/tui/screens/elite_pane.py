@@ -1,4 +1,4 @@
-"""A member of an archive as it moves: its gait's name, body, measures and footfalls."""
+"""A member of an archive in motion: gait name, body, measures and footfalls."""
 
 from rich.text import Text
 from textual import on
@@ -14,17 +14,17 @@ from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.lines import Lines
 
 FPS = 12
-HIGH = 32  # rows from which all measures are shown, else as many as FEW
+HIGH = 32  # minimum rows for all measures; with fewer rows, FEW are shown
 FEW = 3
-REASON = 3  # lines of why a gait has its name, at most
+REASON = 3  # maximum lines of the reason for the gait's name
 
 
 class ElitePane(Vertical):
     """A member of an archive in motion.
 
     Attributes:
-        canvas: its body.
-        elite: the member; None for none yet, or one that cannot be drawn.
+        canvas: canvas of its body.
+        elite: the member; None before the first one, or if it cannot be drawn.
     """
 
     DEFAULT_CSS = """
@@ -61,7 +61,7 @@ class ElitePane(Vertical):
         self._list(elite)
 
     def fail(self, error: GaitsimError) -> None:
-        """Show why there is no body."""
+        """Show an error instead of the body."""
         self.elite = None
         self.canvas.set_skeleton(None, visible_lines(str(error)))
         self._feet.set_skeleton(None)
@@ -69,7 +69,7 @@ class ElitePane(Vertical):
             lines.show([])
 
     def _list(self, elite: Elite) -> None:
-        """Name the gait, and list as many measures as there is room for."""
+        """Show the gait's name, and as many measures as fit."""
         width, high = max(self.content_size.width - 2, 16), self.size.height >= HIGH
         lines = []
         if elite.gait is not None:

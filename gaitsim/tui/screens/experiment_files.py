@@ -1,4 +1,4 @@
-"""Ask for experiment files, to save one or to begin with one."""
+"""Ask for the path of an experiment file to save or load."""
 
 import asyncio
 from pathlib import Path
@@ -10,13 +10,13 @@ from gaitsim.tui.screens.questions import Ask, Confirm
 
 
 async def ask_save(screen: GaitScreen, name: str, toml: str) -> bool:
-    """Ask where to save an experiment; return whether it is saved. Await it in a worker."""
-    ask = Ask("Save the experiment file as", f"{name}.toml", about="Every option is in it.")
+    """Ask where to save an experiment; return whether it was saved. Await it in a worker."""
+    ask = Ask("Save the experiment file as", f"{name}.toml", about="The file lists every option.")
     answer = await screen.app.push_screen_wait(ask)
     if answer is None:
         return False
     path = Path(answer if answer.endswith(".toml") else f"{answer}.toml").expanduser()
-    question = Confirm(f"Replace {path}?", "Replace", "There is such a file.", danger=True)
+    question = Confirm(f"Replace {path}?", "Replace", "The file exists.", danger=True)
     if path.exists() and not await screen.app.push_screen_wait(question):
         return False
     try:
@@ -30,10 +30,10 @@ async def ask_save(screen: GaitScreen, name: str, toml: str) -> bool:
 
 async def ask_load(screen: GaitScreen) -> str | None:
     """Ask for the file of an experiment or a robot; return its path, or None."""
-    ask = Ask("Begin with the file", "./", about="An experiment's TOML file, or a robot's.")
+    ask = Ask("Load the file", "./", about="The TOML file of an experiment or a robot.")
     answer = await screen.app.push_screen_wait(ask)
     if answer is None:
         return None
     path = Path(answer).expanduser()
-    # With a folder, so that it is not taken for a preset's name.
+    # A path with a folder is not mistaken for a preset's name.
     return str(path) if path.name != str(path) else f"./{path}"

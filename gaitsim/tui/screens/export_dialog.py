@@ -1,4 +1,4 @@
-"""Choose what to make of a run in the background, and with which options."""
+"""Choose files to export from a run in the background, and their options."""
 
 import asyncio
 import shlex
@@ -31,19 +31,19 @@ Answer = tuple[str, ...] | Literal["files"] | None
 
 
 class ExportDialog(ModalScreen[Answer]):
-    """Ask what to make of a run; return the arguments of the command, or 'files' to see them.
+    """Ask what to export from a run; return the command's arguments, or 'files' to list files.
 
     Args:
-        run: its folder.
-        which: the individual to make things of; None for the champion.
-        others: runs to compare it with.
-        damage: of the body, as `--damage` takes it.
+        run: folder of the run.
+        which: individual to export; None for the champion.
+        others: folders of runs to compare with.
+        damage: damage of the body, in the syntax of `--damage`.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="export.cancel", tooltip="Make nothing"),
-        Binding("ctrl+r", "make", "Make", id="export.make", tooltip="Make it, from any field"),
-        Binding("f", "files", "Files", id="export.files", tooltip="The files made of this run"),
+        Binding("escape", "dismiss", "Cancel", id="export.cancel", tooltip="Export nothing"),
+        Binding("ctrl+r", "make", "Export", id="export.make", tooltip="Export, from any field"),
+        Binding("f", "files", "Files", id="export.files", tooltip="Files exported from this run"),
     ]
 
     def __init__(
@@ -55,7 +55,7 @@ class ExportDialog(ModalScreen[Answer]):
     ) -> None:
         super().__init__()
         self._run = run
-        self._texts: dict[str, str] = {}  # what is typed, by option, for every product
+        self._texts: dict[str, str] = {}  # typed texts by option, shared by all products
         if isinstance(which, Member):
             self._texts["member"] = str(which.number)
         elif which is not None:
@@ -69,14 +69,14 @@ class ExportDialog(ModalScreen[Answer]):
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog", id="export") as box:
-            box.border_title = Content(f"Make of {visible(str(self._run))}")
-            box.border_subtitle = "enter makes it · tab to its options · f files · esc cancels"
+            box.border_title = Content(f"Export {visible(str(self._run))}")
+            box.border_subtitle = "enter exports · tab to the options · f files · esc cancels"
             with Horizontal(id="export-body"):
                 yield ChoiceList(id="products")
                 yield VerticalScroll(id="export-form", can_focus=False)
             yield Static(id="export-command", classes="command")
             with Horizontal(classes="dialog-buttons"):
-                yield Button("Make", variant="primary", compact=True, id="make")
+                yield Button("Export", variant="primary", compact=True, id="make")
                 yield Button("Files", compact=True, id="show-files")
                 yield Button("Cancel", compact=True, id="cancel")
 
@@ -86,7 +86,7 @@ class ExportDialog(ModalScreen[Answer]):
 
     @work
     async def _check(self) -> None:
-        """Find out what cannot be made of this run, which moves its champion."""
+        """Find the products that this run cannot have, which simulates its champion."""
         try:
             self._lacking = await asyncio.to_thread(lacking, self._run)
         except GaitsimError as error:
@@ -120,9 +120,9 @@ class ExportDialog(ModalScreen[Answer]):
     @on(OptionList.OptionHighlighted, "#products")
     @work(group="form")
     async def _show(self) -> None:
-        """Show the options of the highlighted product, or why it cannot be made."""
+        """Show the options of the highlighted product, or why it is not available."""
         product = self._product
-        async with self._building:  # one after the other: a form that is half made cannot go
+        async with self._building:  # one at a time: a half-built form cannot be removed
             if product is self._product and self.is_attached:
                 await self._build(product)
                 self._show_command()
@@ -141,7 +141,7 @@ class ExportDialog(ModalScreen[Answer]):
         form.scroll_home(animate=False)
 
     def _text(self, name: str, field: FieldInfo) -> str:
-        """Return what is typed for an option, if this product's option can have it."""
+        """Return the text typed for an option, if it is valid for this product."""
         text, choices = self._texts.get(name, default(field)), options.choices(field)
         return text if not choices or text in choices else default(field)
 
@@ -152,9 +152,9 @@ class ExportDialog(ModalScreen[Answer]):
         self.query_one("#make", Button).disabled = not arguments
 
     def _arguments(self, *, asked: bool = False) -> tuple[str, ...]:
-        """Return the command's arguments; () after marking the options that are wrong.
+        """Return the command's arguments, or () after marking invalid options.
 
-        What is missing is marked once the user has asked to make it.
+        With `asked`, missing values are marked too.
         """
         product = self._product
         if product in self._lacking:
@@ -183,9 +183,9 @@ class ExportDialog(ModalScreen[Answer]):
 
     @work(exclusive=True, group="make")
     async def _make(self) -> None:
-        """Return the arguments, once it is known whether it can be made of this body."""
+        """Close with the arguments, after checking that this body can have the product."""
         await self._checking.wait()
-        async with self._building:  # its options are those of the highlighted product by then
+        async with self._building:  # until the form shows the highlighted product
             arguments = self._arguments(asked=True)
         if arguments:
             self.dismiss(arguments)

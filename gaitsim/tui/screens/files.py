@@ -1,4 +1,4 @@
-"""The files that were made of a run."""
+"""The files exported from a run."""
 
 import shlex
 from pathlib import Path
@@ -24,14 +24,14 @@ class Files(GaitScreen):
     """A table of the files in a run's folder `exports`."""
 
     HELP_TEXT = """
-The gait files, plots, videos and analyses that were made of this run, the latest first.
+The gait files, plots, videos and analyses exported from this run, the latest first.
 
-Enter, or a click on the highlighted one, **opens** it with your system's program for it. Without
-one, as over SSH, its path is copied; in a browser, it is downloaded.
+Enter, or a click on the highlighted file, **opens** it with your system's default program. Without
+one, such as over SSH, its path is copied; in a browser, the file is downloaded.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("p", "copy_path", "Copy path", id="files.copy", tooltip="Copy its path"),
-        Binding("e", "make", "Make", id="files.make", tooltip="Make something of this run"),
+        Binding("e", "make", "Export", id="files.make", tooltip="Export files from this run"),
     ]
     DEFAULT_CSS = """
     Files {
@@ -55,7 +55,7 @@ one, as over SSH, its path is copied; in a browser, it is downloaded.
     def on_mount(self) -> None:
         """List the files."""
         self.sub_title = f"files of {visible(str(self.run))}"
-        none = f"Nothing is made of {visible(str(self.run))} yet. Press e to make something."
+        none = f"{visible(str(self.run))} has no exports yet. Press e to export files."
         self.query_one("#no-files", Static).update(Text(none))
         self._list()
 
@@ -63,7 +63,7 @@ one, as over SSH, its path is copied; in a browser, it is downloaded.
         self._list()
 
     def on_task_changed(self, event: TaskChanged) -> None:
-        """List what a task has made."""
+        """List the files that a task has written."""
         if not event.task.running:
             self._list()
 

@@ -1,4 +1,4 @@
-"""The help of a screen: all keys that work now, which a click presses, and its purpose."""
+"""The help of a screen: its purpose, and all available keys, each of which a click presses."""
 
 from typing import Any, ClassVar, NamedTuple
 
@@ -19,7 +19,7 @@ class Help(ModalScreen[None]):
     """Show the help of a screen.
 
     Args:
-        of: the screen.
+        of: screen to describe.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -45,7 +45,7 @@ class Help(ModalScreen[None]):
 
 
 class _Row(NamedTuple):
-    """An action: the keys as they are shown, the first one's name, its meaning and its id."""
+    """An action: its displayed keys, the name of the first key, its meaning and its id."""
 
     shown: list[str]
     key: str
@@ -68,9 +68,9 @@ def _keys(screen: Screen[Any]) -> Table:
                 row.shown.append(key)
     table = Table(box=None, padding=(0, 2, 0, 0), expand=True)
     table.add_column("key", style="bold", no_wrap=True)
-    table.add_column("what it does", ratio=1)
+    table.add_column("action", ratio=1)
     table.add_column("id for config.toml", style="dim", no_wrap=True)
-    # First the keys of the screen, then those of lists, and those of Textual, which have no ids.
+    # The keys of the screen, then those of lists, then those of Textual, which have no ids.
     for row in sorted(rows.values(), key=lambda row: (not row.name, row.name.startswith(PREFIX))):
         style = Style(meta={"@click": f"screen.press({row.key!r})"})
         table.add_row(Text(" ".join(row.shown), style), Text(row.about, style), Text(row.name))
@@ -78,7 +78,7 @@ def _keys(screen: Screen[Any]) -> Table:
 
 
 def _about(name: str, more: str) -> str:
-    """Join the name of a key in the footer with its tooltip."""
+    """Join the label of a key in the footer with its tooltip."""
     if more.casefold().startswith(name.casefold()):
         return more
     return f"{name}: {more[0].lower()}{more[1:]}" if more else name

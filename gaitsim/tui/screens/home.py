@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from gaitsim.runs.overview import Overview, RunsWatcher
     from gaitsim.tui.widgets.run_table import RunTable
 
-EVERY = 1.0  # seconds between two looks at the folder
+EVERY = 1.0  # seconds between two scans of the folder
 ACTIONS = (
     "delete", "stop", "rename", "note", "files", "replay", "map", "why", "compare", "export",
     "filter", "laboratory", "back",
@@ -34,29 +34,28 @@ class Home(RunActions):
     """The table of runs, with details of the one under the cursor.
 
     Attributes:
-        runs: as they were found last; None until all have been read once.
-        filter: words that the runs shown must have.
+        runs: runs found by the last scan; None until all have been read once.
+        filter: words that a run must contain to be shown.
     """
 
-    AUTO_FOCUS = ""  # not the filter, which takes letters: the table, once it is there
+    AUTO_FOCUS = ""  # not the filter, which would take letters; the table later
     HELP_TEXT = """
-The runs in a folder, the latest first. Those that are evolved now, in another terminal too, are
-followed as they go.
+The runs in a folder, the latest first. The table follows runs that are evolving, also those of
+other terminals.
 
-- **Open** a run to watch, continue or steer it; **new** assembles one. A click on the highlighted
-  run opens it, too.
-- **Mark** two or more with space, or by a click on ◇, and **compare** their curves and options, or
-  **replay** two side by side. **Stop** and **delete** work on all that are marked.
+- **Open** a run to watch, continue or steer it; **new** creates one. A click on the highlighted
+  run also opens it.
+- **Mark** two or more runs with space, or by a click on ◇, then **compare** their curves and
+  options, or **replay** two side by side. **Stop** and **delete** apply to all marked runs.
 - **Export** gait files, plots, videos and analyses of a run in the background.
-- Give a run a **note** or another **name**.
-- **Gallery** (`B`) makes a site of all runs here, for browsers.
-- **Verify** a run with `v`; `u` shows **studies** and comparisons over repeats.
-- A click on a column's title, or `s`, sorts by it.
-- `/` shows only runs that have all the words typed, in name, plugins, state or note:
-  `spider running`.
+- **Note** attaches a text to a run, **rename** changes its name.
+- **Gallery** (`B`) writes a web site of all runs in the folder.
+- `v` **verifies** a run; `u` shows **studies** and comparisons over repeats.
+- A click on a column's title, or `s`, sorts by that column.
+- `/` filters by words in the name, plugins, state or note, such as `spider running`.
 """
     filter: reactive[str] = reactive("", init=False)
-    # Whether each key works: the footer, which is slow, is updated only with it.
+    # Whether each action is available; a change updates the footer, which is slow.
     offers: reactive[list[bool | None]] = reactive(list, init=False, bindings=True)
 
     def __init__(self) -> None:
@@ -66,11 +65,11 @@ followed as they go.
         self._table: RunTable | None = None
         self._problem: GaitsimError | None = None
         self._height = 0
-        self._listed: list[Overview] = []  # at first, as many as were read
-        self._next_part = 1  # number of runs read after which more are shown
-        self._next_count = 0.0  # when their number is shown: drawing it costs as much as ten runs
+        self._listed: list[Overview] = []  # during the first scan, the runs read so far
+        self._next_part = 1  # number of runs at which the table is next updated
+        self._next_count = 0.0  # time of the next count: drawing it costs as much as ten runs
         self._count = ""
-        self._changes = 0  # by actions of this screen
+        self._changes = 0  # number of changes made by this screen
         self._reading = Lock()
 
     def compose(self) -> ComposeResult:
@@ -82,7 +81,7 @@ followed as they go.
         yield Footer()
 
     def on_mount(self) -> None:
-        """Look once the first paint is done: reading runs imports NumPy."""
+        """Scan the folder after the first paint, as reading runs imports NumPy."""
         self.sub_title = str(self.gaitsim.folder)
         self.query_one("#filter").display = False
         self.query_one("#details").display = False
@@ -90,7 +89,7 @@ followed as they go.
         self.set_interval(EVERY, self._look_again)
 
     def _look_again(self) -> None:
-        # Not `is_current`, which also holds for a screen that lies right below another.
+        # Not `is_current`, which is also True for the screen directly below the top one.
         if self.is_active and not self.is_busy("look"):
             self.look()
 
@@ -100,10 +99,10 @@ followed as they go.
 
     @work(group="look")
     async def look(self) -> None:
-        """Read what has changed, and show it; the first time as it is read."""
+        """Read the changes and show them; the first scan shows runs as they are read."""
         began = self._changes
         found, problem = await self.in_thread(self._read)
-        if began != self._changes or self.moving:  # out of date: another look follows
+        if began != self._changes or self.moving:  # outdated: another scan follows
             return
         self._problem = problem
         self.runs = self._listed = found
@@ -122,11 +121,11 @@ followed as they go.
                 return [], error
 
     def _progress(self, runs: "Sequence[Overview]", total: int) -> None:
-        """Show some of the runs, called from the thread that reads them."""
+        """Show the runs read so far; called from the reading thread."""
         if not self.is_attached:
             raise asyncio.CancelledError
         now = time.monotonic()
-        full = len(runs) >= self._next_part  # first one run, then a screen, then ever more
+        full = len(runs) >= self._next_part  # one run, then a screenful, then twice as many
         if full or now >= self._next_count:
             self._next_count = now + EVERY
             self._next_part = max(self.size.height, 2 * len(runs)) if full else self._next_part
@@ -164,7 +163,7 @@ followed as they go.
         self._details()
 
     def _title(self) -> None:
-        """Show how many runs there are, and how many are in which state that needs a look."""
+        """Show the number of runs, and of those in states that need attention."""
         states = Counter[str](run.state for run in self._listed)
         wanted = ("running", "paused", "queued", "failed")
         counts = [f"{states[state]} {state}" for state in wanted if states[state]]
@@ -187,7 +186,7 @@ followed as they go.
         if run is not None:
             text = details(run, self.app.theme_variables)
             height = len(text.wrap(self.app.console, max(1, self.size.width - 2)))
-            # Laying the screen out anew at each move of the cursor would make it lag.
+            # A new layout at each move of the cursor would make it lag.
             panel.update(text, layout=height != self._height)
             self._height = height
         self.offers = [self.check_action(name, ()) for name in ACTIONS]
@@ -222,7 +221,7 @@ followed as they go.
     def action_filter(self) -> None:
         box = self.query_one("#filter", Input)
         box.display = True
-        self.set_focus(box)  # at once: `box.focus()` waits, and letters would act as commands
+        self.set_focus(box)  # not the deferred `box.focus()`: letters would act as commands
 
     def action_back(self) -> None:
         box = self.query_one("#filter", Input)
@@ -240,7 +239,7 @@ followed as they go.
         if run is None:
             return ""
         from gaitsim.runs.files.folder import (
-            command,  # a quarter of a second: not before the first paint
+            command,  # takes 0.25 s, so not before the first paint
         )
 
         return command("show", run.path)
@@ -252,10 +251,10 @@ followed as they go.
         for name in entries(EXPERIMENTS):
             yield PaletteCommand(
                 f"New run: {name}",
-                f"Assemble a run from the preset {name}",
+                f"Create a run from the preset {name}",
                 lambda name=name: self.gaitsim.open_new(name),  # type: ignore[misc]
             )
-        yield PaletteCommand("Steer", "Fly a body yourself, by the arrow keys", self._steer)
+        yield PaletteCommand("Steer", "Fly a body yourself with the arrow keys", self._steer)
 
     def _steer(self) -> None:
         from gaitsim.runs.files.folder import command

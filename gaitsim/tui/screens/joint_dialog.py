@@ -1,4 +1,4 @@
-"""A dialog that damages a joint of a leg."""
+"""A dialog for the damage of a joint."""
 
 from collections.abc import Callable, Sequence
 from typing import ClassVar
@@ -14,25 +14,25 @@ from textual.widgets import Button, Input, Label, Select, Static
 from gaitsim.errors import GaitsimError
 
 INTACT = "intact"
-# What the value of each kind is, its unit and an example.
+# For each kind of damage: the quantity, its unit and an example.
 VALUES = {
-    "stuck": ("angle", "°; empty: as it stands", "20"),
-    "slow": ("speed", "share that is left", "0.5"),
-    "weak": ("torque", "share that is left", "0.5"),
+    "stuck": ("angle", "°; empty: standing pose", "20"),
+    "slow": ("speed", "share that remains", "0.5"),
+    "weak": ("torque", "share that remains", "0.5"),
 }
 
 
 class JointDialog(ModalScreen[tuple[str, str] | None]):
-    """Ask what is wrong with a joint; return it and its damage as text, '' for none.
+    """Ask for the damage of a joint; return the joint and the damage as text, '' for none.
 
     Args:
-        joints: of the leg.
-        now: the damage of each of them that has any, as text.
-        check: raises a GaitsimError for damage that the body cannot have.
+        joints: joints of the leg.
+        now: current damage as text, by joint.
+        check: function that raises a GaitsimError for damage that the body cannot have.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="joint.cancel", tooltip="Leave it"),
+        Binding("escape", "dismiss", "Cancel", id="joint.cancel", tooltip="Change nothing"),
     ]
     DEFAULT_CSS = """
     JointDialog {
@@ -80,7 +80,7 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
         self._show()
 
     def _parts(self, joint: str) -> tuple[str, str]:
-        """Return the kind and value of the damage that a joint has now."""
+        """Return the kind and value of a joint's current damage."""
         words = self._now.get(joint, "").removeprefix(joint).split()
         return (words[0], " ".join(words[1:])) if words else (INTACT, "")
 
@@ -91,7 +91,7 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
 
     @property
     def text(self) -> str:
-        """Its damage as `--damage` takes it; '' for none."""
+        """Its damage in the syntax of `--damage`; '' for none."""
         kind = str(self.query_one("#joint-kind", Select).value)
         value = self.query_one("#joint-value", Input).value.strip()
         return "" if kind == INTACT else f"{self.joint} {kind} {value}".rstrip()

@@ -27,55 +27,56 @@ from gaitsim.tui.screens.numbering import options_of
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
-WIDE, HIGH = 120, 36  # columns from which three bodies have room, and rows for an empty table
+WIDE, HIGH = 120, 36  # minimum columns for three bodies, and rows for an empty table
 
 
 class Laboratory(DamageActions):
-    """A body that is damaged, its champion before and after, and the search for another gait.
+    """A damaged body, its champion before and after the damage, and the search for another gait.
 
     Args:
-        run: the folder of a run.
-        which: the individual to watch; None is the champion.
+        run: folder of the run.
+        which: individual to watch; None is the champion.
 
     Attributes:
-        WATCHED: seconds for which a trial is shown while others follow.
-        intact: the champion on the intact body.
-        hurt: the champion on the damaged body.
-        adapted: the gait of a trial on the damaged body.
-        adaptation: the trials; None before the first.
-        shown: the member in `adapted`.
+        WATCHED: seconds for which a trial is shown before the next one.
+        intact: pane of the champion on the intact body.
+        hurt: pane of the champion on the damaged body.
+        adapted: pane of a trial's gait on the damaged body.
+        adaptation: adaptation with its trials; None before the first.
+        shown: member shown in `adapted`.
     """
 
     HELP_TEXT = """
-Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2015).
+Remove legs from a body, watch its champion fail, and let it adapt (Cully et al. 2015).
 
 - **Plan**: the body from above, its front upwards. The arrow keys or a click choose a leg;
-  Enter, space or another click removes it, or puts it back. ✗ and dots are a lost leg, ! a leg
-  with a damaged joint.
-- **Damage** lets a joint of the chosen leg be stuck at an angle, slow or weak. **Repair** takes
-  all damage back. Below the plan stands the damage as `--damage` takes it.
-- **Bodies**: the champion on the intact body and on the damaged one, and the gait that is tried.
-  The bar is the distance walked as a share of the intact champion's. On a narrow screen the
-  intact body makes room for the trials.
-- **Adapt** tries gaits of the atlas on the damaged body, always the most promising one by a
-  Gaussian process whose prior mean is the map. *Expected* is its forecast with a standard
-  deviation, *measured* the trial, *kept* the share of the best of the intact map. It ends
-  when the best trial reaches 90 % of what is still expected, or after 20 trials.
-- **Map**: what is expected of each gait after the trials, which have their numbers on it; ★ is the
-  best.
-- **Stop** keeps all trials; **Adapt** continues them, as does `gaitsim adapt`.
-- Enter or a click on a trial shows it again. **Replay** and **Export** take the gait shown, on the
-  damaged body of the run.
-- **Physics** does everything on the body's twin in rigid-body physics, if it has one.
+  Enter, space or another click removes or restores it. ✗ and dots mark a lost leg, ! a leg with
+  a damaged joint.
+- **Damage** makes a joint of the chosen leg stuck at an angle, slow or weak. **Repair** removes
+  all damage. The damage is shown below the plan in the syntax of `--damage`.
+- **Bodies**: the champion on the intact body and on the damaged one, and the gait being tried.
+  The bar is the distance walked as a share of the intact champion's. A narrow screen hides the
+  intact body during the trials.
+- **Adapt** tries gaits of the atlas on the damaged body, each time the most promising one
+  according to a Gaussian process whose prior mean is the map. *Expected* is its prediction with
+  a standard deviation, *measured* the result of the trial, *kept* its share of the best of the
+  intact map. The search ends when the best trial reaches 90 % of the highest expected value, or
+  after 20 trials.
+- **Map**: the expected performance of each gait after the trials. Trials are marked by their
+  numbers, the best by ★.
+- **Stop** keeps all trials; **Adapt** or `gaitsim adapt` continues the search.
+- Enter or a click on a trial shows it again. **Replay** and **Export** apply to the gait shown, on
+  the damaged body of the run.
+- **Physics** switches to the body's twin in rigid-body physics, if it has one.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("a", "adapt", "Adapt", id="lab.adapt",
                 tooltip="Try gaits of the atlas on the damaged body until one walks"),
-        Binding("x", "stop", "Stop", id="lab.stop", tooltip="Stop the search; its trials are kept"),
+        Binding("x", "stop", "Stop", id="lab.stop", tooltip="Stop the search and keep its trials"),
         Binding("r", "replay", "Replay", id="lab.replay",
-                tooltip="The gait shown on the damaged body, frame by frame"),
+                tooltip="Replay the gait shown on the damaged body, frame by frame"),
         Binding("e", "export", "Export", id="lab.export",
-                tooltip="Gait files, plots and videos of the gait shown"),
+                tooltip="Export gait files, plots and videos of the gait shown"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Laboratory {
@@ -129,7 +130,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
     # The champion
 
     def changed(self) -> None:
-        """Show the champion on the body as it is now; the trials were of another one."""
+        """Show the champion on the changed body, and discard the trials of the previous one."""
         self.adaptation = self.shown = None
         self.trials.clear()
         self.adapted.say(title="adapted")
@@ -141,7 +142,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
 
     @work(group="walk", exclusive=True)
     async def _walk(self) -> None:
-        assert self.subject is not None, "nothing changes before"
+        assert self.subject is not None, "damage needs a run"
         champion, physics, damage = self.subject.champion, self.physics, self.damage
         self._say("simulating …")
         try:
@@ -162,7 +163,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
 
     @work(group="adapt", exclusive=True)
     async def action_adapt(self) -> None:
-        """Make trials until a gait is good enough, or the search is stopped."""
+        """Run trials until a gait is good enough, or the search is stopped."""
         self._stopping = False
         self.call_next(self.refresh_bindings)
         try:
@@ -170,15 +171,15 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
                 self.adaptation = await self.in_thread(self._open)
             await self._try(self.adaptation)
         except GaitsimError as error:
-            self.adaptation = None  # read its file again, as another process may have changed it
+            self.adaptation = None  # re-read its file, which another process may have changed
             self._fail(error)
         finally:
             self._stopping = False
             self.call_next(self.refresh_bindings)
 
     def _open(self) -> Adaptation:
-        """Continue the adaptation to this damage, or begin it, in a thread."""
-        assert self.subject is not None, "the key is offered only then"
+        """Continue or create the adaptation to this damage; called in a thread."""
+        assert self.subject is not None, "available only after reading"
         done = 0
 
         def progress(count: int) -> None:
@@ -195,7 +196,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         )
 
     async def _try(self, adaptation: Adaptation) -> None:
-        """Make one trial after the other, and show the best of them in the end."""
+        """Run trials one by one, and show the best at the end."""
         while not self._stopping and adaptation.proposal is not None:
             proposal = adaptation.proposal
             self._say(f"trial {proposal.number} of at most {adaptation.session.settings.trials} …")
@@ -209,9 +210,9 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         self._say(adaptation.ending or "Stopped; press a to continue.")
 
     def _list(self, adaptation: Adaptation) -> None:
-        """Show all trials, on the map along axes of a damaged leg."""
-        assert self.subject is not None, "there are no trials before"
-        assert self.subject.run.members is not None, "it is an atlas"
+        """Show all trials in the table, and on the map along axes of a damaged leg."""
+        assert self.subject is not None, "trials need a run"
+        assert self.subject.run.members is not None, "the run is an atlas"
         self.trials.show(
             adaptation, self.subject.run.members, self.subject.damaged_legs(self.damage)
         )
@@ -219,7 +220,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
     async def _show_trial(
         self, adaptation: Adaptation, trial: Trial, *, fast: bool = False
     ) -> None:
-        """Show the gait of a trial on the damaged body; fast: all of it while it is watched."""
+        """Show a trial's gait on the damaged body; if `fast`, within `WATCHED` seconds."""
         individual = adaptation.prior.individual(trial.member)
         walk = await self.in_thread(walk_on, individual, self.damage, self.physics)
         won = trial is adaptation.best and not fast
@@ -232,7 +233,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         self.refresh_bindings()
 
     def action_stop(self) -> None:
-        """Stop after the trial that is being made."""
+        """Stop after the current trial."""
         self._stopping = True
         self._say("stopping …")
 
@@ -243,10 +244,10 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         if self.adaptation is not None and not self.is_busy("adapt"):
             await self._show_trial(self.adaptation, self.adaptation.trials[event.cursor_row])
 
-    # What is shown
+    # Layout and messages
 
     def _arrange(self) -> None:
-        """Show three bodies where there is room, else the two that matter now."""
+        """Show three bodies if they fit, else the two that matter at this step."""
         wide = self.app.size.width >= WIDE
         possible = self.subject is None or not self.subject.unadaptable
         self.adapted.display = possible and (wide or self.adapted.walk is not None)
@@ -261,7 +262,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         self.query_one("#lab-state", Static).update(Text(visible_lines(text)))
 
     def _fail(self, error: GaitsimError) -> None:
-        """Show an error; without a body, in place of all else."""
+        """Show an error; if no body was read, instead of everything else."""
         if self.subject is not None:
             self._say(str(error))
             return
@@ -270,7 +271,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         self.intact.display = True
         self.intact.say(str(error), title=" ")
 
-    # What can be done now
+    # Available actions
 
     def action_replay(self) -> None:
         self.gaitsim.open_replay(self.run, self.shown or self.which, damage=texts(self.damage))
@@ -288,13 +289,13 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         busy, subject = self.is_busy("adapt"), self.subject
         match action:
             case "adapt" | "repair" | "joint" | "physics" if busy:
-                return "It adapts; stop it first, with x."
+                return "An adaptation is running; press x to stop it first."
             case "adapt" | "replay" | "export" if subject is None:
                 return NOT_READ
             case "adapt" if subject and subject.unadaptable:
                 return subject.unadaptable
             case "adapt" if not self.damage:
-                return "The body is intact: remove a leg first, with Enter."
+                return "The body is intact; press Enter to remove a leg first."
             case "stop" if not busy:
-                return "It does not adapt now."
+                return "No adaptation is running."
         return super().obstacle(action)

@@ -1,4 +1,4 @@
-"""How the laboratory damages a body: legs off and on, joints, all intact again, physics."""
+"""Damage in the laboratory: remove legs, damage joints, repair, and switch the physics."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -16,29 +16,29 @@ from gaitsim.tui.screens.joint_dialog import JointDialog
 from gaitsim.tui.screens.laboratory_loading import Subject
 from gaitsim.tui.widgets.body_plan import BodyPlan
 
-NOT_READ = "The run is being read, or cannot be."
+NOT_READ = "The run is still being read, or cannot be read."
 
 
 class DamageActions(GaitScreen):
     """A screen with the plan of a body that can be damaged.
 
     Args:
-        run: the folder of a run.
-        which: the individual to watch; None is the champion.
+        run: folder of the run.
+        which: individual to watch; None is the champion.
 
     Attributes:
-        subject: the run as it was read; None before.
-        plan: the legs.
-        damage: of the body.
-        physics: whether its twin in rigid-body physics moves instead.
+        subject: the run; None until it is read.
+        plan: plan of the legs.
+        damage: damage of the body.
+        physics: whether the body's twin in rigid-body physics is simulated instead.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("d", "joint", "Damage", id="lab.joint",
-                tooltip="A joint of the chosen leg is stuck, slow or weak"),
-        Binding("i", "repair", "Repair", id="lab.repair", tooltip="Make the body intact"),
+                tooltip="Make a joint of the chosen leg stuck, slow or weak"),
+        Binding("i", "repair", "Repair", id="lab.repair", tooltip="Remove all damage"),
         Binding("p", "physics", "Physics", id="lab.physics",
-                tooltip="On the body's twin in rigid-body physics, or in kinematics again"),
+                tooltip="Switch between kinematics and rigid-body physics"),
     ]  # fmt: skip
 
     damage: reactive[Choice] = reactive((), init=False, bindings=True)
@@ -51,12 +51,12 @@ class DamageActions(GaitScreen):
         self.plan = BodyPlan()
 
     def changed(self) -> None:
-        """Show the body with another damage, or its twin."""
+        """Show the body after a change of damage or physics."""
         raise NotImplementedError
 
     @on(BodyPlan.Removed)
     def _removed(self, event: BodyPlan.Removed) -> None:
-        """Remove a leg, or put it back."""
+        """Remove or restore a leg."""
         if self.subject is None:
             return
         wanted = with_leg(self.damage, event.leg, self.subject.legs)
@@ -72,9 +72,9 @@ class DamageActions(GaitScreen):
 
     @work(group="ask", exclusive=True)
     async def action_joint(self) -> None:
-        """Ask what is wrong with a joint of the chosen leg."""
+        """Ask for the damage of a joint of the chosen leg."""
         subject, leg = self.subject, self.plan.leg
-        assert subject is not None, "the key is offered only then"
+        assert subject is not None, "available only after reading"
         joints = subject.legs[leg]
         now = {one.part: str(one) for one in self.damage if one.part in joints}
 
@@ -92,8 +92,8 @@ class DamageActions(GaitScreen):
         self.damage = ()
 
     def action_physics(self) -> None:
-        """Move to the twin, or back, if that can have the damage, too."""
-        assert self.subject is not None, "the key is offered only then"
+        """Switch to the twin, or back, if that body can have the damage."""
+        assert self.subject is not None, "available only after reading"
         try:
             self.subject.check(self.damage, physics=not self.physics)
         except GaitsimError as error:

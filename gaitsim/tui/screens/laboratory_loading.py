@@ -1,4 +1,4 @@
-"""Read a run for the laboratory, and let its individuals walk on a damaged body."""
+"""Read a run for the laboratory, and simulate its individuals on a damaged body."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,12 +18,12 @@ from gaitsim.tui.damage_choice import Choice, Legs, texts
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """An individual on a body.
+    """A walk of an individual on a body.
 
     Attributes:
-        individual: whose skeleton is worked out.
-        forward: how far it walks, m.
-        fell: when it fell, s; None if it did not.
+        individual: individual with a computed skeleton.
+        forward: distance walked, m.
+        fell: time of the fall, s; None if it did not fall.
     """
 
     individual: Individual
@@ -36,10 +36,10 @@ class Subject:
     """A run whose body can be damaged.
 
     Attributes:
-        run: as it was read.
-        champion: the individual to watch, on the body of the run.
-        legs: the joints of each leg.
-        plan: of the body.
+        run: snapshot of the run.
+        champion: individual to watch, on the body of the run.
+        legs: joints by leg.
+        plan: plan of the body.
     """
 
     run: RunSnapshot
@@ -51,7 +51,7 @@ class Subject:
         """Check whether the body, or its twin, can have this damage.
 
         Raises:
-            GaitsimError: it cannot.
+            GaitsimError: the body cannot have it.
         """
         (twin_of if physics else damaged)(self.champion.experiment, texts(damage))
 
@@ -62,10 +62,10 @@ class Subject:
 
     @property
     def unadaptable(self) -> str:
-        """Why its gait cannot be adapted; '' if it can."""
+        """The reason why its gait cannot be adapted; '' if it can."""
         if self.run.experiment.search.keeps == "archive":
             return ""
-        return "The run is not an atlas, whose gaits could be tried; gaitsim atlas makes one."
+        return "The run is not an atlas of gaits to try; create one with gaitsim atlas."
 
     @property
     def has_twin(self) -> bool:
@@ -77,7 +77,7 @@ def read_subject(path: Path, which: Which = None) -> Subject:
     """Read a run.
 
     Raises:
-        GaitsimError: it cannot be read, has no champion, or its body cannot be damaged.
+        GaitsimError: the run cannot be read, has no champion, or its body cannot be damaged.
     """
     run = RunSnapshot(path)
     champion = run.individual(which)
@@ -92,13 +92,13 @@ def read_subject(path: Path, which: Which = None) -> Subject:
 
 
 def walk_on(individual: Individual, damage: Choice, physics: bool) -> Walk:
-    """Let an individual walk on a damaged body, or on its twin in rigid-body physics.
+    """Simulate an individual on a damaged body, or on its twin in rigid-body physics.
 
     Raises:
         GaitsimError: the body cannot have this damage, or has no twin.
     """
     found = (on_twin if physics else with_damage)(individual, texts(damage))
-    _ = found.skeleton  # here, as it takes long
+    _ = found.skeleton  # computed here, as it takes long
     forward = found.measurements.get(MEASURE)
     path = found.skeleton.path
     frames = frames_before_fall(found)
@@ -110,7 +110,7 @@ def walk_on(individual: Individual, damage: Choice, physics: bool) -> Walk:
 
 
 def _plan(champion: Individual, legs: Legs) -> Plan:
-    """Return the plan of the standing body: at joint angles of 0, or else as its walk begins."""
+    """Return the plan of the body at joint angles of 0, or else at the start of its walk."""
     organism = champion.experiment.organism
     if organism.can_play:
         still = np.zeros((1, 2, len(organism.joint_names())))

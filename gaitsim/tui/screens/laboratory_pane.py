@@ -1,4 +1,4 @@
-"""One body in the laboratory: what it is, how far it walks, and how it moves."""
+"""A body in the laboratory: its title, the distance that it walks, and its motion."""
 
 from typing import Any
 
@@ -13,21 +13,21 @@ from gaitsim.tui.screens.laboratory_loading import Walk
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
 FPS = 12  # three bodies move at once
-WALKS, LIMPS = 0.9, 0.5  # shares of the intact distance from which on it is in these colours
-BAR = 12  # cells of the whole distance
+WALKS, LIMPS = 0.9, 0.5  # minimum shares of the intact distance for the first two colours
+BAR = 12  # cells of a full bar
 FALLEN = "✗ fell"
 
 
 class WalkPane(Vertical):
-    """A body that walks.
+    """A walking body.
 
     Args:
-        title: what it is.
-        message: shown as long as there is none.
+        title: title of the pane.
+        message: message shown instead of a body.
 
     Attributes:
-        walk: what is shown; None for nothing.
-        canvas: the body.
+        walk: walk shown; None without one.
+        canvas: canvas of the body.
     """
 
     DEFAULT_CSS = """
@@ -58,9 +58,9 @@ class WalkPane(Vertical):
         """Show a walk from its beginning, in real time.
 
         Args:
-            walk: of the body.
-            intact: the walk on the intact body, of which it is a share.
-            title: what it is, if something else than before.
+            walk: walk of the body.
+            intact: walk on the intact body, the reference for the share; None for no share.
+            title: new title of the pane; '' keeps the title.
         """
         self.walk = walk
         whole = intact.forward if intact is not None else 0.0
@@ -71,7 +71,7 @@ class WalkPane(Vertical):
         self._title()
 
     def say(self, message: str = "", title: str = "") -> None:
-        """Show a message and no body; '' for that of the beginning."""
+        """Show a message instead of a body; '' for the initial message."""
         self.walk, self._called = None, title or self._called
         self.canvas.set_skeleton(None, visible_lines(message or self._message))
         self._title()
@@ -87,12 +87,12 @@ class WalkPane(Vertical):
 
 
 def colour_of(share: float) -> str:
-    """Return the theme's colour of a share of the distance that the intact body walks."""
+    """Return the theme colour of a share of the intact body's distance."""
     return "success" if share >= WALKS else "warning" if share >= LIMPS else "error"
 
 
 def figures(walk: Walk | None, share: float | None, width: int, colours: dict[str, str]) -> Text:
-    """Return how far a body walks: metres, a bar, the share of the intact distance, a fall."""
+    """Return the distance walked in metres, a bar with the share of the intact one, and a fall."""
     text = Text(no_wrap=True, overflow="ellipsis")
     if walk is None:
         return text

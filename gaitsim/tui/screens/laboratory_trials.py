@@ -1,4 +1,4 @@
-"""The trials of an adaptation: a table, and the map as it is believed after them."""
+"""The trials of an adaptation: a table, and the map of expected performance after them."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -21,16 +21,16 @@ from gaitsim.tui.screens.laboratory_pane import colour_of
 from gaitsim.tui.widgets.archive_map import ArchiveMap
 
 COLUMNS = ("trial", "member", "expected", "measured", "kept")
-SIGNS = ("", *"123456789", *ascii_lowercase)  # of trials on the map, by their numbers
+SIGNS = ("", *"123456789", *ascii_lowercase)  # of trials on the map, indexed by number
 BEST = "★"
 
 
 class Trials(Horizontal):
-    """The trials of an adaptation, a row each, and what is expected of all gaits after them.
+    """The trials of an adaptation, a row each, and the expected performance of all gaits.
 
     Attributes:
-        table: of the trials; the best has a star.
-        map: of the gaits along two axes, with the trials on it.
+        table: table of the trials; the best has a star.
+        map: map of the gaits along two axes, with the trials on it.
     """
 
     DEFAULT_CSS = """
@@ -43,7 +43,7 @@ class Trials(Horizontal):
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         self.table: DataTable[Text] = DataTable(cursor_type="row")
-        self.map = ArchiveMap("expected of each gait after the trials")
+        self.map = ArchiveMap("expected performance of each gait after the trials")
         self.map.can_focus = False
 
     def compose(self) -> ComposeResult:
@@ -62,9 +62,9 @@ class Trials(Horizontal):
         """Show the trials, and put the cursor on the last one.
 
         Args:
-            adaptation: with its trials.
-            members: of its atlas.
-            legs: those that are damaged, whose axes are shown if there are any.
+            adaptation: adaptation with its trials.
+            members: members of its atlas.
+            legs: damaged legs, whose axes are shown if the atlas has any.
         """
         trials, best = adaptation.trials, adaptation.best
         self._list(adaptation)
@@ -97,7 +97,7 @@ class Trials(Horizontal):
 
 
 def believed_view(adaptation: Adaptation, members: Members) -> ArchiveView:
-    """Return the map of an atlas whose scores are what is expected after the trials."""
+    """Return the map of an atlas, with the performance expected after the trials as scores."""
     belief = believe(adaptation.prior, adaptation.trials, adaptation.session.settings)
     view = ArchiveView.of(replace(members, scores=belief.mean))
     assert view is not None, "members of an atlas have cells"
@@ -105,7 +105,7 @@ def believed_view(adaptation: Adaptation, members: Members) -> ArchiveView:
 
 
 def axes_of(view: ArchiveView, legs: Collection[str]) -> tuple[str, ...]:
-    """Return the first pair of axes of which one is of a leg among some, or the first pair."""
+    """Return the first pair with an axis of one of the legs, or else the first pair."""
     pairs: Sequence[tuple[str, ...]] = view.pairs or (view.names,)
     ours = (
         pair for pair in pairs if any(name.endswith(f" {leg}") for name in pair for leg in legs)

@@ -1,4 +1,4 @@
-"""Live: a run that evolves in the background, evolves in another program, or is at rest."""
+"""Live: a run that evolves in the background or in another program, or is stopped."""
 
 import asyncio
 import time
@@ -29,40 +29,42 @@ from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
 RESTING = ("stopped", "failed")
-LOOK = 1.0  # seconds between two looks whether someone else evolves a run that rests here
+LOOK = 1.0  # seconds between two checks whether another program evolves a stopped run
 
 
 class Live(GaitScreen):
-    """A run: evolved in the background, in a process that any number of these screens steer;
-    followed while another program writes it; or at rest.
+    """A run that evolves, or is stopped.
+
+    A process in the background evolves the run, and any number of these screens steer it. A run
+    that another program evolves is only followed.
 
     Args:
-        run: its folder.
-        go: whether to continue it at once.
-        clock: seconds that pass, for the body that moves.
+        run: folder of the run.
+        go: whether to continue the run immediately.
+        clock: function that returns the time in seconds, for the moving body.
 
     Attributes:
-        board: the panels.
-        process: the connection to the process that evolves the run; None while none does.
+        board: panels of the screen.
+        process: connection to the process that evolves the run; None without one.
     """
 
     CSS_PATH = "live.tcss"
     HELP_TEXT = """
-A run as it evolves. The search runs in a process of its own, which saves every generation. It
-evolves on when you leave this screen or the app; open the run again to steer it, here, in another
-window or by `gaitsim attach`.
+A run as it evolves. The search runs in its own process, which saves every generation and continues
+when you leave this screen or the app. To steer it, open the run again, here, in another window or
+with `gaitsim attach`.
 
-- **Space** pauses and continues. **n** makes one generation. **s** stops and saves.
-- **Esc** leaves the run evolving.
+- **Space** pauses and continues. **n** evolves one generation. **s** stops and saves.
+- **Esc** leaves the screen; the run continues.
 - **c** changes options from the next generation on, such as a rate or the weight of a term.
-  It is recorded in the run as a stage; curves of scores that cannot be compared begin anew.
-- **f** copies the run as it is, to continue the copy under other options; the run itself continues.
-- **g** sets how many generations it is to have.
-- The table has the best score and its terms: over the generations, and of the best individuals.
-- The body is the champion so far. Drag to turn it, roll to zoom; **r** replays any generation.
-  The ground under it is left out while the run evolves, unless the body has the focus.
+  The run records the change as a stage; if it makes scores incomparable, their curves restart.
+- **f** copies the run, to continue the copy with other options; the original continues.
+- **g** sets the number of generations.
+- The table shows the best score and its terms, over the generations and for the best individuals.
+- The body is the champion so far. Drag to turn it, scroll to zoom; **r** replays any generation.
+  The ground is not drawn while the run evolves, unless the body has the focus.
 - **M** shows the archive of map-elites as a map, which fills as the run evolves.
-- **l** shows what happened: ★ a better best, ⚑ a champion that was kept, ▶ a stage.
+- **l** shows the events: ★ a new best score, ⚑ a saved champion, ▶ a stage.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "pause", "Pause", id="live.pause", tooltip="Pause after this generation"),
@@ -70,24 +72,24 @@ window or by `gaitsim attach`.
         Binding("n", "step", "Step", id="live.step", tooltip="One generation, then pause"),
         Binding("s", "stop", "Stop", id="live.stop", tooltip="Stop and save"),
         Binding("c", "change", "Change", id="live.change", tooltip="Change options from here on"),
-        Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run under other options"),
-        Binding("r", "replay", "Replay", id="live.replay", tooltip="See any generation move"),
+        Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run with other options"),
+        Binding("r", "replay", "Replay", id="live.replay", tooltip="Watch any generation move"),
         Binding("M", "map", "Map", id="live.map", tooltip="The archive as a map, as it fills"),
-        Binding("g", "goal", "Goal", id="live.goal", tooltip="How many generations it has"),
-        Binding("w", "why", "Why", id="live.why", tooltip="Why the champion scored"),
+        Binding("g", "goal", "Goal", id="live.goal", tooltip="Set the number of generations"),
+        Binding("w", "why", "Why", id="live.why", tooltip="Explain the champion's score"),
         Binding("e", "export", "Export", id="live.export", tooltip="Gait files, plots, videos, …"),
         Binding(
             "L",
             "laboratory",
             "Laboratory",
             id="live.laboratory",
-            tooltip="Remove legs of the champion, and adapt its gait",
+            tooltip="Remove legs from the champion and adapt its gait",
         ),
-        Binding("l", "log", "Events", id="live.log", tooltip="What happened, or the terms"),
+        Binding("l", "log", "Events", id="live.log", tooltip="Show the events, or the terms"),
     ]
     AUTO_FOCUS = ""
 
-    # Everything that the keys depend on: the footer, which is slow, is updated only with it.
+    # Determines the available keys; a change updates the footer, which is slow.
     offers: reactive[tuple[object, ...]] = reactive((), init=False, bindings=True)
 
     def __init__(
@@ -117,7 +119,7 @@ window or by `gaitsim attach`.
 
     @property
     def state(self) -> str:
-        """The state of the run; `stopping` after that command."""
+        """The state of the run; `stopping` after a stop was requested."""
         state = self.snapshot.state
         return "stopping" if self._stopping and self.process is not None else state
 
@@ -127,11 +129,11 @@ window or by `gaitsim attach`.
         self._watch()
         self.set_interval(LOOK, self._look)
 
-    # Where snapshots come from
+    # Snapshots
 
     @work(group="source", exclusive=True)
     async def _watch(self) -> None:
-        """Follow the run as its folder shows it, until a process in the background evolves it."""
+        """Follow the run's folder, until a background process evolves the run."""
         go, self._go = self._go, False
         async for found in RunWatcher(self.run):
             self.take(found if go else explained(found, self.snapshot, self.run))
@@ -147,7 +149,7 @@ window or by `gaitsim attach`.
         self._changed()
 
     def _look(self) -> None:
-        """Follow a run that rested here, and that someone else evolves now."""
+        """Follow a stopped run once another program evolves it."""
         at_rest = self.process is None and not self.is_busy("source")
         if at_rest and (evolving(self.run) or is_locked(self.run)):
             self._watch()
@@ -155,7 +157,7 @@ window or by `gaitsim attach`.
     def _start(
         self, overrides: Overrides | None = None, *, step: bool = False, begin: bool = True
     ) -> None:
-        """Evolve the run in the background; without `begin`, steer the process that does."""
+        """Evolve the run in the background; without `begin`, connect to its process."""
         engine = RunProcess(
             self.run, overrides=overrides, paused=step, known=self.snapshot, begin=begin
         )
@@ -175,7 +177,7 @@ window or by `gaitsim attach`.
         self._changed()
 
     def take(self, snapshot: Snapshot) -> None:
-        """Take a snapshot; the state is shown at once, the rest drawn in its rhythm."""
+        """Take a snapshot; show the state immediately, the rest at the next update."""
         board = self.board
         board.live.take(snapshot)
         if snapshot.error is not None:
@@ -185,7 +187,7 @@ window or by `gaitsim attach`.
         self._changed()
 
     def _changed(self) -> None:
-        """Update board and footer."""
+        """Update the board and the footer."""
         self.board.state = state = self.state
         self.board.stale()
         self.offers = (
@@ -221,7 +223,7 @@ window or by `gaitsim attach`.
             self._start(step=True)
 
     def action_stop(self) -> None:
-        """Stop and save; the second time, stop at once."""
+        """Stop and save after this generation; the second time, stop immediately."""
         if self.process is None:
             return
         if self._stopping:
@@ -241,7 +243,7 @@ window or by `gaitsim attach`.
         self._continue(await ask_generations(self.app, self.snapshot))
 
     def _continue(self, overrides: Overrides | None) -> None:
-        """Continue under a changed experiment, at once or from rest; None changes nothing."""
+        """Continue with changed options, or start a stopped run with them; None does nothing."""
         if overrides is None:
             return
         self.board.problem(None)
@@ -287,20 +289,20 @@ window or by `gaitsim attach`.
     # Leaving
 
     def action_back(self) -> None:
-        """Leave the run evolving, and say how to come back and how to stop it."""
+        """Leave the run evolving, and show how to return to it and how to stop it."""
         if self.process is not None and self.app.screen_stack[-1] is self:
             what = DOES.get(self.state, "stops and is saved")
             stop = command("stop", self.run)
-            said = f"Open it to watch and steer it; s there stops and saves it, as does {stop}"
+            said = f"Open it to watch and steer it; to stop it, press s there or run: {stop}"
             self.notify(said, title=f"{self.run.name} {what} in the background", markup=False)
         super().action_back()
 
     def on_unmount(self) -> None:
-        """Leave the run to its process."""
+        """Disconnect from the process, which continues."""
         if self.process is not None:
             self.process.leave()
 
-    # What can be done now
+    # Available actions
 
     def command_line(self) -> str:
         return command("resume", self.run)

@@ -1,4 +1,4 @@
-"""The panels of the live screen: curves, the champion, terms and events."""
+"""Panels of the live screen: curves, the champion, terms and events."""
 
 import asyncio
 import time
@@ -26,10 +26,10 @@ from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.lines import Lines
 
-FPS = 12  # ticks a second
-STATUS, NEWS, BODY = 4, 12, 2  # ticks to one at which they are drawn while the run evolves
-RATE = 12_000  # bytes a second to the terminal then; the body waits while there are more
-CHAMPION_EVERY = 1.0  # seconds between two champions that are moved to be shown
+FPS = 12  # ticks per second
+STATUS, NEWS, BODY = 4, 12, 2  # ticks between two updates of each while the run evolves
+RATE = 12_000  # bytes per second sent to the terminal meanwhile, above which the body waits
+CHAMPION_EVERY = 1.0  # seconds between two simulations of a champion
 COLOURS = {
     "preparing": "secondary", "queued": "secondary", "running": "success", "paused": "warning",
     "finished": "primary", "stopped": "secondary", "stopping": "warning", "failed": "error",
@@ -44,13 +44,13 @@ class Board(Vertical):
     Only changes are drawn, at a limited rate, and nothing while another screen is in front.
 
     Args:
-        run: the run's folder.
-        clock: seconds that pass, for the body and for how often a champion is shown.
+        run: folder of the run.
+        clock: function that returns the time in seconds, for the body and its champions.
 
     Attributes:
-        live: the snapshot, history and events of the run.
-        curves: of the best score and the mean.
-        canvas: the champion.
+        live: snapshot, history and events of the run.
+        curves: curves of the best score and the mean.
+        canvas: canvas of the champion.
     """
 
     def __init__(self, run: Path, clock: Callable[[], float] = time.monotonic) -> None:
@@ -64,11 +64,11 @@ class Board(Vertical):
         self.live = LiveState()
         self._state = "stopped"
         self._ticks = 0
-        self._room = self._sent = 0.0  # bytes that may be sent now, and those sent so far
+        self._room = self._sent = 0.0  # bytes that may be sent now, and bytes sent so far
         self._stale = True
-        self._since = clock()  # the beginning of the state
-        self._seconds = 0  # since then, as they were drawn last
-        self._widths = (0, 0, 0, 0)  # of what was drawn last; 0 draws all
+        self._since = clock()  # time at which the state began
+        self._seconds = 0  # in the state, as last drawn
+        self._widths = (0, 0, 0, 0)  # of the panels as last drawn; 0 redraws all
         self._styles: formatting.Styles = {}
         self._mover = ChampionMover(run)
         self._shown: Best | None = None
@@ -94,11 +94,11 @@ class Board(Vertical):
         self.set_interval(1 / FPS, self._tick)
 
     def _tick(self) -> None:
-        """Draw. While the run evolves, everything waits its turn.
+        """Draw the changes, at a limited rate while the run evolves.
 
-        What is drawn is the search's time, which takes all cores: a body's picture of a third
-        of the screen, through all of Textual, is 15 ms. And it is sent, often over SSH: the
-        larger the picture, the fewer there are. The ground, most of it, needs the focus.
+        Drawing takes time from the search, which uses all cores: a body on a third of the screen
+        takes 15 ms through Textual. It is also sent, often over SSH, so larger pictures are drawn
+        less often. The ground, which is most of a picture, is drawn only with the focus.
         """
         now = self._clock()
         if self.screen is not self.app.screen:
@@ -144,7 +144,7 @@ class Board(Vertical):
         self._problem.update(Text(visible_lines(str(error))) if error else "")
 
     def _draw(self, *, all_of_it: bool) -> None:
-        """Draw the news in the status line, or in all panels."""
+        """Draw the changes in the status line, or in all panels."""
         seconds = int(self._clock() - self._since) if self.state == "preparing" else 0
         if seconds != self._seconds:
             self._stale, self._seconds = True, seconds
@@ -170,7 +170,7 @@ class Board(Vertical):
         self._curves()
 
     def _curves(self) -> None:
-        """Draw the scores; faint are those of earlier stages that cannot be compared."""
+        """Draw the scores; those of earlier stages that are not comparable are faint."""
         course, first = self.live.course, self.live.snapshot.scored_from
         if not len(course):
             self.curves.set_series([], message="no generation yet")
@@ -186,7 +186,7 @@ class Board(Vertical):
         self.curves.set_series(series, x[begins].tolist())
 
     def _show_champion(self) -> None:
-        """Move the newest champion, in a thread, if there is one and it is time."""
+        """Simulate the newest champion in a thread, if it is due."""
         best, now = self.live.snapshot.champion, self._clock()
         if best is None and not self._moving and self.live.known and self.canvas.skeleton is None:
             self.canvas.set_skeleton(None, "no champion yet")

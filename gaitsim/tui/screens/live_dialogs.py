@@ -1,4 +1,4 @@
-"""The questions of the live screen: which options change, and how many generations to evolve."""
+"""Questions of the live screen: changes of options, and the number of generations."""
 
 from pathlib import Path
 
@@ -16,21 +16,21 @@ MOST_GENERATIONS = 100_000_000
 async def ask_changes(
     app: App[object], run: Path, snapshot: Snapshot, *, fork: bool = False
 ) -> ChangeRequest | None:
-    """Ask which options change from the next generation on; None changes nothing.
+    """Ask for options to change from the next generation on; return None for no change.
 
     Args:
-        app: shows the dialog.
-        run: the run's folder.
-        snapshot: the latest of the run.
-        fork: whether they change in a copy of the run.
+        app: app that shows the dialog.
+        run: folder of the run.
+        snapshot: latest snapshot of the run.
+        fork: whether to change them in a copy of the run.
     """
-    # A stage needs a generation, so a finished run needs more of them.
+    # A stage has at least one generation, so a finished run needs more generations.
     typed = f"evolution.generations={_further(snapshot)} " if snapshot.state == "finished" else ""
     return await app.push_screen_wait(ChangeDialog(run, fork=fork, typed=typed))
 
 
 async def ask_generations(app: App[object], snapshot: Snapshot) -> Overrides | None:
-    """Ask how many generations a run is to have; None to leave it as it is."""
+    """Ask for the number of generations of a run; return None for no change."""
     done = snapshot.generation
 
     def check(text: str) -> None:
@@ -41,15 +41,13 @@ async def ask_generations(app: App[object], snapshot: Snapshot) -> Overrides | N
                 allowed=f"{done + 1:,} to {MOST_GENERATIONS:,}",
             )
 
-    about = f"It is at generation {done:,}."
-    question = Ask(
-        "How many generations is the run to have?", str(_further(snapshot)), check, about
-    )
+    about = f"The run is at generation {done:,}."
+    question = Ask("Evolve up to generation", str(_further(snapshot)), check, about)
     answer = await app.push_screen_wait(question)
     return {"evolution.generations": int(answer)} if answer else None
 
 
 def _further(snapshot: Snapshot) -> int:
-    """Return one and a half times the generations of a run."""
+    """Return 1.5 times the generations of a run."""
     planned = max(snapshot.generations, snapshot.generation)
     return planned + max(1, planned // 2)

@@ -13,7 +13,7 @@ from gaitsim.runs.files.history import FIGURE, MEAN
 from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.tui.formatting import clip, duration
 
-Styles = dict[str, Style]  # by the name of a state, event or part, from the theme
+Styles = dict[str, Style]  # styles of the theme by state, event or part
 
 MARKS = {
     "preparing": "◌",
@@ -26,16 +26,20 @@ MARKS = {
     "elsewhere": "◉",
     "stopping": "■",
 }
-WORDS = {"elsewhere": "running in another program", "stopped": "at rest"}
+WORDS = {"elsewhere": "running in another program"}
 HINTS = {
-    "queued": "Queued: it evolves when one of the runs before it ends or pauses.",
-    "paused": "Paused. Space continues, n makes one generation, c changes an option, f forks.",
+    "queued": "Queued: starts when an earlier run ends or pauses.",
+    "paused": "Paused. Space continues, n evolves one generation, c changes options, f forks.",
     "stopping": "Stopping after this generation; s again stops at once.",
-    "stopped": "At rest. Space continues, c changes an option first, g sets how far.",
-    "elsewhere": "Another program writes this run; here it is only watched. f forks a copy.",
+    "stopped": "Stopped. Space continues, c changes options first, g sets the goal.",
+    "elsewhere": "Another program evolves this run; it can only be watched here. f forks a copy.",
 }
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
-TITLES = ("best of each generation", "each generation", "history")  # of the curves in the table
+TITLES = (
+    "best of each generation",
+    "each generation",
+    "history",
+)  # of the curve column, the longest that fits
 VALUE = 9  # columns of a number
 NAME = 12
 LEAST_SPARK = 8
@@ -43,7 +47,7 @@ WIDEST_SPARK = 60
 
 
 def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
-    """Return state, generations with a bar, speed and time left, on one line."""
+    """Return the state, progress, speed and time left on one line."""
     line = Text(no_wrap=True, end="")
     line.append(f"{MARKS[state]} {WORDS.get(state, state)}", styles[state])
     line.append(f"  {snapshot.generation:,}/{snapshot.generations:,}")
@@ -67,12 +71,12 @@ def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
 
 
 def hint(snapshot: Snapshot, state: str, seconds: int = 0) -> str:
-    """Return what can be done in a state that lasts so long; '' while the run evolves."""
+    """Return a hint for a state that has lasted `seconds`; '' while the run evolves."""
     if state == "preparing":
         passed = f"{seconds} s" if seconds < 60 else duration(seconds)
         return f"Preparing for {passed}: the first run of a body compiles its kernels …"
     if state == "finished":
-        return f"{snapshot.reason}. g goes further, r replays, e makes files."
+        return f"{snapshot.reason}. g continues further, r replays, e exports files."
     return HINTS.get(state, "")
 
 
@@ -91,10 +95,10 @@ def event_line(event: Event, width: int, styles: Styles) -> Text:
 
 
 def table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles) -> list[Text]:
-    """Return score, terms, diversity and the figures of the search, one a line.
+    """Return the score, terms, diversity and the search's figures, one per line.
 
-    First the best of each generation as a curve, then in numbers the mean and the best
-    individuals of the last generation, as many as there is room for.
+    Each line has a curve of the best of each generation, then numbers of the last generation:
+    the mean, and as many of the best individuals as fit.
     """
     terms = list(snapshot.top[0].terms) if snapshot.top else course.terms
     names = ["diversity", *terms, *course.figures]

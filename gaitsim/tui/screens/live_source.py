@@ -1,4 +1,4 @@
-"""The live screen's knowledge of a run: snapshot, history, events and champion."""
+"""The live screen's data of a run: snapshot, history, events and champion."""
 
 from collections import deque
 from dataclasses import replace
@@ -23,11 +23,11 @@ class LiveState:
     """The latest snapshot of a run, its history and its events.
 
     Attributes:
-        snapshot: the latest; its rows and events are in the course and the events.
-        course: the history.
-        events: the latest ones.
-        gap: whether rows are missing, so the history must be read again.
-        known: whether there has been a snapshot.
+        snapshot: latest snapshot; its rows and events are added to `course` and `events`.
+        course: history of the run.
+        events: latest events.
+        gap: whether rows are missing, so the history must be re-read.
+        known: whether a snapshot has arrived.
     """
 
     def __init__(self) -> None:
@@ -35,19 +35,19 @@ class LiveState:
         self.course = HistoryBuffer()
         self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self.gap = self.known = False
-        self._early: Rows = {}  # of generations after the gap
+        self._early: Rows = {}  # rows of generations after the gap
 
     def take(self, snapshot: Snapshot) -> None:
         """Add a snapshot."""
         self.snapshot, self.known = snapshot, True
-        # Those that the folder told already come once more if they were on their way.
+        # Events in transit may already have been read from the folder.
         self.events.extend(one for one in snapshot.events if one not in self.events)
         if not self.course.extend(snapshot.rows):
             self._early = joined(self._early, snapshot.rows)
         self.gap = len(self.course) < snapshot.generation
 
     def reread(self, found: Snapshot, course: HistoryBuffer) -> None:
-        """Replace the history by that of the run's folder, and the events up to its end."""
+        """Replace the history, and the events up to its end, by those of the run's folder."""
         course.extend(self._early)
         if len(course) <= len(self.course):
             return
@@ -60,25 +60,27 @@ class LiveState:
 
 
 def explained(found: Snapshot, known: Snapshot, run: Path) -> Snapshot:
-    """Return what was found of a run, with the failure of its last process, or as it was known.
+    """Return a snapshot with the failure of the run's last process added.
+
+    If the folder can no longer be read, the result is the known snapshot with the error.
 
     Args:
-        found: of the run's folder.
-        known: before.
-        run: the folder.
+        found: new snapshot of the run's folder.
+        known: previous snapshot.
+        run: folder of the run.
     """
-    if found.state == "elsewhere":  # perhaps in the background, to be steered in a moment
+    if found.state == "elsewhere":  # perhaps in the background, where it can be steered
         return replace(found, state=evolving(run) or "elsewhere")
     error = last_failure(run) if found.state == "stopped" else None
     if error is not None:
         return replace(found, state="failed", error=error)
-    if found.error is not None and not found.generations:  # the folder cannot be read any more
+    if found.error is not None and not found.generations:  # the folder can no longer be read
         return replace(known, state="failed", rows={}, events=(), error=found.error)
     return found
 
 
 def about(run: Path) -> str:
-    """Return body, fitness and seed, without loading a plugin; '' if the file is unreadable."""
+    """Return the body, fitness and seed without loading plugins; '' if the file is unreadable."""
     try:
         outline = RunSnapshot(run).outline
     except GaitsimError:
@@ -88,7 +90,7 @@ def about(run: Path) -> str:
 
 
 def keeps_archive(run: Path) -> bool:
-    """Return whether the search of a run keeps an archive; False where it cannot be loaded."""
+    """Return whether the search of a run keeps an archive; False if it cannot be loaded."""
     try:
         return RunSnapshot(run).experiment.search.keeps == "archive"
     except GaitsimError:
@@ -96,24 +98,24 @@ def keeps_archive(run: Path) -> bool:
 
 
 class ChampionMover:
-    """Moves the champions of the run in the folder `run`."""
+    """Simulates the champions of the run in the folder `run`."""
 
     def __init__(self, run: Path) -> None:
         self._run, self._stage = run, 0
         self._experiment: Experiment | None = None
 
     def move(self, champion: Best, stage: int) -> Skeleton:
-        """Return the skeleton of a champion, in the experiment of a stage.
+        """Return the skeleton of a champion, with the experiment of a stage.
 
         Raises:
-            GaitsimError: its body's plugin is missing, or cannot move or draw it.
+            GaitsimError: the body's plugin is missing, or cannot simulate or draw the champion.
         """
         if self._experiment is None or stage != self._stage:
             self._experiment = RunSnapshot(self._run).experiment_at(champion.generation)
             self._stage = stage
         experiment = self._experiment
         if not champion.genome:
-            raise RunError("the champion cannot be read", remedy="see what 'gaitsim show' says")
+            raise RunError("the champion cannot be read", remedy="run 'gaitsim show' for details")
         genome = np.array(champion.genome, dtype=experiment.space().dtype)
         return Individual(
             experiment, champion.score, {}, champion.generation, genome, self._run

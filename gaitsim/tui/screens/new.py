@@ -1,4 +1,4 @@
-"""New run: a preset, any part of it changed, checked as it is typed."""
+"""New run: a preset whose every option can be changed, checked while typing."""
 
 import asyncio
 from collections.abc import Iterable
@@ -39,44 +39,46 @@ from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.sections import Sections
 
-FIRST = "spider"  # the preset that is taken where none is asked for
-CALM = 0.15  # seconds without a key before what is typed is checked
+FIRST = "spider"  # the default preset
+CALM = 0.15  # seconds without a key before the text is checked
 
 
 class New(GaitScreen):
     """Forms for every part of an experiment.
 
     Args:
-        experiment: a preset's name or a file to begin with; None takes up the latest draft.
+        experiment: preset or file to start from; None restores the latest draft.
 
     Attributes:
-        builder: the experiment as it is now; None until the preset is read.
-        catalogue: the installed plugins; None until they are loaded.
-        validation: the latest check of it.
+        builder: current experiment; None until the preset is read.
+        catalogue: installed plugins; None until they are loaded.
+        validation: latest check of the experiment.
     """
 
     SUB_TITLE = "new run"
     CSS_PATH = "new.tcss"
     HELP_TEXT = """
-Begin with a preset and change what you like. Each tab is a part of it, with the options
-that its plugin declares; what is wrong is said below the option as you type, and a ✗ marks the
-tab. Only plugins that work with the body are offered; another body brings parts that work with it.
+Start from a preset and change any option. Each tab is a part of the experiment, with the options
+that its plugin declares. Problems appear below the option as you type, and a ✗ marks the tab. Only
+plugins that work with the body are offered; choosing another body also replaces parts that do not.
 
-What you change is shown as the **command** that does the same, and as the experiment **file**.
-/ or Ctrl-F **searches** the options by words. Leaving keeps your changes as a draft, with which a
-new run begins; Ctrl-Z takes them back.
+The screen shows the equivalent **command** and the experiment **file**. / or Ctrl-F **searches**
+the options by words. Leaving the screen keeps your changes as a draft, which the next new run
+restores; Ctrl-Z undoes all changes.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+r", "run", "Run", id="new.run", tooltip="Begin the run"),
+        Binding("ctrl+r", "run", "Run", id="new.run", tooltip="Start the run"),
         Binding(
             "ctrl+f", "search", "Find", priority=True, id="new.search", tooltip="Search options"
         ),
         Binding("slash", "search", "Search", show=False, id="new.words", tooltip="Search options"),
         Binding("ctrl+s", "save", "Save", id="new.save", tooltip="Save the experiment file"),
-        Binding("ctrl+l", "load", "Load", id="new.load", tooltip="Begin with a file"),
-        Binding("ctrl+z", "reset", "Reset", id="new.reset", tooltip="Take all changes back"),
+        Binding("ctrl+l", "load", "Load", id="new.load", tooltip="Load an experiment file"),
+        Binding("ctrl+z", "reset", "Reset", id="new.reset", tooltip="Undo all changes"),
         Binding("ctrl+right", "tab(1)", "Next", show=False, id="new.next", tooltip="Next tab"),
-        Binding("ctrl+left", "tab(-1)", "Back", show=False, id="new.before", tooltip="Tab before"),
+        Binding(
+            "ctrl+left", "tab(-1)", "Back", show=False, id="new.before", tooltip="Previous tab"
+        ),
         Binding(
             "ctrl+y", "app.copy_command", "Copy", show=False, id="new.copy", tooltip="The command"
         ),
@@ -85,7 +87,7 @@ new run begins; Ctrl-Z takes them back.
     def __init__(self, experiment: str | None = None) -> None:
         super().__init__()
         self._experiment = experiment
-        self._loading, self._starts = True, False  # whether the run begins once all is loaded
+        self._loading, self._starts = True, False  # whether to start the run after loading
         self._saved: ExperimentBuilder | None = None
         self.catalogue: Catalogue | None = None
         self.builder: ExperimentBuilder | None = None
@@ -96,18 +98,18 @@ new run begins; Ctrl-Z takes them back.
         yield ExperimentHead(id="new-head")
         yield Sections(id="new-body")
         with Vertical(id="new-status"):
-            yield Static("Reading what is installed …", id="status")
+            yield Static("Loading the plugins …", id="status")
             yield Static(id="command", classes="command")
         yield Footer()
 
     def on_mount(self) -> None:
         self._begin(self._experiment or next(reversed(self.gaitsim.drafts), FIRST))
 
-    # Threads, as plugins are imported and asked
+    # Threads, as importing plugins is slow
 
     @work(exclusive=True, group="validate")
     async def _begin(self, reference: str) -> None:
-        """Begin with a preset or a file."""
+        """Load a preset or a file."""
         self._loading = self.sections.disabled = True
         try:
             if self.catalogue is None:
@@ -125,7 +127,7 @@ new run begins; Ctrl-Z takes them back.
             self.query_one(ExperimentHead).fill(builder)
             self._show(found)
             if draft:
-                self.notify(f"Your draft is back: {builder.counted}. Ctrl-Z begins afresh.")
+                self.notify(f"Restored your draft: {builder.counted}. Ctrl-Z undoes all changes.")
         self._loading, self.sections.disabled = False, self.builder is None
         if self._starts:
             self.action_run()
@@ -172,7 +174,7 @@ new run begins; Ctrl-Z takes them back.
         )
 
     def go_to(self, key: str, plugin: str = "") -> None:
-        """Put the focus on an option, after choosing its plugin where one is named."""
+        """Focus an option, after choosing its plugin if one is given."""
         section = key.partition(".")[0]
         self.sections.active = section
         if plugin:
@@ -212,12 +214,10 @@ new run begins; Ctrl-Z takes them back.
 
     @work(group="replace", exclusive=True)
     async def _replace(self, reference: str) -> None:
-        """Begin with another preset, if the changes may be dropped."""
+        """Load another preset, after asking to discard changes."""
         if self.builder is not None and self.builder.changes:
             about = f"{self.builder.counted} will be discarded."
-            if not await self.app.push_screen_wait(
-                Confirm(f"Begin with {reference}?", "Begin", about)
-            ):
+            if not await self.app.push_screen_wait(Confirm(f"Load {reference}?", "Load", about)):
                 self._fill_presets(self.builder.preset.reference)
                 return
             self.gaitsim.drafts.pop(self.builder.preset.reference, None)
@@ -238,7 +238,7 @@ new run begins; Ctrl-Z takes them back.
         return self.validation.builder.command(self._run()) if self.validation else ""
 
     async def _checked(self) -> Validation | None:
-        """Return the experiment as it is now; None after showing the option that is wrong."""
+        """Return the checked experiment, or None after showing the first invalid option."""
         if self.builder is None or self.catalogue is None or self._loading:
             return None
         self.workers.cancel_group(self, "validate")
@@ -256,17 +256,17 @@ new run begins; Ctrl-Z takes them back.
         return None
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """Yield the command that steers the body as it is now."""
+        """Yield the command that steers the current body."""
         found = self.validation
         if found is not None and found.experiment is not None:
             experiment = found.experiment
             if offered_commands(experiment):
                 load = partial(drive_with, experiment, {})
                 steer = partial(self.gaitsim.open_steering, load, "")
-                yield PaletteCommand("Steer", "Fly this body yourself, by the arrow keys", steer)
+                yield PaletteCommand("Steer", "Fly this body yourself with the arrow keys", steer)
 
     async def may_leave(self) -> bool:
-        """Keep what was changed and not saved as a draft."""
+        """Keep unsaved changes as a draft."""
         builder, drafts = self.builder, self.gaitsim.drafts
         if builder is not None:
             drafts.pop(builder.preset.reference, None)
@@ -275,17 +275,17 @@ new run begins; Ctrl-Z takes them back.
         return True
 
     def on_unmount(self) -> None:
-        """Tell of the draft once the screen is left, not while quitting asks about it."""
+        """Report the draft after the screen closes, not while quitting asks about it."""
         draft = self.gaitsim.drafts.get(self.builder.preset.reference) if self.builder else None
         if draft is not None:
-            self.app.notify(f"Kept as a draft: {draft.counted}. n takes it up.")
+            self.app.notify(f"Kept as a draft: {draft.counted}. n restores it.")
 
     @work(exclusive=True, group="create")
     async def action_run(self) -> None:
-        """Begin the run; once the experiment is loaded, where it is not yet."""
+        """Start the run, after the experiment has been loaded."""
         self._starts = self._loading
         if self._loading:
-            self._say("Reading what is installed; the run begins after that …", wrong=False)
+            self._say("Loading the plugins; the run starts after that …", wrong=False)
             return
         found = await self._checked()
         if found is None or found.experiment is None:

@@ -15,16 +15,16 @@ from gaitsim.tui.screens.questions import Confirm
 
 
 class NoteDialog(ModalScreen[str | None]):
-    """Edit a note; return it, or None where it stays as it was.
+    """Edit a note; return it, or None to leave it unchanged.
 
     Args:
-        run: the name of the run.
-        note: the note to begin with.
+        run: name of the run.
+        note: current note.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+s", "save", "Save", id="note.save", priority=True, tooltip="Keep the note"),
-        Binding("escape", "cancel", "Cancel", id="note.cancel", tooltip="Leave it as it was"),
+        Binding("ctrl+s", "save", "Save", id="note.save", priority=True, tooltip="Save the note"),
+        Binding("escape", "cancel", "Cancel", id="note.cancel", tooltip="Discard the changes"),
     ]
     DEFAULT_CSS = """
     NoteDialog TextArea { height: 8; margin-top: 1; padding: 0 1; border: none; }
@@ -37,14 +37,14 @@ class NoteDialog(ModalScreen[str | None]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_subtitle = "ctrl+s saves, esc cancels"
-            yield Static(Text(visible(f"A note on the run {self._run}")), classes="dialog-title")
+            yield Static(Text(visible(f"Note on the run {self._run}")), classes="dialog-title")
             yield TextArea(self._note, id="note")
             with Horizontal(classes="dialog-buttons"):
                 yield Button("Save", variant="primary", compact=True, id="note-save")
                 yield Button("Cancel", compact=True, id="note-cancel")
 
     def on_mount(self) -> None:
-        """Continue at the end of the note."""
+        """Put the cursor at the end of the note."""
         area = self.query_one(TextArea)
         area.move_cursor(area.document.end)
         area.focus()
@@ -60,8 +60,8 @@ class NoteDialog(ModalScreen[str | None]):
 
     @work(exclusive=True)
     async def action_cancel(self) -> None:
-        """Leave the note as it was; ask first where something was typed."""
+        """Close without saving; ask first if the note was edited."""
         typed = self.query_one(TextArea).text != self._note
-        question = Confirm("Drop what was typed?", "Drop", danger=True)
+        question = Confirm("Discard the changes?", "Discard", danger=True)
         if not typed or await self.app.push_screen_wait(question):
             self.dismiss(None)

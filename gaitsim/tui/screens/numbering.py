@@ -9,14 +9,14 @@ from gaitsim.tui.screens.replay_loading import Shown
 
 
 def in_words(which: Which) -> str:
-    """Return an individual of a run in words."""
+    """Name an individual of a run."""
     if which is None:
         return "the champion"
     return f"generation {which}" if isinstance(which, int) else str(which)
 
 
 def options_of(which: Which) -> list[object]:
-    """Return the options of commands that name an individual of a run."""
+    """Return the command-line options that select an individual of a run."""
     if which is None:
         return []
     return ["--member" if isinstance(which, Member) else "--generation", number_of(which)]
@@ -28,7 +28,7 @@ def number_of(which: int | Member) -> int:
 
 
 def numbered(which: Which, number: int) -> int | Member:
-    """Return the member of a number if `which` is a member, else the generation."""
+    """Return member `number` if `which` is a member, else generation `number`."""
     return Member(number) if isinstance(which, Member) else number
 
 
@@ -40,15 +40,15 @@ def last_of(shown: Shown, which: Which) -> int:
 
 
 def kind_of(which: Which) -> str:
-    """Return what its number counts."""
+    """Return the noun for an individual's number, such as 'member'."""
     return "member" if isinstance(which, Member) else "generation"
 
 
 def typed_number(text: str, which: Which, shown: Shown) -> int | Member:
-    """Read the number of a generation or member that there is, of the kind of `which`.
+    """Read the number of an existing generation or member, of the kind of `which`.
 
     Raises:
-        GaitsimError: the text is none.
+        GaitsimError: the text is not such a number.
     """
     return numbered(which, checked_number(text, kind_of(which), last_of(shown, which)))
 
@@ -57,7 +57,7 @@ def checked_number(text: str, kind: str, last: int) -> int:
     """Read a number from 1 to `last` of a kind, such as 'member'.
 
     Raises:
-        GaitsimError: the text is none.
+        GaitsimError: the text is not such a number.
     """
     digits = text.replace(",", "").strip()
     if digits.isdecimal() and len(digits) < 10 and 1 <= int(digits) <= last:
@@ -66,16 +66,16 @@ def checked_number(text: str, kind: str, last: int) -> int:
 
 
 def curve_of(shown: Shown) -> tuple[str, Series, float]:
-    """Return the axis below, a curve, and the place of the individual on it.
+    """Return the label of the x axis, a curve, and the position of the individual on it.
 
-    The best score over the generations; for a member of a front, its second objective over the
-    first; for a member of an archive, the scores of all.
+    The curve is the best score over the generations. For a member of a front, it is the second
+    objective over the first; for a member of an archive, the scores of all members.
     """
     member, members = shown.individual.member, shown.members
     if member is None or members is None:
         best = Series("best score", shown.history["generation"], shown.history["best"])
         return "generation", best, shown.generation
-    if members.cells is None:  # in the order of its first objective
+    if members.cells is None:  # a front, sorted by its first objective
         (across, x), (up, y), *_ = members.values.items()
     else:
         across, x = "member", np.arange(1.0, len(members.scores) + 1)

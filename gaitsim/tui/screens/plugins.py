@@ -30,32 +30,40 @@ class Plugins(GaitScreen):
     """A list of plugins and presets, and the highlighted one in full.
 
     Attributes:
-        catalogue: the installed plugins; None until they are loaded.
+        catalogue: installed plugins; None until they are loaded.
     """
 
     SUB_TITLE = "installed"
     CSS_PATH = "plugins.tcss"
-    AUTO_FOCUS = "#installed"  # not the filter, which takes letters
+    AUTO_FOCUS = "#installed"  # not the filter, which would take letters
     HELP_TEXT = """
-Everything that a run is made of comes from installed packages: the bundled ones and any others.
-On the left is what there is, a ✗ before what cannot be used; on the right where it comes from,
-what it is, and its options with their defaults and bounds. / shows only what has all the words
-typed, in its name, kind, package, description or options.
+Bodies, fitness functions, operators and presets come from installed packages, bundled or not. The
+left side lists them, with a ✗ before those that cannot be used. The right side shows the source,
+description and options of the highlighted one, with defaults and bounds. / filters by words in the
+name, kind, package, description or options.
 
-Enter, or a click on the highlighted one, begins a **new run** with a body or a preset. c **checks**
-whether the highlighted plugin keeps its contract, and says what to fix.
+Enter, or a click on the highlighted one, creates a **new run** with a body or a preset. c
+**checks** whether the highlighted plugin fulfils its contract, and lists the errors to fix.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("n", "new", "New run", id="plugins.new", tooltip="A new run with it"),
-        Binding("slash", "filter", "Filter", id="plugins.filter", tooltip="Only those with words"),
-        Binding("c", "check", "Check", id="plugins.check", tooltip="Does it keep its contract?"),
+        Binding("n", "new", "New run", id="plugins.new", tooltip="Create a run with it"),
+        Binding(
+            "slash",
+            "filter",
+            "Filter",
+            id="plugins.filter",
+            tooltip="Show only plugins with these words",
+        ),
+        Binding(
+            "c", "check", "Check", id="plugins.check", tooltip="Check that it fulfils its contract"
+        ),
     ]
 
     def __init__(self) -> None:
         super().__init__()
         self.catalogue: Catalogue | None = None
         self._found: dict[str, Sequence[Entry]] = {}
-        self._reports: dict[tuple[str, str], dict[str, Any] | None] = {}  # None: under way
+        self._reports: dict[tuple[str, str], dict[str, Any] | None] = {}  # None while a check runs
 
     def compose(self) -> ComposeResult:
         yield Header()
@@ -63,11 +71,11 @@ whether the highlighted plugin keeps its contract, and says what to fix.
         with Horizontal():
             yield ChoiceList(id="installed")
             with VerticalScroll(id="plugin"):
-                yield Static("Reading what is installed …", id="about-plugin")
+                yield Static("Loading the plugins …", id="about-plugin")
         yield Footer()
 
     def on_mount(self) -> None:
-        """List the names, which imports nothing; then load all plugins in a thread."""
+        """List the names without imports, then load all plugins in a thread."""
         self.query_one("#filter").display = False
         self._list()
         self._load()
@@ -100,7 +108,7 @@ whether the highlighted plugin keeps its contract, and says what to fix.
             if rows[-1].disabled:
                 rows.pop()
         menu.clear_options()
-        menu.add_options(rows or [Option("Nothing has all these words.", disabled=True)])
+        menu.add_options(rows or [Option("No plugin matches all these words.", disabled=True)])
         kept = chosen is not None and chosen.id in self._found
         menu.highlighted = menu.get_option_index(str(chosen.id)) if kept and chosen else 1
         if not self._found:
@@ -108,7 +116,7 @@ whether the highlighted plugin keeps its contract, and says what to fix.
         self.refresh_bindings()
 
     def _words(self, kind: str, name: str, claims: Sequence[Entry]) -> str:
-        """Return the text in which words are looked for."""
+        """Return the text that the filter searches."""
         told = described(kind, name, self.catalogue) if self.catalogue else ""
         packages = " ".join(claim.source for claim in claims)
         return f"{name} {TITLES[kind]} {NOUNS.get(kind, kind)} {packages} {told}".casefold()
@@ -127,7 +135,7 @@ whether the highlighted plugin keeps its contract, and says what to fix.
         self.query_one("#installed").focus()
 
     def action_back(self) -> None:
-        """Take the filter away first."""
+        """Close the filter if it is open, else go back."""
         box = self.query_one("#filter", Input)
         if box.display:
             box.value, box.display = "", False
@@ -140,7 +148,7 @@ whether the highlighted plugin keeps its contract, and says what to fix.
         return "✗ " if bad else ""
 
     def _chosen(self) -> tuple[str, str] | None:
-        """Return kind and name of the highlighted entry."""
+        """Return the kind and name of the highlighted entry."""
         option = self.query_one("#installed", OptionList).highlighted_option
         if option is None or option.id is None:
             return None
@@ -188,7 +196,7 @@ whether the highlighted plugin keeps its contract, and says what to fix.
             self.gaitsim.open_new(experiment)
 
     def _experiment(self) -> str | None:
-        """Return the preset to begin with for the highlighted entry."""
+        """Return the preset to start from for the highlighted entry."""
         chosen = self._chosen()
         if chosen is None or self.catalogue is None:
             return None

@@ -1,4 +1,4 @@
-"""Small dialogs: a question with two answers or several, and one that takes a line of text."""
+"""Small dialogs: a question with two or more answers, and one answered by a line of text."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import ClassVar
@@ -16,18 +16,18 @@ from gaitsim.render.terminal.text import visible, visible_lines
 
 
 class Confirm(ModalScreen[bool]):
-    """Ask for yes or no; return whether the answer was yes.
+    """Ask a yes-or-no question; return whether the answer was yes.
 
     Args:
-        question: one sentence.
-        yes: the label of the button that agrees, a verb.
-        about: the consequences.
-        danger: whether it cannot be undone; the other button has the focus then.
+        question: question in one sentence.
+        yes: label of the button that agrees, a verb.
+        about: consequences of a yes.
+        danger: whether the action cannot be undone; then "Cancel" has the focus.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("y", "dismiss(True)", "Yes", id="confirm.yes", tooltip="Do it"),
-        Binding("n,escape", "dismiss(False)", "No", id="confirm.no", tooltip="Leave it"),
+        Binding("y", "dismiss(True)", "Yes", id="confirm.yes", tooltip="Confirm"),
+        Binding("n,escape", "dismiss(False)", "No", id="confirm.no", tooltip="Change nothing"),
         Binding("left,right,tab", "app.focus_next", show=False),
     ]
 
@@ -44,7 +44,7 @@ class Confirm(ModalScreen[bool]):
                 yield Button("Cancel", id="no")
 
     def on_mount(self) -> None:
-        """Focus the button that does no harm."""
+        """Focus the safe button."""
         self.query_one("#no" if self._danger else "#yes", Button).focus()
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
@@ -55,13 +55,13 @@ class Choose(ModalScreen[str | None]):
     """Ask a question with several answers; return the key of one, or None.
 
     Args:
-        question: one sentence.
-        answers: labels by their keys; the first has the focus.
-        about: the consequences.
+        question: question in one sentence.
+        answers: labels of the answers by key; the first has the focus.
+        about: consequences of the answers.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="choose.cancel", tooltip="Leave it"),
+        Binding("escape", "dismiss", "Cancel", id="choose.cancel", tooltip="Change nothing"),
         Binding("left", "app.focus_previous", show=False),
         Binding("right", "app.focus_next", show=False),
     ]
@@ -90,17 +90,17 @@ class Choose(ModalScreen[str | None]):
 
 
 class Ask(ModalScreen[str | None]):
-    """Ask for a line, such as the name of a file; return it, or None.
+    """Ask for a line of text, such as a file name; return it, or None.
 
     Args:
-        question: one sentence.
-        value: the text to begin with.
-        check: raises a GaitsimError for an invalid answer.
-        about: more about the question.
+        question: question in one sentence.
+        value: initial text.
+        check: function that raises a GaitsimError for an invalid answer.
+        about: details of the question.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="ask.cancel", tooltip="Leave it"),
+        Binding("escape", "dismiss", "Cancel", id="ask.cancel", tooltip="Change nothing"),
     ]
 
     def __init__(
@@ -115,7 +115,7 @@ class Ask(ModalScreen[str | None]):
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
-            box.border_subtitle = "enter takes it, esc cancels"
+            box.border_subtitle = "enter accepts, esc cancels"
             yield from _heading(self._question, self._about)
             yield Input(self._value, id="answer")
             yield Static(id="ask-problem", classes="problem")

@@ -1,4 +1,4 @@
-"""Replay: the best of any generation as it moves, alone or beside another."""
+"""Replay: any individual of a run in motion, alone or beside another."""
 
 from collections.abc import Iterable, Sequence
 from functools import partial
@@ -37,47 +37,48 @@ _WORDS = {0.25: "¼", 0.5: "½"}
 
 
 class Replay(GaitScreen):
-    """One body, or two that keep step.
+    """One body, or two in synchrony.
 
     Args:
-        run: the folder of a run.
-        which: the first individual to show; None is the champion.
-        beside: another run, or the same.
-        damage: of the bodies of the run, as `--damage` takes it.
+        run: folder of the run.
+        which: first individual to show; None is the champion.
+        beside: folder of the run to show beside it, which may be the same; None for none.
+        damage: damage of the bodies of `run`, in the syntax of `--damage`.
 
     Attributes:
-        panes: one or two.
+        panes: the pane of each body.
     """
 
     HELP_TEXT = """
-The best individual of any generation, or a member of a front or archive, as it moves.
+The best individual of any generation, or a member of a front or archive, in motion.
 
-- **Time** and **generation** have a slider each: drag it, or use the arrow keys when it has the
-  focus; with shift, ten steps at once.
-- **Camera**: drag the body, or use the arrow keys when it has the focus; roll to zoom. *View*
-  goes from the corner to the side, above and the front. *Follow* shows the whole way instead.
-- Filled dots are feet on the ground. Below, a bar is a foot on the ground (Hildebrand 1965).
-  Left and right differ in colour.
-- The bar below the body is a length at the body; the arrow its heading from above, which is up
-  at the start; a body that flies has its altitude at the left.
-- **Go to** shows a generation by its number, **Export** makes plots, videos and gait files of the
-  generation that is shown, **Why** says why it scored. **3D** writes a page that plays what
-  is shown in 3D, one file for any browser, and opens it.
+- **Time** and **generation** each have a slider: drag it, or use the arrow keys when it has the
+  focus; with shift, ten steps at a time.
+- **Camera**: drag the body, or use the arrow keys when it has the focus; scroll to zoom. *View*
+  switches between corner, side, above and front. *Follow* switches to a view of the whole path.
+- Filled dots are feet on the ground. Below the body, bars mark when each foot is on the ground
+  (Hildebrand 1965). Left and right feet differ in colour.
+- The bar below the body is a scale; the arrow is the heading seen from above, upwards at the
+  start. A flying body has its altitude at the left.
+- **Go to** shows a generation by its number. **Export** writes plots, videos and gait files of the
+  generation shown. **Why** explains its score. **3D** writes a page that plays the motion in 3D in
+  any browser, and opens it.
 - **Code** copies a challenge code of the individual: anyone can play it with `gaitsim verify`.
-- **Split** shows a second body: the other run that was asked for, or generation 1 of this one.
-  Both keep step, and share the camera. The generation keys change the one that has the focus.
-- **Members**, where the search keeps a front or an archive: the slider and the generation keys go
-  from member to member, and the curve is the front with the member's place. Again: generations.
-- **Map** shows an archive as a map, from which any gait is a few arrow keys away.
+- **Split** shows a second body: the other run, or generation 1 of this run. Both move in
+  synchrony and share the camera. The generation keys apply to the one that has the focus.
+- **Members**, if the search keeps a front or an archive: the slider and the generation keys step
+  through the members, and the curve shows the member's position on the front. Press it again for
+  generations.
+- **Map** shows the archive as a map, to choose any gait with the arrow keys.
 - ★ is the champion of the run, or the member with the best score.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("space", "play", "Play", id="replay.play", tooltip="Let it move"),
-        Binding("space", "pause", "Pause", id="replay.pause", tooltip="Hold it"),
+        Binding("space", "play", "Play", id="replay.play", tooltip="Play the motion"),
+        Binding("space", "pause", "Pause", id="replay.pause", tooltip="Pause the motion"),
         Binding("comma", "frame(-1)", "Frame", id="replay.frame-back", key_display=",",
                 group=Binding.Group("Frame", compact=True), tooltip="One frame back"),
         Binding("full_stop", "frame(1)", "Frame", id="replay.frame-on", key_display=".",
-                group=Binding.Group("Frame", compact=True), tooltip="One frame on"),
+                group=Binding.Group("Frame", compact=True), tooltip="One frame forward"),
         Binding("left_square_bracket", "generation(-1)", "Generation", key_display="[",
                 id="replay.generation-back",
                 group=Binding.Group("Generation", compact=True),
@@ -85,40 +86,40 @@ The best individual of any generation, or a member of a front or archive, as it 
         Binding("right_square_bracket", "generation(1)", "Generation", key_display="]",
                 id="replay.generation-on",
                 group=Binding.Group("Generation", compact=True),
-                tooltip="One generation or member on"),
+                tooltip="One generation or member forward"),
         Binding("g,colon", "go_to", "Go to", key_display="g", id="replay.go-to",
                 tooltip="A generation or member by its number"),
         Binding("b", "best", "Best", id="replay.best",
                 tooltip="The champion of the run, or the member with the best score"),
         Binding("o", "members", "Members", id="replay.members",
-                tooltip="The front or archive member by member, or the generations again"),
+                tooltip="Step through the front or archive, or the generations"),
         Binding("less_than_sign", "speed(-1)", "Slower", show=False, key_display="<",
-                id="replay.slower", tooltip="At half the speed"),
+                id="replay.slower", tooltip="Halve the speed"),
         Binding("greater_than_sign", "speed(1)", "Faster", show=False, key_display=">",
-                id="replay.faster", tooltip="At twice the speed"),
+                id="replay.faster", tooltip="Double the speed"),
         Binding("v", "camera('next_view')", "View", id="replay.view",
                 tooltip="From the corner, the side, above, or the front"),
         Binding("f", "camera('follow')", "Follow", id="replay.follow",
-                tooltip="Go with the body, or show its whole way"),
+                tooltip="Follow the body, or show its whole path"),
         Binding("plus,equals_sign", "camera('zoom', 1)", "Closer", show=False,
                 id="replay.closer", tooltip="Zoom in"),
         Binding("minus", "camera('zoom', -1)", "Farther", show=False,
                 id="replay.farther", tooltip="Zoom out"),
         Binding("0", "camera('reset')", "Reset view", show=False, id="replay.reset",
-                tooltip="Look as in the beginning"),
+                tooltip="Reset the camera"),
         Binding("m", "measures", "Measures", id="replay.measures",
-                tooltip="Measures, terms and the curve of the best score"),
+                tooltip="Show measures, terms and the curve of the best score"),
         Binding("s", "split", "Split", id="replay.split",
-                tooltip="A second body beside this one, or one alone"),
+                tooltip="Show a second body, or a single one"),
         Binding("M", "map", "Map", id="replay.map",
-                tooltip="The archive as a map, the cursor on this member"),
-        Binding("w", "why", "Why", id="replay.why", tooltip="Why it scored, and which gait it is"),
+                tooltip="Show the archive as a map, with the cursor on this member"),
+        Binding("w", "why", "Why", id="replay.why", tooltip="Explain the score and name the gait"),
         Binding("L", "laboratory", "Laboratory", id="replay.laboratory",
-                tooltip="Remove legs of this body, and adapt its gait"),
+                tooltip="Remove legs from this body and adapt its gait"),
         Binding("B", "browser", "3D", id="replay.browser",
-                tooltip="Play it in 3D in a web browser, from one file"),
+                tooltip="Write a page that plays it in 3D, and open it"),
         Binding("C", "code", "Code", show=False, id="replay.code",
-                tooltip="Copy a challenge code of this individual, which others can verify"),
+                tooltip="Copy a challenge code of this individual for others to verify"),
         Binding("e", "export", "Export", id="replay.export",
                 tooltip="Plots, videos, gait files, … of this generation"),
     ]  # fmt: skip
@@ -163,18 +164,18 @@ The best individual of any generation, or a member of a front or archive, as it 
 
     @property
     def pane(self) -> ReplayPane:
-        """The pane that has the focus, else the first."""
+        """The pane that has the focus, or the first one."""
         inside = self.focused.ancestors if self.focused is not None else []
         return next((pane for pane in self.panes if pane in inside), self.panes[0])
 
     @property
     def leader(self) -> BodyCanvas:
-        """The body that keeps the time: the one that moves longest."""
+        """The body that sets the time: the one with the longest motion."""
         return max((pane.canvas for pane in self.panes), key=lambda canvas: canvas.duration)
 
     @on(ReplayPane.Changed)
     def _changed(self) -> None:
-        """Follow the longest motion and its number of frames."""
+        """Adopt the longest motion and its number of frames."""
         leader = self.leader
         for pane in self.panes:
             canvas = pane.canvas
@@ -211,7 +212,7 @@ The best individual of any generation, or a member of a front or archive, as it 
         self._keep_step()
 
     def _say(self, frame: int) -> str:
-        """Return a frame as the slider shows it."""
+        """Return the slider's text for a frame."""
         leader = self.leader
         if leader.skeleton is None:
             return "–"
@@ -220,12 +221,12 @@ The best individual of any generation, or a member of a front or archive, as it 
         return f"{seconds:6.2f} s  {frame:>{len(str(last))}}/{last}"
 
     def _state(self) -> None:
-        """Show in the title what plays, how fast, and the camera; offer what space does now."""
+        """Show the state, speed and camera in the title, and update the action of space."""
         self.refresh_bindings()
         view = self.panes[0].canvas.view
         sign = "▶" if self._playing else "‖"
         speed = _WORDS.get(self.speed, f"{self.speed:g}")
-        way = "" if view.follow else ", the whole way"
+        way = "" if view.follow else ", whole path"
         self.sub_title = f"replay  {sign} ×{speed}  {view.name or 'turned'}{way}"
 
     # What keys do
@@ -237,12 +238,12 @@ The best individual of any generation, or a member of a front or archive, as it 
         self._play(False)
 
     def _play(self, playing: bool) -> None:
-        if playing != self._playing:  # it checks all keys
+        if playing != self._playing:  # slow: checks all keys
             self._playing = self.leader.playing = playing
             self._state()
 
     def action_frame(self, steps: int) -> None:
-        """Go some frames on, round the ends."""
+        """Move by `steps` frames, wrapping round at the ends."""
         self._play(False)
         leader = self.leader
         leader.show_frame((leader.frame + steps) % max(leader.frames, 1))
@@ -264,7 +265,7 @@ The best individual of any generation, or a member of a front or archive, as it 
 
     @work(group="ask", exclusive=True)
     async def action_go_to(self) -> None:
-        """Ask for a generation's number, and show it."""
+        """Ask for the number of a generation or member, and show it."""
         pane = self.pane
         shown = pane.shown
         if shown is None:
@@ -286,7 +287,7 @@ The best individual of any generation, or a member of a front or archive, as it 
         pane.ask(pane.shown.best_member if pane.shown and on_front else None)
 
     def action_members(self) -> None:
-        """Go from generations to the members, the best first, or back."""
+        """Switch from generations to members, the best first, or back."""
         pane = self.pane
         if pane.shown is not None:
             pane.ask(None if isinstance(pane.which, Member) else pane.shown.best_member)
@@ -299,7 +300,7 @@ The best individual of any generation, or a member of a front or archive, as it 
         own = self.pane
         for pane in self.panes:
             pane.show_measures(not shown)
-        # The arrow keys scroll what was asked for.
+        # The arrow keys scroll the measures while they are shown.
         (self._time if shown else own.numbers).focus()
 
     async def action_split(self) -> None:
@@ -329,7 +330,7 @@ The best individual of any generation, or a member of a front or archive, as it 
         self.gaitsim.open_export(pane.run, pane.which, tuple(others), pane.damage)
 
     def action_browser(self) -> None:
-        """Write a page of the bodies of the run that are shown, and open it in a browser."""
+        """Write a page of the bodies shown, and open it in a browser."""
         pane = self.pane
         same = [one for one in self.panes if (one.run, one.damage) == (pane.run, pane.damage)]
         which = [one.shown.which for one in same if one.shown is not None]
@@ -343,7 +344,7 @@ The best individual of any generation, or a member of a front or archive, as it 
 
     @work(group="code", exclusive=True)
     async def action_code(self) -> None:
-        """Show the challenge code of the individual, and copy it."""
+        """Show the challenge code of the individual and copy it."""
         from gaitsim.tui.screens.codes import show_code
 
         if self.pane.shown is not None:
@@ -354,7 +355,7 @@ The best individual of any generation, or a member of a front or archive, as it 
         self.gaitsim.open_laboratory(pane.run, pane.which)
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """Yield a command for each controller that the individual shown may replace."""
+        """Yield a command for each controller that the individual shown can replace."""
         pane = self.pane
         if pane.shown is None:
             return

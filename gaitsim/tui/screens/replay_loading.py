@@ -1,4 +1,4 @@
-"""Read and move the best of a generation, or a member, for the replay."""
+"""Read and simulate individuals of a run for the replay."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -15,21 +15,21 @@ from gaitsim.individual import Individual, Measurement, Member, Which
 from gaitsim.runs.files.folder import CHECKPOINT
 from gaitsim.runs.snapshot import RunSnapshot
 
-PATIENCE = 2.0  # seconds for which a run that grows is not read again
+PATIENCE = 2.0  # minimum seconds between two reads of an evolving run
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """One generation's best, or a member, ready to be shown.
+    """The best of a generation, or a member, ready to be shown.
 
     Attributes:
-        individual: whose skeleton is worked out.
-        measurements: of its motion; {} where the body fails at that, as it still is shown.
-        last: the run's last generation so far.
-        champion: the generation of the best of all; None where all failed.
-        stage: the number of its stage, and how many there are.
-        history: of the run, by column.
-        members: the front or archive of the run; None where its search keeps none.
+        individual: individual with a computed skeleton.
+        measurements: measures of its motion; {} if the body cannot compute them.
+        last: last generation of the run so far.
+        champion: generation of the champion; None if all individuals failed.
+        stage: number of the individual's stage, and number of stages.
+        history: history of the run by column.
+        members: front or archive of the run; None if its search keeps neither.
     """
 
     individual: Individual
@@ -47,31 +47,31 @@ class Shown:
 
     @property
     def which(self) -> int | Member:
-        """The individual as the run names it."""
+        """The individual's generation or member."""
         return self.individual.member or self.generation
 
     @property
     def best_member(self) -> Member | None:
-        """The member with the best score; None where there are none."""
+        """The member with the best score; None without members."""
         if self.members is None or not len(self.members.scores):
             return None
         return Member(int(np.argmax(self.members.scores)) + 1)
 
     @property
     def best(self) -> int | Member | None:
-        """What a star marks: the best member where one is shown, else the champion."""
+        """The individual that a star marks: the best member for members, else the champion."""
         return self.champion if self.individual.member is None else self.best_member
 
 
 class Loader:
-    """Moves individuals of a run, whose files are read again only when they changed.
+    """Simulates individuals of a run, and re-reads its files only when they have changed.
 
-    So a step costs as much after 20,000 generations as after 1,000.
+    A step therefore costs as much after 20,000 generations as after 1,000.
 
     Args:
-        path: the run's folder.
-        clock: seconds that pass.
-        damage: of the body, as `--damage` takes it.
+        path: folder of the run.
+        clock: function that returns the time in seconds.
+        damage: damage of the body, in the syntax of `--damage`.
     """
 
     def __init__(
@@ -86,11 +86,11 @@ class Loader:
         self._read = 0.0
 
     def load(self, which: Which) -> Shown:
-        """Move the best of a generation, or of all, or a member.
+        """Simulate the best of a generation, the champion, or a member.
 
         Raises:
-            GaitsimError: there is none, the run is damaged, or the body cannot be drawn; an
-                OSError is raised as one.
+            GaitsimError: the individual does not exist, a file cannot be read, the run is
+                damaged, or the body cannot be drawn.
         """
         try:
             run = self._snapshot(which if isinstance(which, int) else 1)
@@ -103,7 +103,7 @@ class Loader:
             raise
 
     def _snapshot(self, generation: int) -> RunSnapshot:
-        """Return the run as it was read, or read it if it changed."""
+        """Return the run as last read, or re-read it if it has changed."""
         try:
             found = (self._path / CHECKPOINT).stat()
             state: tuple[int, ...] = found.st_ino, found.st_size, found.st_mtime_ns
@@ -121,16 +121,17 @@ class Loader:
 
 
 def shown_of(run: RunSnapshot, which: Which, damage: Sequence[str] = ()) -> Shown:
-    """Move an individual of a run as it was read, on its damaged body if there is damage.
+    """Simulate an individual of a run, with damage to its body if given.
 
     Raises:
-        GaitsimError: there is none, the run is damaged, or the body cannot be drawn.
+        GaitsimError: the individual does not exist, the run is damaged, or the body cannot be
+            drawn.
         OSError: a file cannot be read.
     """
     found = run.individual(which)
     if damage:
         found = with_damage(found, damage)
-    _ = found.skeleton  # here, as it takes long
+    _ = found.skeleton  # computed here, as it takes long
     return Shown(
         individual=found,
         measurements=_measured(found),

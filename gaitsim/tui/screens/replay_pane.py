@@ -1,4 +1,4 @@
-"""One run in the replay: its body, feet, measures, and the individual that is shown."""
+"""A run in the replay: the body, footfalls and measures of one individual."""
 
 import asyncio
 from collections.abc import Iterator, Sequence
@@ -24,29 +24,29 @@ from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
 
-ROOMY = 110  # columns of a pane from which measures stand beside the body
-WORDY = 48  # columns from which its title says what the numbers are
-BESIDE = 64  # columns from which measures, where asked for, leave room for the body
-TALL, HIGH = 16, 28  # rows beside the body from which the curve has room, and much room
+ROOMY = 110  # minimum columns of a pane that shows measures by default
+WORDY = 48  # minimum columns for names of the numbers in the title
+BESIDE = 64  # minimum columns for measures beside the body rather than in its place
+TALL, HIGH = 16, 28  # minimum rows for the curve, and for a higher curve
 WIDTH = 39  # columns of the measures beside the body
-UNIT = 8  # columns of a unit, at most
+UNIT = 8  # maximum columns of a unit
 
 
 class ReplayPane(Vertical):
-    """A body of a run; another generation's best, or another member, can be chosen.
+    """An individual of a run in motion, with a slider to choose another.
 
-    Of the individuals asked for while another one is being read, only the last is read after it.
+    Of several individuals requested while one is being read, only the last is read next.
 
     Args:
-        run: its folder.
-        which: to begin with; None is the champion.
-        damage: of the body, as `--damage` takes it.
+        run: folder of the run.
+        which: first individual; None is the champion.
+        damage: damage of the body, in the syntax of `--damage`.
 
     Attributes:
-        shown: the individual; None where there is none yet, or a problem.
-        which: the individual that is shown or asked for; None is the champion.
-        loading_now: whether one is being read.
-        numbers: scrolls the measures and terms.
+        shown: individual shown; None before the first one, or after a problem.
+        which: individual shown or requested; None is the champion.
+        loading_now: whether an individual is being read.
+        numbers: scrollable list of measures and terms.
     """
 
     DEFAULT_CSS = """
@@ -67,7 +67,7 @@ class ReplayPane(Vertical):
     """
 
     class Changed(Message):
-        """Another body is shown, or the reason why there is none."""
+        """Posted when another body, or a problem, is shown."""
 
     def __init__(
         self, run: Path, which: Which = None, damage: Sequence[str] = (), **settings: Any
@@ -107,7 +107,7 @@ class ReplayPane(Vertical):
         self.ask(self.which)
 
     def ask(self, which: Which) -> None:
-        """Show another individual as soon as it can be; None is the champion of all."""
+        """Request another individual; None is the champion."""
         if self.shown is not None and which is not None:
             which = numbered(which, min(max(number_of(which), 1), last_of(self.shown, which)))
         self.which = which
@@ -121,13 +121,13 @@ class ReplayPane(Vertical):
 
     @work(group="replay")
     async def _load(self, asked: Which) -> None:
-        """Show an individual, then the one asked for meanwhile."""
+        """Show an individual, then the one requested in the meantime."""
         while self.loading_now:
             try:
                 shown = await asyncio.to_thread(self._loader.load, asked)
             except GaitsimError as error:
                 self._fail(error)
-            except Exception as error:  # shown as well, rather than ending the app
+            except Exception as error:  # shown too, instead of ending the app
                 self._fail(_unexpected(error))
             else:
                 self._show(shown)
@@ -149,7 +149,7 @@ class ReplayPane(Vertical):
         self.post_message(self.Changed())
 
     def _slide(self, which: int | Member) -> None:
-        """Let the slider run over generations or members, and show this one."""
+        """Set the slider's range to the generations or members, and its value to this one."""
         self.slider.label = "generation" if isinstance(which, int) else "member    "
         if self.shown is not None:
             self.slider.set_range(1, last_of(self.shown, which))
@@ -163,7 +163,7 @@ class ReplayPane(Vertical):
         self.post_message(self.Changed())
 
     def show_frame_of(self, seconds: float) -> None:
-        """Show a moment, or the last one before it."""
+        """Show the frame at a time, at most that of the last frame."""
         self.canvas.seconds = min(seconds, self.canvas.duration)
         self.feet.frame = self.canvas.frame
 
@@ -193,7 +193,7 @@ class ReplayPane(Vertical):
 
     @property
     def _wanted(self) -> str:
-        """What is read, in words."""
+        """The requested individual in words."""
         return in_words(self.which)
 
     def show_measures(self, wanted: bool) -> None:
@@ -224,7 +224,7 @@ class ReplayPane(Vertical):
         self._list()
 
     def _list(self) -> None:
-        """List the measures and terms, as wide as there is room."""
+        """List the measures and terms in the available width."""
         shown = self.shown
         if shown is None:
             return
@@ -245,7 +245,7 @@ class ReplayPane(Vertical):
 
 
 def number_lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator[str]:
-    """Yield lines of a name, a number and its unit, each below the other, so many cells wide."""
+    """Yield aligned lines of a name, a number and its unit, `width` cells wide."""
     numbers = [number(value, 4) for _, value, _ in rows]
     units = [clip(unit, UNIT) for _, _, unit in rows]
     wide, unit = max(map(len, numbers)), max(map(cell_len, units))
@@ -256,6 +256,6 @@ def number_lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator
 
 def _unexpected(error: Exception) -> GaitsimError:
     return GaitsimError(
-        f"this could not be shown: {type(error).__name__}: {error}",
-        remedy="report it to the authors of gaitsim, with what you did",
+        f"the individual cannot be shown: {type(error).__name__}: {error}",
+        remedy="report it to the authors of gaitsim, with the steps that led to it",
     )

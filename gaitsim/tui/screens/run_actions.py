@@ -1,4 +1,4 @@
-"""What home does with runs: open, replay, compare, make files, delete, rename, annotate, stop."""
+"""Actions on runs: open, replay, compare, export, delete, rename, annotate and stop."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -16,36 +16,44 @@ if TYPE_CHECKING:
     from gaitsim.runs.overview import Overview
 
 T = TypeVar("T")
-LISTED = 12  # number of runs that a question names
+LISTED = 12  # maximum number of runs that a question names
 
 
 class RunActions(GaitScreen):
-    """A screen with a list of runs, of which one is under the cursor and some may be marked.
+    """A screen with a list of runs, one under the cursor and some marked.
 
     Attributes:
-        moving: whether the folder of a run is getting another name.
+        moving: whether a run is being renamed.
     """
 
     moving = False
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("n", "new", "New", id="home.new", tooltip="Assemble a new run"),
-        Binding("r", "replay", "Replay", id="home.replay", tooltip="See champions move"),
+        Binding("n", "new", "New", id="home.new", tooltip="Create a new run"),
+        Binding("r", "replay", "Replay", id="home.replay", tooltip="Watch champions move"),
         Binding("c", "compare", "Compare", id="home.compare", tooltip="Compare the marked runs"),
         Binding("e", "export", "Export", id="home.export", tooltip="Gait files, plots, videos"),
-        Binding("slash", "filter", "Filter", id="home.filter", tooltip="Only runs with words"),
-        Binding("d,delete", "delete", "Delete", id="home.delete", tooltip="For good, after asking"),
-        Binding("x", "stop", "Stop", id="home.stop", tooltip="Save it, and stop it"),
-        Binding("N", "note", "Note", id="home.note", tooltip="A text kept with the run"),
-        Binding("R", "rename", "Rename", id="home.rename", tooltip="Give it another name"),
-        Binding("f", "files", "Files", id="home.files", tooltip="What was made of it"),
-        Binding("w", "why", "Why", id="home.why", tooltip="Why the champion scored"),
+        Binding(
+            "slash", "filter", "Filter", id="home.filter", tooltip="Show only runs with these words"
+        ),
+        Binding(
+            "d,delete",
+            "delete",
+            "Delete",
+            id="home.delete",
+            tooltip="Permanently, after a question",
+        ),
+        Binding("x", "stop", "Stop", id="home.stop", tooltip="Save the run and stop it"),
+        Binding("N", "note", "Note", id="home.note", tooltip="A text stored with the run"),
+        Binding("R", "rename", "Rename", id="home.rename", tooltip="Rename the run"),
+        Binding("f", "files", "Files", id="home.files", tooltip="Files exported from the run"),
+        Binding("w", "why", "Why", id="home.why", tooltip="Explain the champion's score"),
         Binding(
             "L",
             "laboratory",
             "Laboratory",
             id="home.laboratory",
-            tooltip="Remove legs of its body, and adapt its gait",
+            tooltip="Remove legs from its body and adapt its gait",
         ),
         Binding("M", "map", "Map", show=False, id="home.map", tooltip="The archive as a map"),
         Binding(
@@ -54,9 +62,9 @@ class RunActions(GaitScreen):
             "Gallery",
             show=False,
             id="home.gallery",
-            tooltip="A site of all runs here, for browsers",
+            tooltip="Write a web site of all runs here",
         ),
-        Binding("p", "plugins", "Plugins", id="home.plugins", tooltip="What is installed"),
+        Binding("p", "plugins", "Plugins", id="home.plugins", tooltip="List installed plugins"),
     ]
 
     def current(self) -> "Overview | None":
@@ -68,11 +76,11 @@ class RunActions(GaitScreen):
         raise NotImplementedError
 
     def changed(self, old: Path, new: Path) -> None:
-        """Show the runs anew, after one was changed or moved."""
+        """Refresh the runs after one was changed or moved."""
         raise NotImplementedError
 
     def _chosen(self) -> "list[Overview]":
-        """Return the marked runs, or else the one under the cursor."""
+        """Return the marked runs, or the one under the cursor if none is marked."""
         run = self.current()
         return self.marked() or ([run] if run is not None else [])
 
@@ -83,22 +91,22 @@ class RunActions(GaitScreen):
             *("map", "note", "rename", "files"),
         )
         if action in (*needs_run, "delete", "stop") and not chosen:
-            return "There is no run here; n assembles one."
+            return "There is no run here; press n to create one."
         match action:
             case "delete" if all(one.evolves for one in chosen):
-                return "It evolves; stop it first, with x."
+                return "The run is evolving; press x to stop it first."
             case "stop" if not any(one.evolves for one in chosen):
-                return "It does not evolve now."
+                return "The run is not evolving."
             case "rename" if run is not None and run.evolves:
-                return "It evolves; stop it first, with x."
+                return "The run is evolving; press x to stop it first."
             case "replay" | "why" | "export" | "map" | "laboratory" if (
                 run and run.problem is not None
             ):
-                return "It cannot be read; the lines below the list say why."
+                return "The run cannot be read; see the reason below the list."
             case "replay" | "why" | "export" | "map" | "laboratory" if run and run.generation == 0:
-                return "It has no generation yet; open it, and let it evolve."
+                return "The run has no generation yet; open it and let it evolve."
             case "compare" if len(self.marked()) < 2:
-                return "Mark two or more runs first, with space."
+                return "Mark two or more runs with space first."
         return super().obstacle(action)
 
     @on(DataTable.RowSelected)
@@ -149,7 +157,7 @@ class RunActions(GaitScreen):
 
     @work(group="ask")
     async def action_delete(self) -> None:
-        """Delete runs after one question that names them; those that evolve stay."""
+        """Delete runs after a question that names them; keep those that are evolving."""
         from gaitsim.runs.removal import delete_run
         from gaitsim.tui.screens.questions import Confirm
 
@@ -159,9 +167,9 @@ class RunActions(GaitScreen):
             return
         one = len(gone) == 1
         about = str(gone[0].path) if one else _names([run.name for run in gone])
-        about += "\nChampions, exports and notes go with them. This cannot be undone."
+        about += "\nTheir champions, exports and notes are deleted too. This cannot be undone."
         if stay:
-            about += f"\n\nThese evolve, and are kept: {_names(stay)}. Stop them first, with x."
+            about += f"\n\nStill evolving, and kept: {_names(stay)}. Press x to stop them first."
         what = f"the run {gone[0].name}" if one else f"{len(gone)} runs"
         question = Confirm(f"Delete {what}?", "Delete", about, danger=True)
         if await self.app.push_screen_wait(question):
@@ -183,8 +191,8 @@ class RunActions(GaitScreen):
             if name != path.name:
                 check_name(path, name)
 
-        about = f"It is the name of its folder in {path.parent}."
-        question = Ask(f"A new name for the run {path.name}", path.name, check, about)
+        about = f"This renames its folder in {path.parent}."
+        question = Ask(f"New name of the run {path.name}", path.name, check, about)
         name = await self.app.push_screen_wait(question)
         if name is not None and name != path.name:
             self.moving = True
@@ -209,13 +217,11 @@ class RunActions(GaitScreen):
 
     @work(group="ask")
     async def action_gallery(self) -> None:
-        """Make a site of all runs in the folder."""
+        """Write a web site of all runs in the folder."""
         from gaitsim.tui.screens.questions import Ask
 
-        about = (
-            "A card for each run, and a page that plays it. A gallery that is there is replaced."
-        )
-        question = Ask("The folder of the gallery", "site", about=about)
+        about = "A card for each run, and a page that plays it. An existing gallery is replaced."
+        question = Ask("Folder of the gallery", "site", about=about)
         out = await self.app.push_screen_wait(question)
         if out is not None:
             folder = str(self.gaitsim.folder)
@@ -233,7 +239,7 @@ class RunActions(GaitScreen):
             self.changed(run.path, run.path)
 
     async def _try(self, do: Callable[..., T], *arguments: object) -> T | None:
-        """Call a function in a thread; show the error that it ends with."""
+        """Call a function in a thread; show its error and return None if it fails."""
         try:
             return await asyncio.to_thread(do, *arguments)
         except GaitsimError as error:
@@ -242,6 +248,6 @@ class RunActions(GaitScreen):
 
 
 def _names(names: Sequence[str]) -> str:
-    """Return names as a list of words, the last ones as a number if there are many."""
+    """Return names as a list in words; of many, the rest as a number."""
     shown = ", ".join(names[:LISTED])
     return shown if len(names) <= LISTED else f"{shown} and {len(names) - LISTED} more"

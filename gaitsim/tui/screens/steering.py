@@ -1,4 +1,4 @@
-"""Steering: a body under the user's command, in real time."""
+"""Steering: a body that the user controls in real time."""
 
 import time
 from collections.abc import Callable
@@ -24,8 +24,8 @@ from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.steered_body import PathPlan, SteeredBody
 
 FPS = 20
-EVERY = 4  # pictures between two of the curve and the plan
-BAR = 10  # cells of a whole share
+EVERY = 4  # frames per update of the curve and the plan
+BAR = 10  # cells of a full bar
 SIGNS = {"up": "↑", "down": "↓", "left": "←", "right": "→", "space": "␣"}
 
 
@@ -33,34 +33,34 @@ class Steering(GaitScreen):
     """A body that the arrow keys and space steer.
 
     Args:
-        load: returns the body at its start; called in a thread.
-        line: the command line that does the same.
-        clock: seconds that pass, for tests.
+        load: function that returns the body at its start; called in a thread.
+        line: equivalent command line.
+        clock: function that returns the time in seconds, for tests.
 
     Attributes:
-        drive: the body; None until it is loaded.
-        paused: whether it waits.
+        drive: simulated body; None until it is loaded.
+        paused: whether the simulation is paused.
     """
 
     HELP_TEXT = """
-Fly a body yourself. Each command has a controller of its own, a network that evolution trained for
-it; an arrow key or space chooses which one is in command, and the others fade out.
+Fly a body yourself. Each command has its own controller, a network that evolution trained for it.
+The arrow keys and space choose the controller in command; the others fade out.
 
-- A command **holds until the next key**, as terminals do not tell when a key is released. The key
-  of the first command returns to it.
-- The bars are how much each controller has of the command now.
-- The flight ends on the ground. **Restart** begins again, **Pause** waits.
-- **View** goes from behind to the side and above; the camera turns with the body. + and − zoom.
-- The plan shows the way from above, the heading at the start upwards; the curve is the altitude.
+- A command **holds until the next key**, as terminals do not report when a key is released. The
+  key of the first command returns to it.
+- The bars show the current share of each controller.
+- The flight ends on the ground. **Restart** returns to the start, **Pause** stops the time.
+- **View** switches between behind, side and above; the camera turns with the body. + and − zoom.
+- The plan shows the path from above, with the initial heading upwards; the curve is the altitude.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         *(
             Binding(key, f"command('{key}')", f"Command {sign}", show=False,
-                    id=f"steering.{key}", tooltip="Let the controller of this key take over")
+                    id=f"steering.{key}", tooltip="Switch to the controller of this key")
             for key, sign in SIGNS.items()
         ),
-        Binding("r", "restart", "Restart", id="steering.restart", tooltip="Begin at the start"),
-        Binding("p", "pause", "Pause", id="steering.pause", tooltip="Wait, or go on"),
+        Binding("r", "restart", "Restart", id="steering.restart", tooltip="Return to the start"),
+        Binding("p", "pause", "Pause", id="steering.pause", tooltip="Pause or resume"),
         Binding("v", "view", "View", id="steering.view",
                 tooltip="From behind, the side, or above"),
         Binding("plus,equals_sign", "zoom(1)", "Closer", show=False, id="steering.closer",
@@ -68,7 +68,7 @@ it; an arrow key or space chooses which one is in command, and the others fade o
         Binding("minus", "zoom(-1)", "Farther", show=False, id="steering.farther",
                 tooltip="Zoom out"),
         Binding("h", "app.help", "Help", show=False, id="steering.help",
-                tooltip="What this screen can do"),
+                tooltip="Help on this screen"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Steering {
@@ -125,7 +125,7 @@ it; an arrow key or space chooses which one is in command, and the others fade o
         self.set_interval(1 / FPS, self._tick)
 
     def _begin(self) -> None:
-        """Count the time from now."""
+        """Restart the clock."""
         self._then, self._elapsed, self.paused = self._clock(), 0.0, False
         self._pictures, self._altitudes = 0, []
         self.body.look_ahead()
@@ -133,7 +133,7 @@ it; an arrow key or space chooses which one is in command, and the others fade o
         self._say()
 
     def _tick(self) -> None:
-        """Simulate what the clock says has passed, and show how it is then."""
+        """Simulate up to the time of the clock, and show the result."""
         now = self._clock()
         passed, self._then = now - self._then, now
         drive = self.drive
@@ -154,7 +154,7 @@ it; an arrow key or space chooses which one is in command, and the others fade o
 
     def _show(self) -> None:
         drive = self.drive
-        assert drive is not None, "it is shown once it is loaded"
+        assert drive is not None, "shown only after loading"
         turned = drive.turned
         self._turned = self._turned if turned is None else turned
         self._altitudes.append((drive.seconds, drive.altitude))
@@ -164,22 +164,22 @@ it; an arrow key or space chooses which one is in command, and the others fade o
             self.plan.show(drive, self._turned)
             seconds, altitudes = np.array(self._altitudes).T
             if not self.curve.series:
-                self.curve.forget_styles()  # they are one for each curve
+                self.curve.forget_styles()  # one style per curve
             self.curve.series = (Series("altitude, m", seconds, altitudes),)
             self.curve.redraw()
         self._pictures += 1
 
     def _say(self) -> None:
-        """Show how keys are taken, or why the flight has ended."""
+        """Show how keys act, or why the flight has ended."""
         drive = self.drive
-        assert drive is not None, "there is something to say once it is loaded"
+        assert drive is not None, "shown only after loading"
         said = self.query_one("#steering-said", Static)
         key = SIGNS[drive.commands[0].key]
         if drive.ending:
             best = f" Best: {self._best:.1f} s." if self._best > drive.seconds else ""
-            words = Text(visible_lines(f"{drive.ending}{best} r begins again."), "bold")
+            words = Text(visible_lines(f"{drive.ending}{best} Press r to restart."), "bold")
         elif self.paused:
-            words = Text("Paused. p goes on.", "bold")
+            words = Text("Paused. Press p to continue.", "bold")
         else:
             words = Text(
                 "A command holds until the next key; "
@@ -190,13 +190,13 @@ it; an arrow key or space chooses which one is in command, and the others fade o
 
     def action_command(self, key: str) -> None:
         drive = self.drive
-        assert drive is not None, "commands are offered once it is loaded"
+        assert drive is not None, "commands are available after loading"
         drive.choose(next(command.name for command in drive.commands if command.key == key))
         self._show()
 
     def action_restart(self) -> None:
         drive = self.drive
-        assert drive is not None, "this is offered once it is loaded"
+        assert drive is not None, "available after loading"
         self._best = max(self._best, drive.seconds)
         try:
             drive.restart()
@@ -216,7 +216,7 @@ it; an arrow key or space chooses which one is in command, and the others fade o
         self.body.closer(steps)
 
     def action_back(self) -> None:
-        """Go back, or end where it is the only screen."""
+        """Go back, or quit if this is the only screen."""
         if len(self.app.screen_stack) > 1:
             super().action_back()
         else:
@@ -241,7 +241,7 @@ it; an arrow key or space chooses which one is in command, and the others fade o
 
 
 def _facts(drive: Drive, turned: float) -> Text:
-    """Return altitude, speeds, heading, time, and each command with its share."""
+    """Return the time, altitude, speeds, heading, and each command with its share."""
     ahead, up = float(np.hypot(*drive.velocity[:2])), float(drive.velocity[2])
     text = Text(no_wrap=True)
     for name, value in (

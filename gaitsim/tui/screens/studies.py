@@ -1,4 +1,4 @@
-"""Studies and comparisons over repeats: begun, followed, stopped, continued."""
+"""Studies and comparisons over repeats: start, follow, stop and continue them."""
 
 import shlex
 from pathlib import Path
@@ -25,37 +25,39 @@ from gaitsim.tui.widgets.file_table import OpenTable
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
-EVERY = 1.0  # seconds between two looks at the folders
+EVERY = 1.0  # seconds between two scans of the folders
 STATES = {
     "running": ("● running", "success"),
     "stopped": ("■ stopped", "warning"),
     "finished": ("✓ finished", "primary"),
     "damaged": ("✗ damaged", "error"),
 }
-COLUMNS = {"kind": 10, "state": 10, "done": BAR + 12, "changed": 7}  # and the name, in the rest
-LEAST = 12  # columns of a name
+COLUMNS = {"kind": 10, "state": 10, "done": BAR + 12, "changed": 7}  # the name takes the rest
+LEAST = 12  # minimum columns of a name
 
 
 class Studies(GaitScreen):
-    """The folders of studies and comparisons, and what they have come to."""
+    """The folders of studies and comparisons, with their progress."""
 
     SUB_TITLE = "studies and comparisons"
     HELP_TEXT = """
-One run says little about an option: these repeat experiments, from different random populations.
+One run says little about an option. Studies and comparisons repeat experiments from different
+random populations.
 
-- A **study** sweeps options over ranges: a table of every combination, surfaces, and the cheapest
-  that reaches a target. Stopped, it keeps the finished cells and can be **continued**.
-- A **comparison** sets experiments against each other: medians with intervals, tests of every
-  pair with effect sizes, how often and how soon a target is reached. Stopped, it leaves nothing.
+- A **study** sweeps options over ranges: a table of all combinations, surfaces, and the cheapest
+  combination that reaches a target. A stopped study keeps its finished cells and can be
+  **continued**.
+- A **comparison** compares experiments: medians with intervals, tests of each pair with effect
+  sizes, how often and how soon a target is reached. A stopped comparison keeps nothing.
 
-Both run in the background. **Open** shows tables, intervals, tests, and the files.
+Both run in the background. **Open** shows tables, intervals, tests and files.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("n", "sweep", "New study", id="studies.new", tooltip="Sweep options over ranges"),
         Binding("c", "compare", "New comparison", id="studies.compare",
-                tooltip="Set experiments against each other"),
-        Binding("g", "continue", "Continue", id="studies.continue", tooltip="Run the other cells"),
-        Binding("x", "stop", "Stop", id="studies.stop", tooltip="Stop it; a study keeps its cells"),
+                tooltip="Compare experiments over repeats"),
+        Binding("g", "continue", "Continue", id="studies.continue", tooltip="Run remaining cells"),
+        Binding("x", "stop", "Stop", id="studies.stop", tooltip="A study keeps finished cells"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Studies {
@@ -77,7 +79,7 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
         yield Footer()
 
     def on_mount(self) -> None:
-        """Look at the folders, now and every second."""
+        """Scan the folders, now and every second."""
         table = self.query_one(DataTable)
         for name, width in COLUMNS.items():
             table.add_column(name, key=name, width=width)
@@ -92,9 +94,9 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
 
     @work(group="look")
     async def look(self) -> None:
-        """Show the folders as they are now."""
+        """Scan the folders and show them."""
         said = (
-            "No study or comparison is in studies/ or comparisons/ of this folder yet.\n\n"
+            "This folder has no studies/ or comparisons/ yet.\n\n"
             "Press n to sweep options, c to compare experiments; or in a terminal:\n"
             "gaitsim study millipede-operators"
         )
@@ -106,7 +108,7 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
         self._fill()
 
     def on_task_changed(self, event: TaskChanged) -> None:
-        """Show the progress of a task, and what it has written."""
+        """Show the progress of a task and the files that it has written."""
         self._fill()
         if not event.task.running:
             self._look_again()
@@ -162,7 +164,7 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
 
     @on(DataTable.RowHighlighted)
     def _show(self) -> None:
-        """Show more of the highlighted folder."""
+        """Show details of the highlighted folder."""
         one = self._chosen()
         panel = self.query_one("#study-about", Static)
         panel.display = one is not None
@@ -178,7 +180,7 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
         elif task is not None and task.running:
             lines.append(Text(task.progress or "Preparing", "dim"))
         elif one.kind == "comparison" and one.state == "stopped":
-            lines.append(Text("It was ended before its report, and has to be begun again.", "dim"))
+            lines.append(Text("It ended before its report was written; start it again.", "dim"))
         lines.append(Text(f"$ {visible(self.command_line())}", colours["secondary"]))
         panel.update(Text("\n").join(lines))
         self.refresh_bindings()
@@ -192,7 +194,7 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
         return "" if one is None else str(one.path)
 
     def _job(self, folder: Path) -> Task | None:
-        """Return the latest task of this app that works, or worked, in a folder."""
+        """Return the app's latest task in a folder, running or finished."""
         found = [
             task
             for task in self.gaitsim.tasks.all
@@ -203,7 +205,7 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
     @on(DataTable.RowSelected)
     def action_open(self) -> None:
         one = self._chosen()
-        if one is not None and self.is_active:  # a double click is two of them
+        if one is not None and self.is_active:  # a double click arrives twice
             self.app.push_screen(StudyResults(one.path, self.command_line()))
 
     @work(group="ask")

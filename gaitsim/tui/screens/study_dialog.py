@@ -1,4 +1,4 @@
-"""Begin a study, or a comparison of experiments over repeats."""
+"""Start a study, or a comparison of experiments over repeats."""
 
 import asyncio
 import shlex
@@ -30,17 +30,17 @@ from gaitsim.tui.widgets.form import Field
 class Sweep(Settings):
     """The options of `gaitsim study`."""
 
-    study: Annotated[str, Declared(description="A bundled study, or a TOML file of your own.")] = ""
-    workers: Annotated[int | None, Declared(ge=1, description="Processes. None: one a core.")] = (
+    study: Annotated[str, Declared(description="Name of a bundled study, or a TOML file.")] = ""
+    workers: Annotated[int | None, Declared(ge=1, description="Processes. None: one per core.")] = (
         None
     )
 
     def words(self, run: Path) -> list[str]:
-        """Return study and options."""
+        """Return the study and the options."""
         return [self.study, *self._flags("study")]
 
     def folder(self) -> Path:
-        """Return the folder to write, after a check.
+        """Check the request and return the folder to write.
 
         Raises:
             GaitsimError: the study has problems.
@@ -56,34 +56,34 @@ class Contest(Settings):
     """The options of `gaitsim compare`."""
 
     experiments: Annotated[
-        str, Declared(description="Two or more presets or files, with spaces.")
+        str, Declared(description="Two or more presets or files, separated by spaces.")
     ] = ""
-    repeats: Annotated[int, Declared(ge=2, le=100_000, description="Of each experiment.")] = 30
+    repeats: Annotated[int, Declared(ge=2, le=100_000, description="Number per experiment.")] = 30
     evaluations: Annotated[
         int | None,
-        Declared(ge=1, description="Of each repeat. None: those of the shortest experiment."),
+        Declared(ge=1, description="Number per repeat. None: that of the shortest experiment."),
     ] = None
     generations: Annotated[
-        int | None, Declared(ge=1, description="Of each repeat, instead of evaluations.")
+        int | None, Declared(ge=1, description="Number per repeat, instead of evaluations.")
     ] = None
     population: Annotated[int | None, Declared(ge=1, description="None: as in the experiment.")] = (
         None
     )
     targets: Annotated[
         str | None,
-        Declared(description="Scores to reach, as 1.5,2. None: quartiles of all."),
+        Declared(description="Scores to reach, such as 1.5,2. None: quartiles of all scores."),
     ] = None
-    format: Annotated[PlotFormat, Declared(description="Of the figures.")] = "png"
-    workers: Annotated[int | None, Declared(ge=1, description="Processes. None: one a core.")] = (
+    format: Annotated[PlotFormat, Declared(description="File format of the figures.")] = "png"
+    workers: Annotated[int | None, Declared(ge=1, description="Processes. None: one per core.")] = (
         None
     )
 
     def words(self, run: Path) -> list[str]:
-        """Return experiments and options."""
+        """Return the experiments and the options."""
         return [*split_words(self.experiments), *self._flags("experiments")]
 
     def folder(self) -> Path:
-        """Return the folder to write, after a check.
+        """Check the request and return the folder to write.
 
         Raises:
             GaitsimError: an experiment has problems.
@@ -108,12 +108,12 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
 
     Args:
         product: `SWEEP` or `COMPARISON`.
-        texts: what stands in the fields at first, by option.
+        texts: initial texts of the fields by option.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="study.cancel", tooltip="Begin nothing"),
-        Binding("ctrl+r", "begin", "Begin", id="study.begin", tooltip="Begin, from any field"),
+        Binding("escape", "dismiss", "Cancel", id="study.cancel", tooltip="Start nothing"),
+        Binding("ctrl+r", "begin", "Start", id="study.begin", tooltip="Start, from any field"),
     ]
     DEFAULT_CSS = """
     StudyDialog {
@@ -129,7 +129,7 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_title = self._product.title
-            box.border_subtitle = "ctrl-r or enter begins it · esc cancels"
+            box.border_subtitle = "ctrl-r or enter starts it · esc cancels"
             if self._product is SWEEP:
                 known = ", ".join(entries(STUDIES))
                 yield Static(Text(visible(f"Bundled: {known}")), classes="dialog-about")
@@ -140,14 +140,14 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
             yield Static(id="study-problem", classes="problem")
             yield Static(id="study-command", classes="command")
             with Horizontal(classes="dialog-buttons"):
-                yield Button("Begin", variant="primary", compact=True, id="begin")
+                yield Button("Start", variant="primary", compact=True, id="begin")
                 yield Button("Cancel", compact=True, id="cancel")
 
     def on_mount(self) -> None:
         self._show()
 
     def _read(self, *, marked: bool = False) -> Any:
-        """Return the options; None where some are wrong, which are marked if asked for."""
+        """Return the options, or None if some are invalid; with `marked`, mark those."""
         found, problems = self._product.read(self._texts)
         for field in self.query(Field):
             if marked or field.option.key not in problems:
@@ -179,7 +179,7 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
 
     @work(exclusive=True, group="begin")
     async def _begin(self) -> None:
-        """Return the arguments if the experiments have no problem."""
+        """Close with the arguments if the experiments are valid."""
         found = self._read(marked=True)
         if found is None:
             self.app.bell()

@@ -30,20 +30,20 @@ class StudyResults(GaitScreen):
     """The report, tables and files in a folder.
 
     Args:
-        folder: of a study or a comparison.
-        line: the command line that writes or shows it.
+        folder: folder of a study or a comparison.
+        line: command line that writes or shows it.
     """
 
     HELP_TEXT = """
-What a study or a comparison found: medians and means with 95 % intervals, quartiles, tests of every
-pair with effect sizes, successes, and the paragraph for the methods section of a paper.
+The results of a study or a comparison: medians and means with 95 % intervals, quartiles, tests of
+each pair with effect sizes, successes, and a paragraph for the methods section of a paper.
 
-Tab goes from table to table, the arrows scroll one that is wider than the screen. The files,
-report, table and figures, stand at the end: Enter, or a click on the highlighted one, **opens** it
-with your system's program for it.
+Tab moves between tables; the arrow keys scroll a table that is wider than the screen. The files
+(report, table and figures) are listed at the end: Enter, or a click on the highlighted file,
+**opens** it with your system's default program.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("f", "files", "Files", id="results.files", tooltip="Go to the files"),
+        Binding("f", "files", "Files", id="results.files", tooltip="Jump to the files"),
         Binding("p", "copy_path", "Copy path", id="results.copy", tooltip="Copy the file's path"),
     ]
     DEFAULT_CSS = """
@@ -70,13 +70,13 @@ with your system's program for it.
         self.look()
 
     def on_task_changed(self, event: TaskChanged) -> None:
-        """Show what a task has written."""
+        """Show the files that a task has written."""
         if not event.task.running and str(self._folder) in event.task.arguments:
             self.look()
 
     @work(group="look", exclusive=True)
     async def look(self) -> None:
-        """Read the folder, and show what is in it."""
+        """Read the folder and show its contents."""
         parts: list[Widget] = []
         try:
             found = await self.in_thread(sections, self._folder)
@@ -86,8 +86,8 @@ with your system's program for it.
         for section in found:
             parts += _widgets(section)
         if not parts:
-            said = "There is no result yet: the report is written at the end."
-            parts.append(Static(said, classes="paragraph"))
+            text = "There is no result yet: the report is written at the end."
+            parts.append(Static(text, classes="paragraph"))
         parts.append(Static("Files", classes="heading"))
         files = FileTable(id="study-files")
         parts.append(files)

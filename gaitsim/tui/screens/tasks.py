@@ -29,19 +29,23 @@ class TaskList(GaitScreen):
 
     SUB_TITLE = "in the background"
     HELP_TEXT = """
-What you make of runs (gait files, plots, videos, analyses) is made in the background, by the
-command that stands in the last column. Below the list is the whole command of the highlighted one
-and what it printed: the files that it wrote, or why it could not.
+Exports (gait files, plots, videos, analyses) run in the background, by the command in the last
+column. Below the list are the full command of the highlighted task and its output: the files that
+it wrote, or why it failed.
 
-Enter, or a click on the highlighted one, **opens** its file with your system's program for it.
-Without one, as over SSH, its path is copied; in a browser, it is downloaded. Of several files, it
-shows the list.
+Enter, or a click on the highlighted task, **opens** its file with your system's default program.
+Without one, such as over SSH, its path is copied; in a browser, the file is downloaded. A task
+with several files opens their list.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy its files' paths"),
-        Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; nothing half made stays"),
+        Binding(
+            "p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy the paths of its files"
+        ),
+        Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; partial files are removed"),
         Binding("r", "again", "Again", id="tasks.again", tooltip="Run its command again"),
-        Binding("c", "clear", "Clear", id="tasks.clear", tooltip="Forget those that have ended"),
+        Binding(
+            "c", "clear", "Clear", id="tasks.clear", tooltip="Remove finished tasks from the list"
+        ),
     ]
 
     def compose(self) -> ComposeResult:
@@ -52,7 +56,7 @@ shows the list.
         yield Footer()
 
     def on_mount(self) -> None:
-        """Fill the table; update its clocks."""
+        """Fill the table and start updating its times."""
         table = self.query_one(DataTable)
         for name, width in zip(COLUMNS, (10, BAR + 5, 7, None), strict=True):
             table.add_column(name, key=name, width=width)
@@ -67,7 +71,7 @@ shows the list.
     def on_task_changed(self, event: TaskChanged) -> None:
         """Update the task's row."""
         task = event.task
-        if task not in self.gaitsim.tasks.all:  # forgotten meanwhile
+        if task not in self.gaitsim.tasks.all:  # already cleared from the list
             return
         self._draw(task)
         if task is self._chosen():
@@ -91,7 +95,7 @@ shows the list.
 
     def _draw(self, task: Task) -> None:
         table = self.query_one(DataTable)
-        if str(id(task)) not in table.rows:  # it began just now
+        if str(id(task)) not in table.rows:  # a new task
             self._fill()
         for name, cell in zip(COLUMNS, _row(task), strict=True):
             if table.get_cell(str(id(task)), name) != cell:
@@ -99,7 +103,7 @@ shows the list.
 
     def _chosen(self) -> Task | None:
         tables, tasks = self.query(DataTable), self.gaitsim.tasks.all
-        row = tables.first().cursor_row if tables else -1  # the app asks while it is composed, too
+        row = tables.first().cursor_row if tables else -1  # -1 while the screen is composed
         return tasks[row] if 0 <= row < len(tasks) else None
 
     def on_data_table_row_highlighted(self) -> None:
@@ -144,7 +148,7 @@ shows the list.
     @on(DataTable.RowSelected)
     @work(group="open", exclusive=True)
     async def open(self) -> None:
-        """Open its file; of several, show the list."""
+        """Open the task's file, or the list if there are several."""
         task = self._chosen()
         if task is None or not task.files:
             return
@@ -155,7 +159,7 @@ shows the list.
             await hand_over(self.app, task.files[0], made=True)
 
     def action_copy_result(self) -> None:
-        """Copy the paths of the files that it wrote, one a line."""
+        """Copy the paths of the files that the task wrote, one per line."""
         task = self._chosen()
         if task is not None:
             copy_paths(self.app, task.files)
@@ -179,7 +183,7 @@ def _row(task: Task) -> tuple[Text, ...]:
 
 
 def bar(task: Task) -> str:
-    """Return how much of a task is done, as a bar with a percentage; '' while that is unknown."""
+    """Return a task's progress as a bar with a percentage; '' while it is unknown."""
     part = 1.0 if task.state == "done" else task.part
     if part is None:
         return ""

@@ -1,4 +1,4 @@
-"""Verify a run or a challenge code in the background, with the result in place."""
+"""Verify a run or a challenge code in the background, and show the result."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -22,23 +22,29 @@ VERB, ALL = "verify", "--all"
 
 
 class Verify(GaitScreen):
-    """Reproduce generations of a run, and say whether every bit is the same.
+    """Reproduce generations of a run, and show whether every bit is identical.
 
     Args:
-        subject: the folder of the run; or a challenge code, whose individual is played instead.
+        subject: folder of the run; or a challenge code, whose individual is played instead.
     """
 
     HELP_TEXT = """
-Generations are reproduced from the run's own options and compared with its files, to the last bit:
-the first and the last in full, and the best individual of others between them. **All** evolves the
-whole run again, which takes as long as the run did, up to the first difference.
+Generations are reproduced from the run's own options and compared with its files bit by bit: the
+first and the last in full, and the best individuals of some generations in between. **All**
+re-evolves the whole run until the first difference, which can take as long as the run did.
 
-It runs in the background: leave the screen if you like, and come back to the result.
+Verification continues in the background when you leave the screen; return to see the result.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("g", "some", "Ten generations", id="verify.some", tooltip="Ten, first to last"),
-        Binding("a", "all", "All", id="verify.all", tooltip="Evolve the whole run again"),
-        Binding("x", "stop", "Stop", id="verify.stop", tooltip="Stop it"),
+        Binding(
+            "g",
+            "some",
+            "Ten generations",
+            id="verify.some",
+            tooltip="Ten generations, first to last",
+        ),
+        Binding("a", "all", "All", id="verify.all", tooltip="Re-evolve the whole run"),
+        Binding("x", "stop", "Stop", id="verify.stop", tooltip="Stop the verification"),
     ]
     DEFAULT_CSS = """
     Verify {
@@ -63,7 +69,7 @@ It runs in the background: leave the screen if you like, and come back to the re
         yield Footer()
 
     def on_mount(self) -> None:
-        """Show the latest result of this run, or begin."""
+        """Show the latest result for this run, or start a verification."""
         name = visible(self._subject) if self._is_run else "a challenge code"
         self.sub_title = f"verify {name}"
         own = [task for task in self.gaitsim.tasks.all
@@ -90,7 +96,7 @@ It runs in the background: leave the screen if you like, and come back to the re
 
     def _show(self) -> None:
         task = self._job
-        assert task is not None, "one has begun"
+        assert task is not None
         colours = self.app.theme_variables
         glyph, word, colour = _verdict(task)
         state = Text(f"{glyph} {word}", f"bold {colours[colour]}")
@@ -101,7 +107,9 @@ It runs in the background: leave the screen if you like, and come back to the re
         if task.error is not None:
             lines.append(task.message)
         elif task.running:
-            lines.append("Reproducing generations …" if self._is_run else "Playing it …")
+            lines.append(
+                "Reproducing generations …" if self._is_run else "Playing the individual …"
+            )
         self.query_one("#verify-result", Static).update(Text("\n".join(lines)))
         self.query_one("#verify-command", Static).update(Text(f"$ {visible(task.command)}"))
         self.refresh_bindings()
@@ -129,7 +137,7 @@ It runs in the background: leave the screen if you like, and come back to the re
 
 
 def _verdict(task: Task) -> tuple[str, str, str]:
-    """Return the sign, the word and the theme's colour of a result."""
+    """Return the symbol, the word and the theme colour of a result."""
     if task.state == "failed" and task.error is None and task.output:
         return "✗", "different", "error"
     words = {

@@ -1,4 +1,4 @@
-"""Why it scored: the terms of a best individual, and which gait it is."""
+"""Explanation of a score: the terms of an individual, and its gait."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -40,28 +40,28 @@ class Why(GaitScreen):
     """The breakdown of a score.
 
     Args:
-        run: the folder of a run.
-        which: the individual; None is the champion of all.
+        run: folder of the run.
+        which: individual to explain; None is the champion.
     """
 
     HELP_TEXT = """
-Why the best of a generation, or a member, scored, and which gait it is.
+The terms behind the score of an individual, and its gait.
 
-- **Over time**: the terms of the score, had the motion ended after so many seconds.
-- **Over the generations**: the terms of the first generation's best and of this one's, and the
-  means of their populations.
-- A term dominates with 60 % of all that the terms add and take.
+- **Over time**: the terms of the score if the motion had ended at that time.
+- **Over the generations**: the terms of the best individual of the first generation and of this
+  one, and the means of their populations.
+- A term dominates if it makes up 60 % of the sum of all absolute terms.
 - Below: the gait's name, signs of exploits, travel, slip and stability.
 - **Physics** plays the same joint angles on the body's twin in rigid-body physics, if it has one.
-- **Worlds** plays the gait in 100 worlds that it has not seen, if its body has conditions: how far
-  it goes, where it falls, and which conditions hurt.
-- *Analysis with late and inexact servos* in **Export** says whether the gait is robust.
+- **Worlds** plays the gait in 100 unseen worlds, if its body has conditions: the distance, the
+  falls, and the conditions that reduce the score.
+- *Analysis with late and inexact servos* in **Export** tests the gait's robustness.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("p", "physics", "Physics", id="why.physics",
                 tooltip="Play the gait on the body's twin in rigid-body physics"),
         Binding("w", "worlds", "Worlds", id="why.worlds",
-                tooltip="Judge the gait in 100 worlds that it has not seen"),
+                tooltip="Evaluate the gait in 100 unseen worlds"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Why {
@@ -105,20 +105,20 @@ Why the best of a generation, or a member, scored, and which gait it is.
         self.refresh_bindings()
 
     def action_physics(self) -> None:
-        """Play the gait on the body's twin, and show what is kept of it."""
+        """Play the gait on the body's twin, and show how well it transfers."""
         self._physics = True
         self._append("simulating …", lambda individual, _: (_transferred(individual),))
 
     def action_worlds(self) -> None:
-        """Judge the gait in unseen worlds, and show how it does there."""
+        """Evaluate the gait in unseen worlds, and show the results."""
         self._worlds = True
-        self._append("playing in unseen worlds …", self._judged)
+        self._append("playing in unseen worlds …", self._evaluated)
 
     @work
     async def _append(
         self, doing: str, found: Callable[[Individual, Static], tuple[Passage, ...]]
     ) -> None:
-        """Show a line while a thread finds sections, then these."""
+        """Show a line while a thread computes sections, then the sections."""
         self.refresh_bindings()
         scroll, waiting = self.query_one(VerticalScroll), Static(doing)
         await scroll.mount(waiting)
@@ -133,18 +133,18 @@ Why the best of a generation, or a member, scored, and which gait it is.
         await waiting.remove()
         scroll.scroll_end(animate=False)
 
-    def _judged(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
-        """Judge in a thread; show how many worlds are done."""
+    def _evaluated(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
+        """Evaluate in unseen worlds, in a thread, and show the progress."""
         done = 0
 
         def advance(worlds: int) -> None:
             nonlocal done
             done += worlds
             if not self.app.is_running or self not in self.app.screen_stack:
-                raise GaitsimError("the screen was left")
+                raise GaitsimError("the screen was closed")
             self.app.call_from_thread(waiting.update, f"{done} of {WORLDS} unseen worlds …")
 
-        # Processes of workers have no place beside the app's own terminal.
+        # Worker processes would interfere with the app's terminal.
         workers = None if individual.experiment.organism.threads else 1
         return tuple(judged(judge(individual, WORLDS, workers=workers, advance=advance)))
 
@@ -167,7 +167,7 @@ def _transferred(individual: Individual) -> Passage:
 
 
 def _explained(path: Path, which: Which) -> tuple[Individual, tuple[Passage, ...], GaitAnalysis]:
-    """Return who it is, why it scored, and its gait."""
+    """Return the individual, the explanation of its score, and its gait."""
     run = RunSnapshot(path)
     found = run.individual(which)
     return found, tuple(explanation(found, run.history)), analyse_individual(found)
@@ -182,7 +182,7 @@ def _gait(gait: GaitAnalysis) -> Iterator[Static]:
 
 
 def _shown(section: Passage) -> Iterator[Static]:
-    """Yield a section's heading, what to know, its table and its notes."""
+    """Yield a section's heading, warnings, table and notes."""
     above = (("heading", section.title), ("failure", section.failure), ("warning", section.warning))
     for kind, words in above:
         if words:
