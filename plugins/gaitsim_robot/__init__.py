@@ -1,1 +1,1 @@
-"""Any legged robot, from a URDF or MJCF file, in rigid-body physics."""
+"""Legged robots from URDF or MJCF files in rigid-body physics."""

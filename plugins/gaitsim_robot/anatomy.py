@@ -19,13 +19,13 @@ class Leg:
     """A leg.
 
     Attributes:
-        name: L1, R1, L2 … front to back; M1 … in the middle plane.
-        side: of the body.
+        name: name of the leg: L1, R1, L2 … from front to back, M1 … in the middle plane.
+        side: side of the trunk.
         joints: names of its driven joints, from the hip to the foot.
         foot: name of the body that touches the ground.
-        point: where it does in the standing pose, in the frame of that body, (3,) m.
-        length: from the hip along the joints to the foot, m.
-        sole: extent of a level sole along x and y, m; 0 for a foot that is a point.
+        point: contact point in the standing pose, in the frame of the foot, (3,) m.
+        length: length from the hip along the joints to the foot, m.
+        sole: extents of a level sole along x and y, m; 0 for a point foot.
     """
 
     name: str
@@ -42,15 +42,15 @@ class Anatomy:
     """The legs and the standing pose of a robot.
 
     Attributes:
-        legs: L1, R1, L2 …
-        held: names of joints that belong to no leg; their servos keep the standing pose.
-        stance: the standing pose of the whole robot on the ground z = 0, (nq,), in which it
-            faces along x. The quaternion of the trunk is not the identity where the file has
-            the robot face along y, or y point up.
-        mass: kg.
-        length: of the trunk along x, at least from the front hips to the rear ones; of two-legged
-            robots at least that of a leg, m.
-        notes: findings that the user should know, one sentence each.
+        legs: the legs L1, R1, L2 …
+        held: names of joints outside the legs; their servos hold the standing pose.
+        stance: standing pose of the whole robot on the ground z = 0, (nq,), facing along x. The
+            trunk's quaternion is not the identity if the robot faces along y in its file, or if
+            y points up.
+        mass: mass of the robot, kg.
+        length: length of the trunk along x, m; at least the distance between the front and rear
+            hips, and for two-legged robots at least the length of a leg.
+        notes: remarks for the user, one sentence each.
     """
 
     legs: tuple[Leg, ...]
@@ -62,18 +62,18 @@ class Anatomy:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The names of all joints of legs, leg by leg."""
+        """Names of all joints of legs, leg by leg."""
         return tuple(joint for leg in self.legs for joint in leg.joints)
 
 
 def find_anatomy(
     model: Any, feet: Sequence[str] = (), stance: Mapping[str, float] | None = None
 ) -> Anatomy:
-    """Find legs, feet and the standing pose of a compiled robot's text.
+    """Find the legs, feet and standing pose of a robot.
 
     The legs are the limbs that reach lowest. The standing pose is the keyframe `stand`, or the
-    pose at zero if the robot stands in it, or else a pose with the feet below the hips and bent
-    knees, or, for legs that sprawl, with the feet out at the sides.
+    pose at zero if the robot stands in it. Otherwise it is a pose with bent knees and the feet
+    below the hips or, for sprawling legs, out to the sides.
 
     Args:
         model: `mujoco.MjModel` of the robot's text.
@@ -82,7 +82,7 @@ def find_anatomy(
             keyframe, or at zero. None finds the pose.
 
     Raises:
-        GaitsimError: no legs, no standing pose, or names of bodies or joints that are not there.
+        GaitsimError: the robot has no legs or no standing pose, or a body or joint is unknown.
     """
     from gaitsim_robot.finding import Finder
 
@@ -112,7 +112,7 @@ def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -
             raise unknown("body", name, bodies, key="feet")
     if len(set(feet)) < len(feet):
         raise GaitsimError(
-            f"the same foot more than once: {', '.join(feet)}", key="feet", allowed="each body once"
+            f"duplicate foot: {', '.join(feet)}", key="feet", allowed="each body at most once"
         )
     joints = [model.joint(index).name for index in range(1, model.njnt)]
     for name, angle in stance.items():

@@ -13,8 +13,8 @@ import numpy as np
 from gaitsim_robot.anatomy import Anatomy, Floats
 
 ITERATIONS = 20
-PLANAR = 0.95  # share of y in the axes of a leg that moves in a plane along x
-FARTHEST_TURN = 0.5  # rad in one iteration
+PLANAR = 0.95  # smallest y component of the axes of a leg that moves in the x-z plane
+FARTHEST_TURN = 0.5  # rad, largest change of an angle in one iteration
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,10 +22,10 @@ class Chain:
     """Hinges in series from the trunk to a tip, in the frame of the standing trunk.
 
     Attributes:
-        anchors: a point on each axis where all hinges are at `zero`, (joints, 3) m.
-        axes: direction of each axis there, (joints, 3).
-        tip: there, (3,) m.
-        zero: angles of that pose, (joints,) rad.
+        anchors: a point on each axis in the pose `zero`, (joints, 3) m.
+        axes: direction of each axis in the pose `zero`, (joints, 3).
+        tip: position of the tip in the pose `zero`, (3,) m.
+        zero: angles of the reference pose, (joints,) rad.
         lower: smallest angles, (joints,) rad.
         upper: largest angles, (joints,) rad.
     """
@@ -44,18 +44,18 @@ class Chain:
         return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()) or 1.0
 
     def place(self, angles: Floats) -> Floats:
-        """Return the tips at these angles, (..., joints) rad -> (..., 3) m."""
+        """Return the positions of the tip for angles, (..., joints) rad -> (..., 3) m."""
         return self._pose(np.ascontiguousarray(angles - self.zero))[0]
 
     def rotation(self, angles: Floats) -> Floats:
-        """Return how the tip is turned from `zero`, (..., joints) rad -> (..., 3, 3)."""
+        """Return the tip's rotation from `zero`, (..., joints) rad -> (..., 3, 3)."""
         return self._pose(np.ascontiguousarray(angles - self.zero))[1]
 
     def weights(self, level: bool) -> Floats:
-        """Return weights for `solve` of what the joints can set, (6,).
+        """Return weights for `solve` that suit the number of joints, (6,).
 
-        Three joints set the position, two set it ahead and up. Further ones keep a foot that is to
-        stay level from pitching, rolling and turning, in this order.
+        Three joints control the whole position, two control it forward and up. With `level`,
+        further joints prevent the foot from pitching, rolling and yawing, in this order.
         """
         joints = len(self.zero)
         planar = bool((np.abs(self.axes[:, 1]) > PLANAR).all())
@@ -73,19 +73,18 @@ class Chain:
         weights: Floats,
         iterations: int = ITERATIONS,
     ) -> Floats:
-        """Return angles within the limits that bring the tip to the targets or near them.
+        """Return angles within the limits that move the tip to the targets, or close to them.
 
         Args:
-            targets: (..., 3) m.
-            start: angles to start from, (..., joints) rad, or (joints,) for all.
-            hold: angles at which the tip is oriented as wanted, (joints,) rad.
-            weights: of the errors in x, y, z and in the rotations about x, y, z; the latter in
-                metres, (6,).
-            iterations: of the Levenberg-Marquardt method.
+            targets: target positions, (..., 3) m.
+            start: initial angles, (..., joints) rad, or (joints,) for all targets.
+            hold: angles at which the tip has the wanted orientation, (joints,) rad.
+            weights: weights of the errors in x, y, z, and of the rotations about x, y, z in metres
+                per radian, (6,).
+            iterations: number of iterations of the Levenberg-Marquardt method.
 
         Returns:
-            (..., joints) rad. Each target is solved for itself: the result does not depend on
-            the others.
+            (..., joints) rad. Each target is solved separately, independent of the others.
         """
         joints = len(self.zero)
         angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
@@ -112,7 +111,7 @@ class Chain:
         return angles
 
     def _pose(self, turned: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Tips (..., 3), rotations (..., 3, 3), anchors and axes (..., joints, 3)."""
+        """Return tips (..., 3), rotations (..., 3, 3), anchors and axes (..., joints, 3)."""
         shape = turned.shape[:-1]
         sine, versine = np.sin(turned), 1 - np.cos(turned)
         rotation = np.broadcast_to(np.eye(3), (*shape, 3, 3))
@@ -130,7 +129,7 @@ class Chain:
 
 
 def posed(model: Any, qpos: Floats) -> Any:
-    """Return a robot in a pose, `mujoco.MjData`, with its kinematics and centres of mass."""
+    """Return `mujoco.MjData` of a robot in a pose, with kinematics and centres of mass."""
     import mujoco
 
     data = mujoco.MjData(model)
@@ -153,9 +152,9 @@ def standing_chains(model: Any, anatomy: Anatomy) -> tuple[Chain, ...]:
 
 
 def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
-    """Return the chain of some joints, indices from the hip on, in the pose of `data`.
+    """Return the chain of `joints`, indices from the hip to the foot, in the pose of `data`.
 
-    A joint without limits, or with wide ones, turns half a turn either way.
+    Missing or wide limits are replaced by half a turn in each direction.
     """
     zero = data.qpos[model.jnt_qposadr[joints]].copy()
     limited = model.jnt_limited[joints].astype(bool)
@@ -171,7 +170,7 @@ def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
 
 
 def _times(matrices: Floats, vectors: Floats) -> Floats:
-    """Product of (..., n, m) and (..., m)."""
+    """Return the product of (..., n, m) and (..., m)."""
     product: Floats = np.matmul(matrices, vectors[..., None])[..., 0]
     return product
 
@@ -182,7 +181,7 @@ def _cross_matrix(axis: Floats) -> Floats:
 
 
 def _jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
-    """Tip and rotation per angle, (..., 6, joints): three rows in m/rad, then the axes."""
+    """Return the derivatives of tip and rotation, (..., 6, joints): rows in m/rad, then axes."""
     lever = tips[..., None, :] - anchors
     columns = np.concatenate([_cross(axes, lever), axes], axis=-1)
     return columns.swapaxes(-1, -2)
@@ -196,7 +195,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def _turn(rotation: Floats, wanted: Floats) -> Floats:
-    """Rotation vector, to first order, from `rotation` to `wanted`, (..., 3) rad."""
+    """Return the first-order rotation vector from `rotation` to `wanted`, (..., 3) rad."""
     turn: Floats = np.zeros(rotation.shape[:-1])
     for column in range(3):
         turn += _cross(rotation[..., column], wanted[:, column])

@@ -1,4 +1,4 @@
-"""What is recorded of a robot."""
+"""The recorded channels of a robot."""
 
 from collections.abc import Mapping
 
@@ -8,38 +8,42 @@ XYZ = ("x", "y", "z")
 
 CHANNELS: Mapping[str, Channel] = {
     "joint_angles": Channel(
-        ("frames", "joints"), "rad", "commanded to the servos, from the zero of the file"
+        ("frames", "joints"), "rad", "commands to the servos, relative to the file's zero"
     ),
-    "joint_positions": Channel(("frames", "joints"), "rad", "where the joints really are"),
-    "joint_velocities": Channel(("frames", "joints"), "rad/s", "of the joints"),
-    "torque": Channel(("frames", "joints"), "N m", "mean of its magnitude since the frame before"),
-    "stall_torque": Channel(
-        ("joints",), "N m", "largest torque of the servos; 0 where it is unknown"
+    "joint_positions": Channel(("frames", "joints"), "rad", "actual angles of the joints"),
+    "joint_velocities": Channel(("frames", "joints"), "rad/s", "velocities of the joints"),
+    "torque": Channel(
+        ("frames", "joints"), "N m", "mean magnitude of the torque since the previous frame"
     ),
+    "stall_torque": Channel(("joints",), "N m", "largest torque of the servos; 0 if unknown"),
     "torso": Channel(
-        ("frames", XYZ), "m", "origin of the trunk, from above the point where it began"
+        ("frames", XYZ), "m", "origin of the trunk, relative to the ground below its start"
     ),
-    "torso_velocity": Channel(("frames", XYZ), "m/s", "of the origin of the trunk"),
+    "torso_velocity": Channel(("frames", XYZ), "m/s", "velocity of the trunk's origin"),
     "orientation": Channel(
-        ("frames", ("roll", "pitch", "yaw")), "rad", "to the right, nose down, to the left"
+        ("frames", ("roll", "pitch", "yaw")),
+        "rad",
+        "roll to the right, pitch nose down, yaw to the left",
     ),
     "height": Channel(("frames",), "m", "origin of the trunk above the ground"),
     "foot_positions": Channel(
-        ("frames", "feet", XYZ), "m", "points of the feet that touch the ground in standing"
+        ("frames", "feet", XYZ), "m", "points of the feet that touch the ground when standing"
     ),
-    "stance": Channel(("frames", "feet"), "", "whether the foot bore load since the frame before"),
+    "stance": Channel(
+        ("frames", "feet"), "", "whether the foot carried load since the previous frame"
+    ),
     "load": Channel(
         ("frames", "feet", XYZ),
         "N",
-        "mean force of the ground on each foot since the frame before",
+        "mean force of the ground on each foot since the previous frame",
     ),
-    "slip": Channel(("frames",), "m", "mean slide of the stance feet since the frame before"),
+    "slip": Channel(("frames",), "m", "mean slide of the stance feet since the previous frame"),
     "energy": Channel(
-        ("frames",), "J", "work of the servos since the start, braking counted as spent"
+        ("frames",), "J", "work of the servos since the start; braking counts as positive"
     ),
     "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
-    "weight": Channel((), "N", "of the whole robot"),
-    "length": Channel((), "m", "of the trunk"),
+    "weight": Channel((), "N", "weight of the whole robot"),
+    "length": Channel((), "m", "length of the trunk"),
     "configuration": Channel(
         ("frames", "coordinates"),
         "",

@@ -1,6 +1,6 @@
-"""Work on untrusted files in a child process with limits on time and memory.
+"""Process untrusted files in a child process with limits on time and memory.
 
-MuJoCo's compiler is C++: a file that crashes it, hangs it or fills the memory ends the child, and
+A file that crashes MuJoCo's C++ compiler, hangs it or exhausts the memory ends only the child, and
 the user gets one message.
 """
 
@@ -17,9 +17,9 @@ from gaitsim.errors import GaitsimError
 from gaitsim_robot.errors import RobotError
 
 SECONDS = 120
-MEMORY = 4 * 2**30  # bytes of addresses; NumPy, SciPy and MuJoCo reserve about 1 GiB
+MEMORY = 4 * 2**30  # bytes of address space; NumPy, SciPy and MuJoCo reserve about 1 GiB
 
-# `-I` keeps the current folder off the path; the parent's own path follows on stdin.
+# `-I` keeps the current folder off the path; the parent sends its own path on stdin.
 _START = """\
 import json, sys
 request = json.loads(sys.stdin.buffer.readline())
@@ -30,11 +30,11 @@ serve(request)
 
 
 def in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str, Any]:
-    """Return what a function returns when it is called in a child process.
+    """Call a function in a child process and return its result.
 
     Args:
-        task: `module:function`; it takes the argument and returns a dictionary.
-        argument: a JSON object.
+        task: `module:function`, which takes the items of `argument` and returns a dictionary.
+        argument: keyword arguments, a JSON object.
         where: the file or text, for messages.
 
     Raises:
@@ -42,7 +42,7 @@ def in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str,
     """
     path = [os.path.abspath(entry) for entry in sys.path]  # noqa: PTH100 (the child runs elsewhere)
     request = {"path": path, "task": task, "argument": dict(argument)}
-    # One thread: its limits count the address space of every thread's stack and arena.
+    # One thread, as the memory limit includes the stack and arena of every thread.
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as folder:  # MuJoCo writes its log into the current folder
         try:
@@ -95,7 +95,7 @@ def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _output() -> BinaryIO:
-    """Return the answer's stream, and send whatever libraries print to nowhere."""
+    """Return the stream of the answer, and discard all output of libraries."""
     answer = os.fdopen(os.dup(1), "wb")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
@@ -106,7 +106,7 @@ def _output() -> BinaryIO:
 def _limit() -> None:
     try:
         import resource
-    except ImportError:  # Windows: the parent's time limit alone
+    except ImportError:  # Windows has only the parent's time limit
         return
     for kind, value in (
         (resource.RLIMIT_AS, MEMORY),
@@ -115,7 +115,7 @@ def _limit() -> None:
     ):
         try:
             resource.setrlimit(kind, (value, value))
-        except (ValueError, OSError):  # a lower limit holds already, or the system has none
+        except (ValueError, OSError):  # the current limit is lower, or is not supported
             continue
 
 
@@ -123,5 +123,5 @@ def _failed(reason: str, where: str) -> RobotError:
     return RobotError(
         f"the robot cannot be imported: reading it {reason}",
         where=where,
-        remedy="simplify its meshes, or check the file with another program",
+        remedy="simplify its meshes, or check the file with a different program",
     )

@@ -1,4 +1,4 @@
-"""Commands on their way to the servos: late, in steps, and on horns that are off."""
+"""Transmission of commands to the servos: latency, command rate and offsets of the joints."""
 
 import math
 
@@ -8,20 +8,20 @@ from gaitsim.legged import in_force
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
-ROUNDING = 1e-9  # of times that should be whole numbers of steps
+ROUNDING = 1e-9  # steps, tolerance for rounding errors of whole steps
 
 
 def arriving(simulation: Simulation, commands: Floats, first: int, last: int) -> Floats:
-    """Return the angles that all servos are told to be at in each physics step.
+    """Return the commanded angles of all servos in each physics step.
 
-    Before the first command has arrived, they hold the standing pose.
+    Servos hold the standing pose until the first command arrives.
 
     Args:
-        simulation: of one robot.
-        commands: to the servos of the legs, (population, frames, joints) rad, each held for a
-            frame.
-        first: frame at which the steps begin.
-        last: frame with which they end.
+        simulation: simulation of one robot.
+        commands: commands to the servos of the legs, (population, frames, joints) rad, each held
+            for one frame.
+        first: frame at the start of the steps.
+        last: frame at the end of the steps.
 
     Returns:
         (population, (last − first) · steps + 1, servos) rad.

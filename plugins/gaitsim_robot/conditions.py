@@ -1,7 +1,7 @@
-"""A robot in a world: what may vary between worlds, and how that changes its simulation.
+"""A robot in a world: the conditions of worlds, and how they change the simulation.
 
-The compiled model is copied and changed. Compiling it anew would take about half as long again as
-the second that a robot stands before its start.
+The compiled model is copied and modified. Recompiling it would take about half as long as
+simulating the second of standing before the start.
 """
 
 import copy
@@ -22,15 +22,15 @@ from gaitsim_robot.settling import stand
 from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
-WEAKEST = 0.05  # share of torque or speed; less is damage
+WEAKEST = 0.05  # smallest factor of torque or speed; less counts as damage
 
 
 def robot_conditions(friction: float, latency: float) -> Mapping[str, Condition]:
-    """Return what may vary between the worlds of a robot.
+    """Return the conditions of a robot.
 
     Args:
-        friction: of its feet where no world sets it.
-        latency: of its servos there, s.
+        friction: nominal friction of the feet.
+        latency: nominal latency of the servos, s.
     """
     found = conditions(*CONDITIONS, frame_rate=FRAME_RATE, friction=friction, latency=latency)
     for name in ("servo_torque", "servo_speed"):
@@ -41,12 +41,13 @@ def robot_conditions(friction: float, latency: float) -> Mapping[str, Condition]
 def in_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
     """Return a robot in a world.
 
-    The frame of reference is that of the ground: on a slope, gravity turns. Distances are along
-    the ground, and heights and tilts count from it.
+    The frame of reference is fixed to the ground: a slope tilts gravity instead. Distances are
+    measured along the ground, and heights and tilts relative to it.
 
     Args:
-        simulation: of the robot in its nominal world, with a height field if the world is uneven.
-        world: values of conditions by name, and perhaps `seed`.
+        simulation: simulation of the robot in its nominal world, with a height field if the world
+            is uneven.
+        world: values of conditions by name, and optionally `seed`.
     """
     model = copy.copy(simulation.model)
     servos = {
@@ -95,8 +96,8 @@ def downward(slope: float, side_slope: float) -> Floats:
     """Return the direction of gravity seen from a slope, (3,).
 
     Args:
-        slope: of the x axis above the horizontal, °.
-        side_slope: by which the y axis is turned up about the x axis, °.
+        slope: angle of the x axis above the horizontal, °.
+        side_slope: rotation about the x axis that raises the y axis, °.
     """
     along, aside = np.radians([slope, side_slope])
     level = np.cos(along)
@@ -113,12 +114,12 @@ def _multiply_masses(model: Any, share: float) -> None:
 
 
 def _started_off(simulation: Simulation, off: Floats) -> Simulation:
-    """Return the simulation with joints that start beside the standing pose, at rest.
+    """Return the simulation of a robot that starts at rest with errors in its initial pose.
 
     Args:
-        simulation: of a robot that stands on level ground at z = 0.
-        off: of each leg joint, (joints,) rad; joints that are stuck stay, and others are within
-            their limits.
+        simulation: simulation of a standing robot.
+        off: error of each leg joint, (joints,) rad. Stuck joints are not changed; other joints
+            are clipped to their limits.
     """
     model, anatomy = simulation.model, simulation.anatomy
     stuck = {one.part for one in simulation.damage if is_stuck(one)}
@@ -133,7 +134,7 @@ def _started_off(simulation: Simulation, off: Floats) -> Simulation:
 
 
 def _lowest(model: Any, qpos: Floats) -> Floats:
-    """Return the points of a robot's surface as low as their balls reach, (points, 3) m."""
+    """Return the lowest point of each ball of a robot's surface, (points, 3) m."""
     seen = surfaces(model)
     points = seen.place(posed(model, qpos))
     points[:, 2] -= seen.radius

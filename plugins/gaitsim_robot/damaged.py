@@ -1,8 +1,8 @@
-"""Damage of a robot: legs that are lost, joints that are stuck, servos that are weak or slow.
+"""Damage of a robot: lost legs, stuck joints, and weak or slow servos.
 
-A lost leg keeps its place in all arrays, without shape, weight and force. Its joints and those that
-are stuck have so much armature, on a spring, that no load moves them: their bodies then move as one
-with those that carry them, without a constraint to solve.
+A lost leg keeps its place in all arrays, but has no shape, weight or force. Its joints, and stuck
+joints, get a spring and so much armature that no load moves them: their bodies move together with
+the parent bodies, without a constraint to solve.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,9 +16,9 @@ from gaitsim_robot.anatomy import Anatomy, Floats, Leg
 from gaitsim_robot.chain import posed
 from gaitsim_robot.shapes import surfaces
 
-LOCKED = 1e3  # mass × length² of the robot: armature of a joint; with more the solver loses digits
-RETURN = 10.0  # rad/s, of such a joint on its spring: its weight × length turns it by 1e-4 rad
-WEIGHTLESS = 1e-12  # kg and kg m², above what MuJoCo takes for a mistake
+LOCKED = 1e3  # × mass × length² of the robot: a joint's armature; more costs the solver digits
+RETURN = 10.0  # rad/s, natural frequency of such a joint: weight × length turns it by 1e-4 rad
+WEIGHTLESS = 1e-12  # kg and kg m², just above the values that MuJoCo rejects as mistakes
 
 
 def impair(
@@ -26,14 +26,14 @@ def impair(
 ) -> tuple[Anatomy, dict[str, Servo]]:
     """Damage a robot, and return its anatomy and servos.
 
-    The standing pose has stuck joints at their angles and nothing in the ground. The point of a
-    lost foot is where its leg was attached.
+    In the standing pose, stuck joints are at their angles and no part is below the ground. The
+    contact point of a lost foot is where its leg was attached.
 
     Args:
         spec: MuJoCo's specification of the robot without servos and ground, changed in place.
-        anatomy: of the intact robot.
-        servos: of its driven joints, by their names.
-        damage: of its legs and joints.
+        anatomy: anatomy of the intact robot.
+        servos: servos of its driven joints by the joints' names.
+        damage: damage to its legs and joints.
     """
     model = spec.compile()
     lost = lost_bodies(model, anatomy, damage)
@@ -60,7 +60,7 @@ def impair(
 
 
 def lost_bodies(model: Any, anatomy: Anatomy, damage: Sequence[Damage]) -> set[int]:
-    """Return the indices of the bodies that lost legs consist of."""
+    """Return the indices of the bodies of lost legs."""
     lost = {one.part for one in damage if one.kind == "lost"}
     bodies = {int(model.joint(leg.joints[0]).bodyid[0]) for leg in anatomy.legs if leg.name in lost}
     for body in range(1, model.nbody):  # parents before children
@@ -70,7 +70,7 @@ def lost_bodies(model: Any, anatomy: Anatomy, damage: Sequence[Damage]) -> set[i
 
 
 def is_stuck(damage: Damage) -> bool:
-    """Return whether a joint does not turn."""
+    """Return whether the damage stops a joint from turning."""
     return damage.kind == "stuck" or (damage.kind == "slow" and damage.value == 0)
 
 
@@ -83,7 +83,7 @@ def _weakened(servo: Servo, damage: Damage) -> Servo:
 
 
 def _remove(spec: Any, name: str) -> None:
-    """Leave a body without shape and weight."""
+    """Remove the shapes and the weight of a body."""
     body = spec.body(name)
     for geom in body.geoms:
         spec.delete(geom)
@@ -105,7 +105,7 @@ def _lock(joint: Any, angle: float, armature: float) -> None:
 
 
 def _release(spec: Any, joints: Sequence[str], lost: set[int]) -> None:
-    """Let no mimic joint or closed linkage hold on to a lost leg."""
+    """Deactivate the mimic joints and closed linkages of lost legs."""
     import mujoco
 
     sites = [site.name for site in spec.sites if site.parent.id in lost]
@@ -116,7 +116,7 @@ def _release(spec: Any, joints: Sequence[str], lost: set[int]) -> None:
 
 
 def _stance(model: Any, anatomy: Anatomy, damage: Sequence[Damage], lost: set[int]) -> Floats:
-    """Return the standing pose with stuck joints, its lowest point on the ground z = 0, (nq,)."""
+    """Return the standing pose with stuck joints and the lowest point at z = 0, (nq,)."""
     stance = anatomy.stance.copy()
     angles = {one.part: one.value for one in damage if one.kind == "stuck"}
     for name, angle in angles.items():
@@ -130,7 +130,7 @@ def _stance(model: Any, anatomy: Anatomy, damage: Sequence[Damage], lost: set[in
 
 
 def _legs(model: Any, anatomy: Anatomy, stance: Floats, lost: set[int]) -> tuple[Leg, ...]:
-    """Return the legs; the point of a lost foot is the hip, seen from the foot."""
+    """Return the legs; the point of a lost foot is the hip, in the foot's frame."""
     data = posed(model, stance)
     legs = []
     for leg in anatomy.legs:

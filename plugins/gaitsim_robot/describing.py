@@ -1,4 +1,4 @@
-"""A robot in words: what was found in it, and what the package brings."""
+"""Descriptions of a robot, and of the bundled robots and servos."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,12 +13,12 @@ from gaitsim_robot.simulation import Simulation
 
 
 def facts(simulation: Simulation, servos: Mapping[str, Servo], world: Mapping[str, str]) -> Facts:
-    """Return mass, legs, servos, standing pose, damage and world of a robot, in words.
+    """Describe the mass, legs, servos, standing pose, damage and world of a robot.
 
     Args:
-        simulation: the robot on its ground.
-        servos: of the driven joints, by their names.
-        world: conditions that are not nominal, by their names.
+        simulation: simulation of the robot.
+        servos: servos of the driven joints by the joints' names.
+        world: conditions that are not nominal, by name.
     """
     model, anatomy = simulation.model, simulation.anatomy
     found = {
@@ -37,10 +37,10 @@ def facts(simulation: Simulation, servos: Mapping[str, Servo], world: Mapping[st
 
 
 def library(robots: Mapping[str, Anatomy]) -> Facts:
-    """Return the bundled robots and servos in words.
+    """Describe the bundled robots and servos.
 
     Args:
-        robots: anatomies by name.
+        robots: anatomies by the robots' names.
     """
     return {
         "Robots: organism.model": {
@@ -60,12 +60,12 @@ def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
     driven, held = len(anatomy.joints), len(anatomy.held)
     lines = {
         "mass": f"{anatomy.mass:.4g} kg in {model.nbody - 1} bodies",
-        "trunk": f"{anatomy.length:.3g} m long, {anatomy.stance[2]:.3g} m high in standing",
-        "joints": f"{driven} in legs, which gaits move",
+        "trunk": f"{anatomy.length:.3g} m long, {anatomy.stance[2]:.3g} m high when standing",
+        "joints": f"{driven} in legs, moved by gaits",
     }
     if held:
         names = _list(anatomy.held, 8)
-        lines["held"] = f"{held} in no leg, which keep the standing pose: {names}"
+        lines["held"] = f"{held} outside the legs, held in the standing pose: {names}"
     return lines
 
 
@@ -78,7 +78,7 @@ def _leg(leg: Leg) -> str:
 
 
 def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
-    """Return the limits of servos; joints of equal ones share a line."""
+    """Return the limits of servos; joints with equal servos share a line."""
     groups: dict[str, list[str]] = {}
     for joint, servo in servos.items():
         groups.setdefault(f"{servo.name}: {_limits(servo)}", []).append(joint)
@@ -88,19 +88,19 @@ def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
 
 
 def _standing(simulation: Simulation) -> str:
-    """Return whether the servos hold the robot up, and the share of their torque that it takes."""
+    """Return whether the servos hold the robot up, and the share of their torque it requires."""
     hardest = int(np.argmax(simulation.effort))
     most = f"{simulation.effort[hardest]:.0%} of the torque of {simulation.anatomy.joints[hardest]}"
     if simulation.stands:
-        return f"takes up to {most}"
+        return f"requires up to {most}"
     if simulation.effort[hardest] < 1:
         return (
-            f"the robot tips over, although it takes only {most}; try another pose, by "
-            "organism.stance, or stiffer servos, by organism.stiffness"
+            f"the robot tips over, although standing requires only {most}; try another pose "
+            "(organism.stance) or stiffer servos (organism.stiffness)"
         )
     return (
-        f"the robot does not stay up: it would take {most}; try a stronger servo, by "
-        "organism.servo or organism.torque_limit, or another pose, by organism.stance"
+        f"the robot collapses, as standing requires {most}; try a stronger servo "
+        "(organism.servo or organism.torque_limit) or another pose (organism.stance)"
     )
 
 
@@ -110,7 +110,7 @@ def _limits(servo: Servo) -> str:
 
 
 def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:
-    """Return the angle and the range of each leg's joints in standing."""
+    """Return the standing angle and the range of each leg's joints."""
     lines = {}
     for leg in anatomy.legs:
         angles = []

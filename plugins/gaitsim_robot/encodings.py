@@ -1,4 +1,4 @@
-"""How a genome becomes commands to the servos: the steps, sine and cpg encodings."""
+"""Encodings of a robot, `steps`, `sine` and `cpg`: turn a genome into servo commands."""
 
 import math
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from gaitsim_robot.symmetry import Symmetry, leaders, phases
 
 Kind = Literal["steps", "sine", "cpg"]
 
-SLOWEST = 0.3  # Hz, lower bound of the gene for the frequency
+SLOWEST = 0.3  # Hz, lower bound of the frequency gene
 SWING = 0.6  # rad, largest amplitude of a joint in the sine and cpg encodings
-OFFSET = 0.3  # rad, farthest middle of a joint from the standing pose there
-BEGINNING = 0.5  # s from the standing pose to the full gait
-COUPLING = 4.0  # 1/s, to the leading oscillator
+OFFSET = 0.3  # rad, largest offset from the standing pose in the sine and cpg encodings
+BEGINNING = 0.5  # s, duration of the transition from standing to the full gait
+COUPLING = 4.0  # 1/s, coupling to the leading oscillator
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,14 +31,14 @@ class Encoding:
 
     Attributes:
         model: `mujoco.MjModel` of the robot, with or without its ground.
-        anatomy: of the robot.
-        top_speed: of each leg joint that the commands keep, (joints,) rad/s.
-        kind: `steps`: each foot follows a step cycle about its place in the standing pose, which
-            inverse kinematics turns into joint angles. `sine`: each joint follows a sine. `cpg`:
-            the sines of coupled oscillators.
-        symmetry: of the legs; see `symmetry.phases`.
-        fastest: upper bound of the gene for the frequency, Hz.
-        heading: of the strides of `steps` from forward to the left, rad.
+        anatomy: anatomy of the robot.
+        top_speed: speed limit of the commands for each leg joint, (joints,) rad/s.
+        kind: `steps`: each foot follows a step cycle around its standing position, which inverse
+            kinematics turns into joint angles. `sine`: each joint follows a sine. `cpg`: each
+            joint follows the sine of a coupled oscillator.
+        symmetry: symmetry of the legs; see `symmetry.phases`.
+        fastest: upper bound of the frequency gene, Hz.
+        heading: direction of the strides of `steps`, from forward to the left, rad.
     """
 
     model: Any
@@ -51,7 +51,7 @@ class Encoding:
 
     @cached_property
     def groups(self) -> tuple[GeneGroup, ...]:
-        """The groups of genes; lengths are in metres and follow from the size of the legs."""
+        """The gene groups; their lengths, in metres, are proportional to the size of the legs."""
         legs = self.anatomy.legs
         own = [leg.name for leg, at in zip(legs, self._leaders, strict=True) if leg is legs[at]]
         turn = math.pi
@@ -74,8 +74,8 @@ class Encoding:
     def commands(self, genomes: Genomes, frames: int) -> Floats:
         """Return the commands to the servos, (population, frames, joints) rad.
 
-        They begin in the standing pose, and keep the limits of the joints and `top_speed`
-        whatever the genome. A step cycle too fast for the servos is played slower.
+        The commands start in the standing pose, and stay within the limits of the joints and
+        `top_speed` for any genome. A step cycle that is too fast for the servos is slowed down.
         """
         names = [group.name for group in self.groups]
         values = dict(zip(names, split_genomes(genomes, self.groups), strict=True))
@@ -115,7 +115,7 @@ class Encoding:
         )
 
     def _stepping(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
-        """Angles from the standing pose, (population, frames, joints) rad, by step cycles."""
+        """Return step cycles relative to the standing pose, (population, frames, joints) rad."""
         cycles = [self._cycle(values, phase, leg) for leg in range(len(self.chains))]
         frequency = values["frequency"]
         speed = [fastest_turn(angles) for angles in cycles]
@@ -130,7 +130,7 @@ class Encoding:
         return angles
 
     def _cycle(self, values: dict[str, Floats], phase: Floats, leg: int) -> Floats:
-        """The joint angles of one leg over its cycle, (population, SAMPLES, its joints) rad."""
+        """Return one leg's joint angles over its cycle, (population, SAMPLES, its joints) rad."""
         own = leg if values["stride"].shape[1] > 1 else 0
         duty = values["duty"]
         time = np.broadcast_to(np.arange(SAMPLES) / SAMPLES, (len(phase), SAMPLES))
@@ -149,7 +149,7 @@ class Encoding:
         return cycle(chain, chain.tip + place, any(self.anatomy.legs[leg].sole))
 
     def _swinging(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
-        """Angles from the standing pose, (population, frames, joints) rad, by oscillators."""
+        """Return oscillations relative to the standing pose, (population, frames, joints) rad."""
         of_joints = np.repeat(
             np.arange(len(self.chains)), [len(chain.zero) for chain in self.chains]
         )
@@ -183,7 +183,7 @@ class Encoding:
 
     @cached_property
     def _mirrors(self) -> tuple[NDArray[np.intp], Floats]:
-        """The gene and the sign of each joint: mirrored ones turn the other way about x and z."""
+        """Gene and sign of each joint; mirrored joints turn the other way about x and z."""
         first = dict.fromkeys(self._leaders.tolist(), 0)
         count = 0
         for leg in first:

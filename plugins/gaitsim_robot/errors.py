@@ -1,7 +1,7 @@
-"""The error of a robot that cannot be used."""
+"""The error for robots that cannot be used."""
 
 from gaitsim.errors import GaitsimError
 
 
 class RobotError(GaitsimError):
-    """A robot's file cannot be read, or its robot cannot be used."""
+    """A robot's file cannot be read, or the robot cannot be used."""

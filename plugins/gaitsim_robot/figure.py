@@ -1,4 +1,4 @@
-"""What is drawn of a robot: solids, segments and feet, each in the frame of its body."""
+"""The drawing of a robot: solids, segments and feet, each in the frame of its body."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -15,28 +15,28 @@ from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.damaged import lost_bodies
 from gaitsim_robot.shapes import CORNERS, mesh_vertices
 
-TRUNK = 1  # number of its body
-SMALLEST = 0.004  # lengths of the body: smaller geoms, such as those of sensors, are left out
-CHEST = 0.5  # of the trunk's length: parts that are drawn as boxes are longer
-SLENDER = 0.06  # radius of a limb without geoms, in its lengths
-NEAR = 0.01  # lengths of the body: joints nearer to each other are one point
+TRUNK = 1  # number of the trunk's body
+SMALLEST = 0.004  # × length of the robot; smaller geoms, such as those of sensors, are omitted
+CHEST = 0.5  # × length of the trunk; parts that carry others are boxes only if they are longer
+SLENDER = 0.06  # radius of a limb without geoms as a share of its length
+NEAR = 0.01  # × length of the robot; joints closer to each other are drawn as one point
 EDGES = [(i, j) for i in range(8) for j in range(i) if (CORNERS[i] != CORNERS[j]).sum() == 1]
 
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """Segments, solids and feet of a robot; a body is its number in MuJoCo's model.
+    """Segments, solids and feet of a robot. Bodies are numbers in MuJoCo's model.
 
     Attributes:
-        names: of the segments.
-        bodies: of the segments.
-        segments: both ends of each in the frame of its body, (segments, 2, 3) m.
-        solids: of what it is made.
+        names: names of the segments.
+        bodies: bodies of the segments.
+        segments: both ends of each segment in the frame of its body, (segments, 2, 3) m.
+        solids: the solids.
         owners: bodies of the solids.
-        offsets: position, m, and quaternion of each in the frame of its body, (solids, 7).
+        offsets: position, m, and quaternion of each solid in the frame of its body, (solids, 7).
         feet: bodies of the feet, in the order of the legs.
-        soles: where each touches the ground, in the frame of its body, (feet, 3) m.
-        damaged: names of lost legs and of what damaged joints move.
+        soles: contact point of each foot in the frame of its body, (feet, 3) m.
+        damaged: names of lost legs, and of the segments and solids that damaged joints move.
     """
 
     names: tuple[str, ...]
@@ -51,18 +51,18 @@ class Figure:
 
 
 def figure(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Figure:
-    """Return what is drawn of a robot; lost legs are left out.
+    """Return the drawing of a robot; lost legs are omitted.
 
     Args:
         model: MuJoCo's compiled model.
-        anatomy: of the robot.
-        damage: of the robot.
+        anatomy: anatomy of the robot.
+        damage: damage of the robot.
     """
     lost = lost_bodies(model, anatomy, damage)
     names, bodies, points = _segments(model, anatomy, lost)
     solids, owners, offsets = _solids(model, anatomy)
     for name, body, (one, other) in zip(names, bodies, points, strict=True):
-        if body != TRUNK and body not in owners:  # a limb of which the file shows nothing
+        if body != TRUNK and body not in owners:  # a limb without geoms
             solids.append(_rod(name, float(np.linalg.norm(other - one))))
             owners.append(body)
             offsets.append(np.array([*(one + other) / 2, *_turn_to(other - one)]))
@@ -83,7 +83,7 @@ def figure(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Figur
 def _damaged(
     model: Any, damage: Sequence[Damage], names: Sequence[str], bodies: Sequence[int]
 ) -> tuple[str, ...]:
-    """Return the names of lost legs and of what damaged joints move, one of a body each."""
+    """Return the names of lost legs, and of all parts that damaged joints move."""
     legs = [one.part for one in damage if one.kind == "lost"]
     moved = {int(model.joint(one.part).bodyid[0]) for one in damage if one.kind != "lost"}
     for body in range(1, model.nbody):  # parents before children
@@ -138,7 +138,7 @@ def _solids(model: Any, anatomy: Anatomy) -> tuple[list[Solid], list[int], list[
 
 
 def _rod(name: str, length: float) -> Solid:
-    """Return a thin capsule, as long as a limb."""
+    """Return a thin capsule of a given length, m."""
     return Solid(name, "capsule", (SLENDER * length, (0.5 - SLENDER) * length))
 
 
@@ -152,7 +152,7 @@ def _turn_to(along: Floats) -> Floats:
 
 
 def _legs(model: Any, anatomy: Anatomy) -> dict[int, str]:
-    """Return the name of the leg of each body that belongs to one."""
+    """Return the leg's name for each body that belongs to a leg."""
     found = {model.joint(name).bodyid[0]: leg.name for leg in anatomy.legs for name in leg.joints}
     for body in range(1, model.nbody):  # parents before children
         parent = int(model.body_parentid[body])
@@ -162,7 +162,7 @@ def _legs(model: Any, anatomy: Anatomy) -> dict[int, str]:
 
 
 def _named(leg: str, name: str) -> str:
-    """Return a name that begins with its leg's."""
+    """Return a name that starts with the name of its leg, if any."""
     return name if not leg or name.startswith(f"{leg} ") else f"{leg} {name}"
 
 
@@ -171,28 +171,28 @@ def _segments(
 ) -> tuple[tuple[str, ...], list[int], Floats]:
     """Return the edges of the trunk's box, and the segments from joint to joint and to the feet.
 
-    Those of lost bodies are left out.
+    Segments of lost bodies are omitted.
 
     Returns:
-        Their names, the bodies that they belong to, and their ends in the frames of those,
+        The segments' names, their bodies, and their ends in the frames of these bodies,
         (segments, 2, 3) m.
     """
     legs = _legs(model, anatomy)
     home, turn = (of[0] for of in placed(model, model.qpos0[None]))
-    # The body that a body does not move against: itself, if it has a joint.
+    # For each body, the body to which it is rigidly fixed: itself if it has a joint.
     rigid = list(range(model.nbody))
     for body in range(TRUNK + 1, model.nbody):
         if not model.body_jntnum[body]:
             rigid[body] = rigid[model.body_parentid[body]]
 
     def seen(point: Floats, body: int, frame: int) -> Floats:
-        """Return a point of a body in the frame of another one, to which it does not move."""
+        """Return a point of a body in the frame of the body to which it is rigidly fixed."""
         away = home[body] + rotated(turn[body], point) - home[frame]
         return rotated(conjugate(turn[frame]), away)
 
     hinged = [body for body in range(TRUNK + 1, model.nbody) if model.body_jntnum[body]]
     anchors = {body: model.jnt_pos[model.body_jntadr[body]] for body in hinged}
-    # The body of each segment, the body that gives its name its leg, and its far end.
+    # The body of each segment, the body whose leg its name starts with, and its far end.
     ends = []
     for body, anchor in anchors.items():
         parent = rigid[model.body_parentid[body]]
@@ -205,7 +205,7 @@ def _segments(
     for body in hinged:
         if body not in children:
             ends.append((body, body, _tip(anchors[body], model.body_ipos[body], corners[body])))
-    # Large parts that carry several others, such as a chest, are boxes as the trunk is.
+    # Large parts that carry several others, such as a chest, are boxes like the trunk.
     large = CHEST * _reach(corners[TRUNK])
     boxes = {TRUNK: corners[TRUNK]} | {
         body: corners[body]
@@ -225,7 +225,7 @@ def _segments(
 
 
 def _tip(anchor: Floats, middle: Floats, corners: Floats) -> Floats:
-    """Return the far end of an arm or a head: as far through its middle as its shape reaches."""
+    """Return the far end of an arm or head: the extent of its shape in the direction `middle`."""
     along = middle - anchor
     length = float(np.linalg.norm(along))
     if not len(corners) or length < 1e-9:

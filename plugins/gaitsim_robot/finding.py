@@ -1,4 +1,4 @@
-"""How the legs of a robot are found: upright, facing x, the limbs that reach lowest."""
+"""Find the legs of a robot: turn it upright and along x, and choose the limbs that reach lowest."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,11 +11,11 @@ from gaitsim_robot.chain import posed
 from gaitsim_robot.limbs import Limb, Tree, in_order
 from gaitsim_robot.standing import Stand
 
-LOW = 0.6  # share of the lowest limb's depth that a leg reaches at least
-UPRIGHT = 0.4  # share of the depth within reach to which legs hang, at least, at zero
-LIFT = 0.1  # share of its depth that a leg can lift its foot at least
-ALIKE = 0.2  # lengths of a leg by which mirrored legs may differ
-LONGER = 1.3  # how much longer than wide a robot along y is that faces along y
+LOW = 0.6  # smallest depth that a leg can reach, as a share of the lowest limb's
+UPRIGHT = 0.4  # share of the largest depth; a robot whose limbs hang deeper at zero is upright
+LIFT = 0.1  # smallest height to which a leg can lift its foot, as a share of the largest depth
+ALIKE = 0.2  # largest difference between mirrored legs, as a share of a leg's length
+LONGER = 1.3  # ratio of the extents along y and x above which a robot faces along y
 _HALF = 0.5**0.5
 TURNS = {
     "": (1.0, 0.0, 0.0, 0.0),
@@ -28,9 +28,9 @@ class Finder:
     """The search for the legs of one robot.
 
     Args:
-        model: of MuJoCo.
+        model: MuJoCo's model.
         feet: names of bodies at the ends of the legs, or ().
-        stance: angles of joints by name, or None.
+        stance: angles of joints by name, rad, or None.
     """
 
     def __init__(self, model: Any, feet: Sequence[str], stance: Mapping[str, float] | None) -> None:
@@ -38,7 +38,11 @@ class Finder:
         self.rest, self.given = self._rest()
 
     def find(self) -> Anatomy:
-        """Return the anatomy."""
+        """Return the anatomy.
+
+        Raises:
+            GaitsimError: the robot has no legs or no standing pose.
+        """
         first: GaitsimError | None = None
         for note, turn in TURNS.items():
             try:
@@ -51,7 +55,10 @@ class Finder:
         raise first
 
     def _rest(self) -> tuple[Floats, bool]:
-        """The pose of the keyframe, or at zero within the limits; and whether it is given."""
+        """Return the keyframe's pose, or the pose at zero, and whether the user or file gave it.
+
+        Angles are clipped to the limits.
+        """
         import mujoco
 
         model = self.model
@@ -93,7 +100,7 @@ class Finder:
         limbs = tree.limbs()
         alike = _without_loners(limbs)
         if not self.given and _lies_on_its_side(alike):
-            raise GaitsimError("the robot lies on its side", remedy="let z point up in the file")
+            raise GaitsimError("the robot lies on its side", remedy="make z point up in the file")
         centre = tree.data.subtree_com[1]
         depth = [centre[2] - limb.tips[:, 2].min() for limb in alike]
         deepest = max(depth, default=0.0)
@@ -101,7 +108,7 @@ class Finder:
             centre[2] - min(other.tips[0, 2] for other in alike if _alike(limb, other))
             for limb in alike
         ]
-        # Arms of a robot that stands upright at zero could reach the ground, but do not there.
+        # Arms of an upright robot could reach the ground, but do not do so in the pose at zero.
         hanging = LOW * max(hangs, default=0.0)
         legs = [
             limb
@@ -122,7 +129,7 @@ class Finder:
         return legs
 
     def _stand(self, stand: Stand, rest: Floats) -> tuple[Floats, tuple[str, ...]]:
-        """The standing pose, and a note where it is not the keyframe of the file."""
+        """Return the standing pose, and a note if it is not the keyframe of the file."""
         problem = stand.problem(rest, bent=not self.given)
         if not problem:
             return stand.on_ground(rest), ()
@@ -130,13 +137,13 @@ class Finder:
             raise GaitsimError(
                 f"the robot cannot stand in the given pose: {problem}",
                 key="stance",
-                remedy="change the pose, or leave it out to have one found",
+                remedy="change the pose, or omit it so that gaitsim finds one",
             )
         found, why = stand.search(rest)
         if found is None:
             raise GaitsimError(
                 f"the robot has no standing pose: {why}",
-                remedy="set organism.stance to angles of joints in which it stands, or name its "
+                remedy="set the joint angles of a standing pose in organism.stance, or name the "
                 "feet in organism.feet",
             )
         instead = f"the keyframe is not the standing pose, because {problem}"
@@ -186,14 +193,17 @@ class Finder:
 
 
 def _without_loners(legs: list[Limb]) -> list[Limb]:
-    """Leave out limbs that no other resembles, such as the arm on the back of a quadruped."""
+    """Remove limbs that resemble no other limb, such as an arm on the back of a quadruped."""
     return [
         limb for limb in legs if any(_alike(limb, other) for other in legs if other is not limb)
     ]
 
 
 def _are_arms(limbs: Sequence[Limb], height: float) -> bool:
-    """Whether two limbs are arms: seven joints or more, no soles, above the centre of mass."""
+    """Return whether the limbs are two arms.
+
+    Arms have seven joints or more, no soles, and shoulders above `height`, m.
+    """
     return len(limbs) == 2 and all(
         len(one.joints) > 6 and not one.sole.any() and one.chain.anchors[0, 2] > height
         for one in limbs
@@ -201,7 +211,7 @@ def _are_arms(limbs: Sequence[Limb], height: float) -> bool:
 
 
 def _lies_on_its_side(limbs: Sequence[Limb]) -> bool:
-    """Whether hips are beside each other along z rather than along y."""
+    """Return whether hips are next to each other along z instead of y."""
     for limb in limbs:
         hips = [other.hip for other in limbs if _alike(limb, other)]
         spread = np.ptp(hips, axis=0) / limb.length
@@ -216,24 +226,24 @@ def _alike(limb: Limb, other: Limb) -> bool:
 
 
 def _front(limbs: Sequence[Limb], default: int) -> float:
-    """Heading of the robot, rad from x.
+    """Return the heading of the robot, rad from x.
 
-    Two feet point ahead. Of several, a robot that faces along y does so along `default` · y.
+    Two feet point forward. A robot with more legs that faces along y faces along `default` · y.
     """
     along_y = _faces_y(limbs)
     axis, sign = (1, float(default)) if along_y else (0, 1.0)
     for joint, least in ((-1, 0.02), (0, 0.08)) if len(limbs) == 2 else ():
         toes = [(one.chain.tip - one.chain.anchors[joint])[axis] / one.length for one in limbs]
-        if abs(np.mean(toes)) > least:  # From the ankle, or else from the hip.
+        if abs(np.mean(toes)) > least:  # measured from the ankle, or else from the hip
             sign = float(np.sign(np.mean(toes)))
             break
     return float(sign * np.pi / 2 if along_y else (1 - sign) * np.pi / 2)
 
 
 def _faces_y(limbs: Sequence[Limb]) -> bool:
-    """Whether the legs pair along x rather than along y, as of a robot that faces along y."""
+    """Return whether the robot faces along y, so that its legs form pairs along x."""
     if len(limbs) == 2:
-        # Knees turn about the axis across: so does a planar robot whose legs are in line.
+        # Knees turn about the lateral axis, also in a planar robot whose legs are in line.
         knees = np.abs([limb.chain.axes[limb.knee % len(limb.joints)] for limb in limbs])
         return bool(knees[:, 0].mean() > knees[:, 1].mean())
     along_x, along_y = (_paired(limbs, axis) for axis in (0, 1))
@@ -244,7 +254,7 @@ def _faces_y(limbs: Sequence[Limb]) -> bool:
 
 
 def _paired(limbs: Sequence[Limb], axis: int) -> int:
-    """How many limbs have a mirror image along an axis among the others."""
+    """Return how many limbs have a mirror image along an axis among the others."""
     if not limbs:
         return 0
     size = float(np.mean([limb.length for limb in limbs]))
@@ -267,7 +277,7 @@ def _side(limb: Limb, limbs: Sequence[Limb]) -> Side:
 
 
 def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
-    """Index of the leg on the other side that mirrors each, or -1."""
+    """Return the index of the leg that mirrors each leg on the other side, or -1."""
     partners = []
     for index, limb in enumerate(limbs):
         image = limb.hip * [1, -1, 1]
@@ -283,7 +293,7 @@ def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
 
 
 def _turned(rest: Floats, turn: Sequence[float]) -> Floats:
-    """Return a pose whose trunk is turned by a quaternion in the world's frame."""
+    """Return a pose with the trunk rotated by a quaternion in the world's frame."""
     import mujoco
 
     turned = rest.copy()

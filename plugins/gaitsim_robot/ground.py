@@ -8,26 +8,27 @@ import numpy as np
 from gaitsim.contracts import Terrain
 from gaitsim_robot.anatomy import Anatomy
 
-GROUND = "world: ground"  # a name that no geom of a robot is likely to have
-HIGHEST = 0.2  # m, of bumps
-SPACING = 0.5  # of corners, in lengths of the trunk: the feet of a stride meet different ones
-FASTEST = 4.0  # lengths of the trunk a second: twice as fast as the bundled robots walk
-BASE = 0.1  # m, of solid ground below z = 0
+GROUND = "world: ground"  # a name that geoms of robots are unlikely to have
+HIGHEST = 0.2  # m, height of the highest possible bump
+SPACING = 0.5  # trunk lengths between corners, so that the feet step on different ones
+FASTEST = 4.0  # trunk lengths per second, twice the speed of the bundled robots
+BASE = 0.1  # m, thickness of solid ground below z = 0
 
 
 def corners_for(seconds: float) -> int:
-    """Return how many corners bumpy ground has each way for a robot that walks for a time, s."""
+    """Return the number of corners in each direction for a walk of a given duration, s."""
     return math.ceil(FASTEST * seconds / SPACING) + 4
 
 
 def add_ground(spec: Any, anatomy: Anatomy, corners: int, friction: float) -> None:
-    """Add the ground to a specification: a plane, or a height field that is level as yet.
+    """Add the ground to a specification: a plane, or a height field that is still level.
 
     Args:
-        spec: changed in place.
-        anatomy: of the robot.
-        corners: of the height field each way from the middle; 0 for a plane.
-        friction: of the ground.
+        spec: MuJoCo's specification, changed in place.
+        anatomy: anatomy of the robot.
+        corners: number of corners of the height field in each direction from the middle; 0 for a
+            plane.
+        friction: friction of the ground.
     """
     import mujoco
 
@@ -48,13 +49,13 @@ def add_ground(spec: Any, anatomy: Anatomy, corners: int, friction: float) -> No
 
 
 def raise_bumps(model: Any, unevenness: float, seed: int, level: float) -> Terrain:
-    """Give the height field of a robot's model heights drawn uniformly from 0 to `unevenness`.
+    """Set the heights of a model's height field, drawn uniformly from 0 to `unevenness`.
 
     Args:
         model: `mujoco.MjModel`, changed in place.
-        unevenness: height of the highest corner, m.
-        seed: of the heights; the same seed draws the same ones for any number of corners.
-        level: distance from the middle up to which there are none, m.
+        unevenness: upper bound of the heights, m.
+        seed: seed of the heights, which draws the same heights for any number of corners.
+        level: distance from the middle up to which the ground is level, m.
     """
     corners = int(model.hfield_nrow[0]) // 2
     half = float(model.hfield_size[0, 0])

@@ -1,4 +1,4 @@
-"""Pictures of robots on slopes and bumps."""
+"""Drawings of robots on slopes and bumps."""
 
 from dataclasses import replace
 
@@ -9,15 +9,15 @@ from gaitsim.contracts.quaternions import conjugate, product, rotated
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.simulation import Simulation
 
-FAR = 1e3  # m, to the edge of a slope
+FAR = 1e3  # m, distance to the edge of a slope
 
 
 def on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
-    """Return a skeleton turned as the slope is, about the start, with the ground under it.
+    """Rotate a skeleton by the slope about the start, and add the ground.
 
     Args:
-        skeleton: in the frame of the ground.
-        simulation: of the robot in its world.
+        skeleton: skeleton in the frame of the ground.
+        simulation: simulation of the robot in its world.
     """
     turn = _turn(simulation.world.get("slope", 0.0), simulation.world.get("side_slope", 0.0))
     bumps = simulation.ground
@@ -42,14 +42,14 @@ def on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
 
 
 def _turn(slope: float, side_slope: float) -> Floats:
-    """Return how slopes, in degrees, turn the ground, (4,)."""
+    """Return the rotation of the ground by slopes in degrees, a quaternion (4,)."""
     up, left = np.radians([-slope, side_slope]) / 2
     along = np.array([np.cos(up), 0.0, np.sin(up), 0.0])
     return product(along, np.array([np.cos(left), np.sin(left), 0.0, 0.0]))
 
 
 def _inclined(turn: Floats, bumps: Terrain | None) -> Terrain:
-    """Return a slope as terrain; bumps rise from it vertically."""
+    """Return a slope as terrain, with vertical bumps."""
     lattice = bumps or Terrain(np.zeros((2, 2)), 2 * FAR, (-FAR, -FAR))
     normal = rotated(turn, np.array([0.0, 0.0, 1.0]))
     places = np.stack([*np.meshgrid(*lattice.corners), np.zeros(lattice.heights.shape)], axis=-1)

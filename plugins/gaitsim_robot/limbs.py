@@ -1,4 +1,4 @@
-"""Limbs of a robot: the chains of joints from the trunk to whatever could touch the ground."""
+"""Limbs of a robot: chains of joints from the trunk to parts that could touch the ground."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from gaitsim_robot.shapes import Surfaces, surfaces
 
 Indices = NDArray[np.intp]
 
-FINGERS = 0.35  # share of a limb's length: branches nearer to its end are fingers or toes
-HIP = 0.25  # share of a limb's length within which several joints are one hip
-ANKLE = 0.3  # share of a limb's length: the largest height of an ankle above a level sole
+FINGERS = 0.35  # share of a limb's length; branches closer to its end are fingers or toes
+HIP = 0.25  # share of a limb's length within which several joints form one hip
+ANKLE = 0.3  # share of a limb's length, largest height of an ankle above a level sole
 SAMPLES = 512
 
 
@@ -25,16 +25,16 @@ class Limb:
     """A limb in the robot's reference pose.
 
     Attributes:
-        joints: from the hip to the foot, without those that other limbs share, (joints,).
-        bodies: of the foot with its toes; it touches the ground, (bodies,).
+        joints: joints from the hip to the foot, without joints shared with other limbs, (joints,).
+        bodies: bodies of the foot and its toes, which touch the ground, (bodies,).
         parts: all bodies that only this limb moves, (bodies,).
-        chain: of the joints to the middle of the foot, a ball or a point.
-        radius: of that ball, m.
+        chain: chain from the hip to the tip, the middle of a ball or a point.
+        radius: radius of that ball, m.
         foot: body of the tip.
-        sole: extent of a level sole along x and y, (2,) m; 0 for a foot that is a point.
+        sole: extents of a level sole along x and y, (2,) m; 0 for a point foot.
         hip: anchor of the last joint of the hip, (3,) m.
         knee: index in `joints` of the first joint after the hip.
-        length: farthest that the tip gets from there, m.
+        length: largest distance between `hip` and the tip, m.
     """
 
     joints: Indices
@@ -55,18 +55,18 @@ class Limb:
 
     @cached_property
     def samples(self) -> Floats:
-        """Angles all over the limits, the pose at zero first, (samples, joints) rad."""
+        """Angles that cover the limits, starting with the pose at zero, (samples, joints) rad."""
         lower, upper = self.chain.lower, self.chain.upper
         return np.vstack([self.chain.zero, lower + _halton(len(lower)) * (upper - lower)])
 
     @cached_property
     def tips(self) -> Floats:
-        """Tips at the samples, (samples, 3) m."""
+        """Positions of the tip at `samples`, (samples, 3) m."""
         return self.chain.place(self.samples)
 
 
 class Tree:
-    """The bodies of a robot, those welded to one another as one, in the pose of `data`."""
+    """The tree of a robot's bodies in the pose of `data`; bodies welded together form a group."""
 
     def __init__(self, model: Any, data: Any) -> None:
         self.model, self.data = model, data
@@ -95,7 +95,7 @@ class Tree:
         return self._built(ends)
 
     def limbs_to(self, bodies: list[int]) -> list[Limb]:
-        """Return the limbs that end at these bodies."""
+        """Return the limbs that end at given bodies."""
         return self._built([int(self.weld[body]) for body in bodies])
 
     def _built(self, ends: list[int]) -> list[Limb]:
@@ -114,7 +114,7 @@ class Tree:
         return [limb for limb in limbs if limb is not None]
 
     def _path(self, group: int) -> list[int]:
-        """Groups from the trunk, without it, to a group."""
+        """Return the groups from the trunk, exclusive, to a group, inclusive."""
         path: list[int] = []
         while group > 1:
             path.insert(0, group)
@@ -143,7 +143,7 @@ class Tree:
         return float(np.linalg.norm(np.diff(anchors, axis=0), axis=1).sum())
 
     def _depth(self, group: int) -> float:
-        """Length of the longest path from the anchor of a group to a surface below it."""
+        """Return the length of the longest path from a group's anchor to a surface below, m."""
         anchor = self._anchor(group)
         deepest = [
             float(np.linalg.norm(self._anchor(child) - anchor)) + self._depth(child)
@@ -155,7 +155,7 @@ class Tree:
         return max(deepest, default=0.0)
 
     def _below(self, group: int) -> Indices:
-        """All bodies from a group on."""
+        """Return the bodies of a group and of all groups below it."""
         inside = [one for one in self.parent if group in self._path(one)]
         return np.flatnonzero(np.isin(self.weld, inside))
 
@@ -173,7 +173,7 @@ class Tree:
         if not joints or not len(of_foot):
             return None
         while len(joints) > 1 and self._rolls(joints[-1], of_foot):
-            joints.pop()  # A wheel at the end of a leg is held still.
+            joints.pop()  # a wheel at the end of a leg is held still
         anchors = data.xanchor[joints]
         tip, radius, body, sole = self._tip(anchors, of_foot)
         segments = np.linalg.norm(np.diff(np.vstack([anchors, tip]), axis=0), axis=1)
@@ -186,7 +186,7 @@ class Tree:
         )  # fmt: skip
 
     def _rolls(self, joint: int, of_foot: Indices) -> bool:
-        """Whether the foot is a wheel about this joint: as far down at every angle."""
+        """Return whether the foot is a wheel about this joint, with equal radius at all angles."""
         axis, anchor = self.data.xaxis[joint], self.data.xanchor[joint]
         lever = self.points[of_foot] - anchor
         across = lever - np.outer(lever @ axis, axis)
@@ -198,7 +198,7 @@ class Tree:
         return bool(reach.min() > 0.8 * reach.max())
 
     def _tip(self, anchors: Floats, of_foot: Indices) -> tuple[Floats, float, int, Floats]:
-        """Tip, radius of its ball, its body, and extent of its sole."""
+        """Return the tip, the radius of its ball, its body, and the extents of its sole."""
         points, radius = self.points[of_foot], self.surfaces.radius[of_foot]
         bodies = self.surfaces.bodies[of_foot]
         ankle = anchors[-1]
@@ -222,7 +222,7 @@ class Tree:
 
 
 def in_order(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
-    """Return the indices of legs in the order L1 R1 L2 R2 …, the middle ones last."""
+    """Return the indices of legs in the order L1 R1 L2 R2 …, middle legs last."""
     rank: dict[int, tuple[int, int, int]] = {}
     for column, side in enumerate(("left", "right", "middle")):
         members = [index for index, one in enumerate(sides) if one == side]
@@ -233,7 +233,7 @@ def in_order(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
 
 
 def _farthest(chain: Chain, hip: int) -> float:
-    """The farthest that the tip gets from the anchor of a joint, by coordinate ascent, m."""
+    """Return the largest distance between the tip and a joint's anchor, by coordinate ascent, m."""
     angles, joints = chain.zero.copy(), range(hip + 1, len(chain.zero))
     at = chain.anchors[hip]
     for _ in range(3):
@@ -252,7 +252,7 @@ def _perpendicular(axis: Floats) -> Floats:
 
 
 def _halton(columns: int) -> Floats:
-    """Points of the unit cube that fill it evenly, (SAMPLES, columns)."""
+    """Return points that fill the unit cube evenly, (SAMPLES, columns)."""
     from scipy.stats.qmc import Halton
 
     points: Floats = Halton(columns, scramble=False).random(SAMPLES + 1)[1:]

@@ -1,4 +1,4 @@
-"""Robots by name, file or text, and what is worked out of each once."""
+"""Load robots by name, file or text, and cache everything derived from them."""
 
 import math
 import os
@@ -22,19 +22,19 @@ from gaitsim_robot.simulation import Simulation, build
 from gaitsim_robot.symmetry import Symmetry
 from gaitsim_robot.text import compiled, trust
 
-SPEED_SHARE = 0.8  # of the speed at which a servo has no torque left, for commands
+SPEED_SHARE = 0.8  # speed limit of commands as a share of a servo's no-load speed
 BUNDLED = ("quadruped", "hexapod", "spider-physics")
 
 ServoOptions = tuple[ServoName, float | None, float | None, float | None, float | None]
-"""The options of the servos: their name, and what stands in place of their own values."""
+"""Options of the servos: name, torque limit, speed limit, latency and stiffness."""
 
 
 def robot_text(model: str, folder: Path | None) -> str:
-    """Return the option `model` as an experiment keeps it: a bundled robot's name, or a text.
+    """Return the option `model` in the form that an experiment stores: bundled name or text.
 
     Args:
-        model: a bundled robot's name, a robot's text, or the path of a file.
-        folder: where relative paths start; None where no file may be read.
+        model: name of a bundled robot, a robot's text, or the path of a file.
+        folder: base of relative paths; None forbids files.
 
     Raises:
         RobotError: there is no such robot or file, or it cannot be used.
@@ -50,7 +50,7 @@ def robot_text(model: str, folder: Path | None) -> str:
             allowed=f"{', '.join(BUNDLED)}, or a robot's text",
         )
     path = folder / model
-    # Before a child process is started; os.path answers for names that no file can have, too.
+    # Check before starting a child process; unlike Path, os.path accepts invalid names, too.
     if not os.path.isfile(path):  # noqa: PTH113
         raise RobotError(
             f"there is neither a bundled robot nor a file {model[:200]!r}",
@@ -63,7 +63,7 @@ def robot_text(model: str, folder: Path | None) -> str:
 
 @lru_cache(maxsize=4)
 def _imported(path: Path, _changed: int, _size: int) -> str:
-    # A form in the terminal UI checks its options at every key.
+    # Cached, as a form in the terminal UI checks its options at every keystroke.
     return import_robot(path).text
 
 
@@ -71,19 +71,19 @@ def _imported(path: Path, _changed: int, _size: int) -> str:
 def bundled(name: str) -> str:
     """Return the text of a bundled robot."""
     text = (files("gaitsim_robot") / "models" / f"{name}.xml").read_text(encoding="utf-8")
-    trust(text)  # saves a child process at every start
+    trust(text)  # avoids a child process at every start
     return text
 
 
 @lru_cache(maxsize=16)
 def anatomy_of(text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...]) -> Anatomy:
-    """Return the anatomy of a robot's text, with the options `feet` and `stance`, degrees."""
+    """Return the anatomy of a robot's text, given the options `feet` and `stance` (degrees)."""
     pose = {joint: math.radians(angle) for joint, angle in stance}
     return find_anatomy(compiled(text), feet, pose or None)
 
 
 def ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
-    """Return the smallest and the largest angle of each joint of the legs, rad."""
+    """Return the smallest and largest angle of each leg joint, rad."""
     model = compiled(text)
     return tuple(
         (float(low), float(high))
@@ -92,16 +92,15 @@ def ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
 
 
 def standing_angles(text: str, anatomy: Anatomy) -> Floats:
-    """Return the angle of each joint of the legs in the standing pose, (joints,) rad."""
+    """Return the angle of each leg joint in the standing pose, (joints,) rad."""
     model = compiled(text)
     return anatomy.stance[[model.joint(name).qposadr[0] for name in anatomy.joints]]
 
 
 Compiled = tuple[str, Anatomy, ServoOptions, float, float, float, tuple[Damage, ...]]
-"""What a robot is compiled from: its text, anatomy and servos, the time step, friction and gravity,
-and its damage."""
+"""Input of the compilation: text, anatomy, servos, time step, friction, gravity and damage."""
 
-_compiling = RLock()  # or else each thread would compile the world that all are about to enter
+_compiling = RLock()  # keeps threads from compiling the same world at the same time
 
 
 def simulation_of(
@@ -110,16 +109,16 @@ def simulation_of(
     """Return a robot in a world.
 
     Args:
-        compiled: what it is compiled from.
-        world: conditions in the order of their names.
-        seconds: that it can walk on uneven ground.
+        compiled: input of the compilation.
+        world: conditions, sorted by name.
+        seconds: duration for which uneven ground is large enough, s.
     """
     corners = corners_for(seconds) if dict(world).get("unevenness") else 0
     with _compiling:
         return _in_world(compiled, world, corners) if world else _nominal(*compiled)
 
 
-@lru_cache(maxsize=64)  # an adaptation goes through many damaged robots in turn
+@lru_cache(maxsize=64)  # a report of adaptations alternates between many damaged robots
 def _nominal(
     text: str,
     anatomy: Anatomy,
@@ -144,7 +143,7 @@ def _nominal(
     )
 
 
-@lru_cache(maxsize=32)  # 0.3 MB each of the bundled robots; an evolution has fewer
+@lru_cache(maxsize=32)  # 0.3 MB for each bundled robot; a run uses fewer worlds
 def _in_world(compiled: Compiled, world: tuple[tuple[str, float], ...], corners: int) -> Simulation:
     nominal = _nominal(*compiled, corners) if corners else _nominal(*compiled)
     return in_world(nominal, dict(world))
@@ -159,7 +158,7 @@ def own_latency(servo: ServoOptions) -> float:
 
 
 def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Servo]:
-    """Return the servo of each driven joint by its name."""
+    """Return the servo of each driven joint by the joint's name."""
     name, torque_limit, speed_limit, latency, stiffness = servo
     return joint_servos(
         compiled(text),
@@ -176,7 +175,7 @@ def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Ser
 def encoding_of(
     simulation: Simulation, kind: Kind, symmetry: Symmetry, fastest: float, heading: float
 ) -> Encoding:
-    """Return the encoding of a robot, whose commands keep its servos' speed."""
+    """Return the encoding of a robot, whose commands stay below the speed of its servos."""
     top_speed = SPEED_SHARE * simulation.top_speed
     return Encoding(
         simulation.model, simulation.anatomy, top_speed, kind, symmetry, fastest, heading

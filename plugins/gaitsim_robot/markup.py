@@ -1,4 +1,4 @@
-"""Read untrusted XML: no entities, bounded depth and number of elements."""
+"""Parse untrusted XML without entities, with limits on depth and number of elements."""
 
 from typing import Any
 from xml.etree.ElementTree import Element, TreeBuilder
@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 DEPTH = 256  # nested elements
 ELEMENTS = 300_000
-LARGEST = 1e6  # of a number
+LARGEST = 1e6  # absolute value of a number
 
 
 def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
@@ -21,11 +21,11 @@ def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
 
     Args:
         data: the document.
-        where: its file, for messages.
-        encoding: of the document, instead of what it declares.
+        where: file of the document, for messages.
+        encoding: encoding that replaces the declared one.
 
     Raises:
-        RobotError: it is not XML, or declares entities, or is too deep or too long.
+        RobotError: the document is not XML, declares entities, or is too deep or too long.
     """
     builder = TreeBuilder()
     depth = count = 0
@@ -69,14 +69,14 @@ def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
             f"not XML: {error}",
             where=where,
             allowed="a robot as URDF (<robot>) or MJCF (<mujoco>)",
-            remedy="convert a xacro file by `xacro robot.xacro > robot.urdf`"
+            remedy="convert a xacro file with `xacro robot.xacro > robot.urdf`"
             if b"xacro" in data[:2000]
             else "",
         ) from None
 
 
 def _trimmed(data: bytes) -> bytes:
-    """Drop what some files have before their XML declaration, and zeros after the end."""
+    """Remove text before the XML declaration and zeros after the end, as found in some files."""
     data = data.rstrip(b"\0")
     at = data.find(b"<?xml", 0, 4096)
     return data[at:] if at > 0 and b"<" not in data[:at].replace(b"<!--", b"") else data
@@ -86,7 +86,7 @@ def numbers(text: str | None, count: int, default: str, where: str) -> Floats:
     """Return the numbers of an attribute, (count,).
 
     Raises:
-        RobotError: they are not so many finite numbers.
+        RobotError: the attribute does not consist of `count` finite numbers.
     """
     words = (default if text is None or not text.strip() else text).replace(",", " ").split()
     try:

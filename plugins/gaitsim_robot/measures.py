@@ -1,4 +1,4 @@
-"""Measures of how a robot walked, for people."""
+"""Measures that describe a robot's walk to people."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,11 +15,11 @@ from gaitsim_robot.sums import ratio, total
 def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
     """Return displacement, speed, duration, effort, slip, steps and posture.
 
-    Means over time end with the fall.
+    Means over time end at the fall.
 
     Args:
-        motion: of a population.
-        legs: of the robot.
+        motion: motion of a population.
+        legs: legs of the robot.
     """
     moved = motion["torso"][:, -1] - motion["torso"][:, 0]
     displacement = np.hypot(moved[:, 0], moved[:, 1])
@@ -36,12 +36,12 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
         "body lengths": Measure(
             displacement / motion["length"],
             "",
-            f"displacement in trunks of {float(motion['length'][0]):.3g} m",
+            f"displacement in trunk lengths of {float(motion['length'][0]):.3g} m",
         ),
         "speed": Measure(
             ratio(displacement, lasted), "m/s", "displacement over the time before the fall"
         ),
-        "lasted": Measure(lasted, "s", "before the fall, or the whole rollout"),
+        "lasted": Measure(lasted, "s", "time before the fall, or the whole rollout"),
         "cost of transport": Measure(
             ratio(energy, motion["weight"] * displacement, math.inf),
             "",
@@ -51,12 +51,12 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
         "peak torque": Measure(
             ratio(torque, motion["stall_torque"]).max(axis=1),
             "",
-            "of the stall torque, highest mean of a frame; 0 where it is unknown",
+            "largest mean torque of a frame as a share of the stall torque; 0 if unknown",
         ),
         "slip ratio": Measure(
             ratio(total(motion["slip"]), path, math.inf),
             "",
-            "slide of the stance feet over path",
+            "slide of the stance feet over the trunk's path",
         ),
         **stepping(
             motion["stance"],
@@ -66,17 +66,17 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
             upright=upright.sum(axis=1),
         ),
         BODY_HEIGHT: Measure(
-            _mean(motion["height"], upright), "m", "of the trunk's origin above the ground, mean"
+            _mean(motion["height"], upright), "m", "mean height of the trunk's origin above ground"
         ),
         "tilt": Measure(
             np.degrees(np.where(upright, tilt, 0.0).max(axis=1)),
             "°",
-            "largest angle of the trunk from upright",
+            "largest angle between the trunk and upright",
         ),
         "yaw": Measure(np.degrees(yaw[:, -1] - yaw[:, 0]), "°", "turn to the left at the end"),
     }
 
 
 def _mean(values: Array, chosen: Array) -> Floats:
-    """Mean over the chosen frames of each individual, (population, frames) -> (population,)."""
+    """Return each individual's mean over chosen frames, (population, frames) -> (population,)."""
     return total(np.where(chosen, values, 0.0)) / total(chosen)

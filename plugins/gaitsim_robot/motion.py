@@ -1,4 +1,4 @@
-"""The motion of a population of robots, from what was recorded of them."""
+"""The motion of a population of robots, computed from their record."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,9 @@ def walked(simulation: Simulation, commands: Floats, engine: RollOut = roll_out)
     """Return the motion of robots whose servos follow commands.
 
     Args:
-        simulation: of one robot, in which each is alone.
+        simulation: simulation of one robot.
         commands: (population, frames, joints) rad.
-        engine: simulates them.
+        engine: function that simulates the robots.
     """
     record = engine(simulation, commands)
     held = commands.copy()
@@ -24,7 +24,7 @@ def walked(simulation: Simulation, commands: Floats, engine: RollOut = roll_out)
         held[individual, lasted:] = held[individual, max(lasted - 1, 0)]
     qpos, qvel = record.qpos, record.qvel
     torso = qpos[..., :3] - np.array([*simulation.start[1:3], 0.0])
-    record.load[:, 0] = record.load[:, 1]  # it stands before the start
+    record.load[:, 0] = record.load[:, 1]  # the robot is standing before the start
     stance = record.load[..., 2] > 0
     return Motion(
         FRAME_RATE,
@@ -53,21 +53,22 @@ def walked(simulation: Simulation, commands: Floats, engine: RollOut = roll_out)
 
 
 def _weight(simulation: Simulation) -> float:
-    """Of the whole robot, N."""
+    """Return the weight of the whole robot, N."""
     return simulation.anatomy.mass * float(np.linalg.norm(simulation.model.opt.gravity))
 
 
 def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:
-    """Mean slide of the stance feet since the frame before, (population, frames) m."""
+    """Return the mean slide of stance feet since the previous frame, (population, frames) m."""
     slid = np.where(stance, record.slide, 0.0).sum(axis=2)
     slip: Floats = slid / np.maximum(stance.sum(axis=2), 1)
     return slip
 
 
 def orientation(turn: Floats) -> Floats:
-    """Roll, pitch and yaw of turns from the standing pose, (population, frames, 3) rad.
+    """Return roll, pitch and yaw relative to the standing pose, (population, frames, 3) rad.
 
-    Roll is to the right, pitch nose down, yaw to the left and continuous over whole turns.
+    Positive roll is to the right, positive pitch nose down, and positive yaw to the left. Yaw is
+    continuous over whole turns.
     """
     w, x, y, z = np.moveaxis(turn, -1, 0)
     roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))

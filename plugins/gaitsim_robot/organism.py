@@ -1,4 +1,4 @@
-"""The robot: any legged robot from a URDF or MJCF file."""
+"""The body `robot`: any legged robot from a URDF or MJCF file."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -59,69 +59,77 @@ class Robot(Organism):
     model: str = option(
         "quadruped",
         "a bundled robot (quadruped, hexapod or spider-physics), the path of a URDF or MJCF file, "
-        "or the robot itself as text, into which a file is turned",
+        "or the text into which gaitsim converts such a file",
     )
     encoding: Kind = option(
         "steps",
-        "how a genome becomes joint angles: step cycles of the feet by inverse kinematics, a sine "
-        "for each joint, or coupled oscillators that start from standing",
+        "rule that turns a genome into joint angles: step cycles of the feet with inverse "
+        "kinematics, a sine for each joint, or coupled oscillators that start from standing",
     )
     symmetry: Symmetry = option(
         "none",
-        "which legs share genes: in alternating and trot, left and right and neighbours on a side "
-        "take turns; in a bound, front and back do; in a wave, steps run from back to front",
+        "legs that share genes: in alternating and trot, left and right and neighbours on a side "
+        "take turns; in bound, front and back take turns; in wave, steps run from back to front",
     )
     fastest_stride: float = option(
-        2.5, "upper bound of the gene for strides a second", unit="Hz", gt=0.5, le=5
+        2.5, "upper bound of the frequency gene, in strides per second", unit="Hz", gt=0.5, le=5
     )
     heading: float = option(
         0.0,
-        "direction of the strides of the encoding steps, from forward to the left",
+        "direction of the strides in the encoding steps, from forward to the left",
         unit="°",
         ge=-180,
         le=180,
     )
     duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
     feet: tuple[str, ...] = option(
-        (), "names of the bodies at the ends of the legs; none finds the legs"
+        (), "names of the bodies at the ends of the legs; by default, gaitsim finds the legs"
     )
     stance: dict[str, float] = option(
         {},
-        "angles of joints in the standing pose, by name; others are as in the file's keyframe, or "
-        "zero; none finds the pose",
+        "angles of joints in the standing pose by name; other joints are as in the file's "
+        "keyframe, or zero; by default, gaitsim finds a pose",
         unit="°",
     )
     dt: float = option(
         0.004,
-        "time step of the physics, a whole number of which make 1/50 s",
+        "time step of the physics, a whole fraction of 1/50 s",
         unit="s",
         ge=2e-4,
         le=0.01,
     )
     servo: ServoName = option(
         "model",
-        "what drives the joints: model has the limits in the robot's file, ideal hardly any; the "
-        "others are hobby servos, by their data sheets",
+        "servo of the joints: model has the limits in the robot's file, ideal has almost no "
+        "limits; the others are hobby servos with figures from their data sheets",
     )
     torque_limit: float | None = option(
-        None, "largest torque of a servo, in place of its own", unit="N m", gt=0, le=1e5
+        None, "largest torque of a servo, instead of its own", unit="N m", gt=0, le=1e5
     )
     speed_limit: float | None = option(
         None,
-        "speed at which a servo has no torque left, in place of its own",
+        "speed at which a servo has no torque left, instead of its own",
         unit="rad/s",
         gt=0,
         le=100,
     )
     latency: float | None = option(
-        None, "from a command to the servo's torque, in place of its own", unit="s", ge=0, le=0.2
+        None,
+        "delay from a command to the servo's torque, instead of its own",
+        unit="s",
+        ge=0,
+        le=0.2,
     )
     stiffness: float | None = option(
-        None, "torque of a servo per error, in place of its own", unit="N m/rad", gt=0, le=1e6
+        None,
+        "torque of a servo per position error, instead of its own",
+        unit="N m/rad",
+        gt=0,
+        le=1e6,
     )
     engine: Literal["mujoco", "bullet"] = option(
         "mujoco",
-        "physics engine; bullet plays gaits in a second one, PyBullet, which is installed by "
+        "physics engine; bullet is a second engine, PyBullet, which requires "
         "pip install 'gaitsim[bullet]'",
     )
     friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
@@ -155,7 +163,7 @@ class Robot(Organism):
 
     @property
     def threads(self) -> bool:  # type: ignore[override]
-        """Whether the engine releases the interpreter's lock, which PyBullet keeps."""
+        """Whether the engine releases the interpreter's lock; PyBullet does not."""
         return self.engine == "mujoco"
 
     @property
@@ -167,17 +175,17 @@ class Robot(Organism):
 
     @property
     def frames(self) -> int:
-        """Number of frames of a rollout, its start included."""
+        """Number of frames of a rollout, including the start."""
         return round(self.duration * FRAME_RATE) + 1
 
     @property
     def anatomy(self) -> Anatomy:
-        """Legs, feet and the standing pose of the intact robot."""
+        """Legs, feet and standing pose of the intact robot."""
         return anatomy_of(self.text, self.feet, tuple(self.stance.items()))
 
     @property
     def simulation(self) -> Simulation:
-        """The robot with its damage in its world, compiled once."""
+        """The robot with its damage in its world; cached after the first compilation."""
         return self._simulation(self._damage, self.world)
 
     def _simulation(self, damage: tuple[Damage, ...], world: Mapping[str, float]) -> Simulation:
@@ -199,7 +207,7 @@ class Robot(Organism):
         return self.servo, self.torque_limit, self.speed_limit, self.latency, self.stiffness
 
     def describe(self) -> Facts:
-        """Mass, legs, servos, the standing pose, damage and world."""
+        """Describe mass, legs, servos, standing pose, damage and world."""
         from gaitsim_robot.describing import facts
 
         conditions = self.conditions()
@@ -213,7 +221,7 @@ class Robot(Organism):
 
     @classmethod
     def library(cls) -> Facts:
-        """The bundled robots and servos."""
+        """Describe the bundled robots and servos."""
         from gaitsim_robot.describing import library
 
         return library({name: cls(model=name).anatomy for name in BUNDLED})
@@ -224,54 +232,54 @@ class Robot(Organism):
 
         Args:
             path: the file.
-            roots: further folders whose files it may use, such as other ROS packages.
+            roots: additional folders with files that it may use, such as other ROS packages.
 
         Raises:
-            RobotError: it cannot be read, or is not a robot.
+            RobotError: the file cannot be read, or is not a robot.
         """
         return import_robot(path, roots)
 
     def genome_space(self) -> RealSpace:
-        """Genes of the encoding."""
+        """Return the genes of the encoding."""
         return genome_space(self._encoding.groups)
 
     @property
     def _encoding(self) -> Encoding:
-        # Of the intact robot in its nominal world: damage and worlds leave the meaning of a genome
-        # as it is.
+        # The intact robot in its nominal world, as damage and worlds do not change the meaning of
+        # a genome.
         heading = math.radians(self.heading)
         return encoding_of(
             self._simulation((), {}), self.encoding, self.symmetry, self.fastest_stride, heading
         )
 
     def move(self, genomes: Genomes) -> Motion:
-        """Walk, each individual in a world of its own."""
+        """Walk, each individual in its own simulation."""
         return self._walked(self._encoding.commands(genomes, self.frames))
 
     def play(self, joint_angles: Array) -> Motion:
-        """Walk by commands to the servos, clipped to the limits of the joints.
+        """Walk with the given servo commands, clipped to the limits of the joints.
 
         Args:
-            joint_angles: (population, frames, joints), radians from the zero of the file, 50
-                frames a second, of any number of frames from 2; the first is the pose at the start.
+            joint_angles: commands relative to the file's zero, (population, frames, joints) rad,
+                at 50 frames per second; at least 2 frames, the first of which is the initial pose.
 
         Raises:
-            ValueError: another shape, or angles that are not finite.
+            ValueError: the shape is wrong, or angles are not finite.
         """
         check_joint_angles(joint_angles, len(self.anatomy.joints))
         lower, upper = np.array(ranges(self.text, self.anatomy)).T
         return self._walked(np.clip(joint_angles.astype(np.float64), lower, upper))
 
     def joint_names(self) -> tuple[str, ...]:
-        """The names of the joints of the legs as in the file, leg by leg."""
+        """Return the names of the leg joints as in the file, leg by leg."""
         return self.anatomy.joints
 
     def standing_pose(self) -> Array:
-        """The joint angles of the intact robot in its standing pose, (joints,) rad."""
+        """Return the joint angles of the intact robot in its standing pose, (joints,) rad."""
         return standing_angles(self.text, self.anatomy)
 
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
-        """The names of the joints of each leg: L1, R1 …, or M1 … in the middle."""
+        """Return the joints of each leg by its name: L1, R1 …, or M1 … in the middle."""
         return {leg.name: leg.joints for leg in self.anatomy.legs}
 
     def _walked(self, angles: Array) -> Motion:
@@ -282,22 +290,22 @@ class Robot(Organism):
         return walked(self.simulation, angles, engines[self.engine])
 
     def conditions(self) -> Mapping[str, Condition]:
-        """The ground, masses, servos, the pose at the start, and pushes."""
+        """Return the conditions: ground, masses, servos, initial pose and pushes."""
         return robot_conditions(self.friction, own_latency(self._servo))
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Displacement, speed, duration, effort, slip, steps and posture."""
+        """Return displacement, speed, duration, effort, slip, steps and posture."""
         return measures(motion, self.anatomy.legs)
 
     def rig(self) -> Rig | None:
-        """The tree of its bodies; None for a robot with mimic joints or closed linkages."""
+        """Return the tree of bodies; None for a robot with mimic joints or closed linkages."""
         from gaitsim_robot.rig import rig
 
         simulation = self.simulation
         return rig(simulation.model, simulation.anatomy, simulation.damage)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """The solids of the body, and segments from joint to joint."""
+        """Return the solids of the body, and the segments from joint to joint."""
         from gaitsim_robot.skeleton import skeleton
 
         return skeleton(self.simulation, motion, individual)

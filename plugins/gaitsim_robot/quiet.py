@@ -1,10 +1,10 @@
-"""MuJoCo without its log."""
+"""Switch off MuJoCo's log."""
 
 
 def silence() -> None:
     """Keep MuJoCo from printing warnings and from writing them to the working directory.
 
-    Robots that become unstable are failures of their individuals, with a reason.
+    gaitsim reports unstable robots as failed individuals, with a reason.
     """
     import mujoco
 

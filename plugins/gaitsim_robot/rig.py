@@ -1,4 +1,4 @@
-"""A robot as a tree of links, from MuJoCo's compiled model."""
+"""A robot as a tree of links, derived from MuJoCo's compiled model."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,21 +14,21 @@ from gaitsim_robot.figure import TRUNK, figure
 
 
 def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | None:
-    """Return the rig of a robot; None for one whose linkages are not a tree.
+    """Return the rig of a robot; None if its linkages do not form a tree.
 
-    Joints that belong to no leg, are stuck or belong to a lost leg stay in the standing pose.
+    Joints outside the legs, stuck joints and joints of lost legs stay in the standing pose.
 
     Args:
         model: MuJoCo's compiled model.
-        anatomy: of the robot with its damage.
-        damage: of the robot.
+        anatomy: anatomy of the robot with its damage.
+        damage: damage of the robot.
     """
     if model.eq_active0.any():  # mimic joints and closed linkages
         return None
     lost = lost_bodies(model, anatomy, damage)
     stuck = {one.part for one in damage if is_stuck(one)}
     turning = {name for name in anatomy.joints if name not in stuck}
-    # Links have their origins on their joints' axes, bodies elsewhere: points move by the shift.
+    # A link's origin is on its joint's axis, but a body's need not be: shift points accordingly.
     links, shifts = [_trunk(model, anatomy)], {TRUNK: np.zeros(3)}
     names = {TRUNK: links[0].name}
     for body in range(TRUNK + 1, model.nbody):
@@ -70,21 +70,21 @@ def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | No
 
 
 def _trunk(model: Any, anatomy: Anatomy) -> Link:
-    """Return the trunk, turned as it stands: its file may have another axis up or forward."""
+    """Return the trunk, rotated as in the standing pose, as up and forward vary between files."""
     return Link(_name(model, TRUNK), rotation=_quaternion(anatomy.stance[3:7]))
 
 
 def _links(
     model: Any, body: int, parent: str, shift: Floats, stance: Floats, turning: set[str]
 ) -> tuple[list[Link], Floats]:
-    """Return a link for each joint of a body, and where the last one's origin is in the body.
+    """Return a link for each joint of a body, and the position of the last link's origin in it.
 
     Args:
         model: MuJoCo's compiled model.
-        body: its number.
-        parent: name of the link that carries it.
-        shift: where that one's origin is in its own body, (3,) m.
-        stance: the standing pose, (nq,).
+        body: number of the body.
+        parent: name of the link that carries the body.
+        shift: position of that link's origin in the link's body, (3,) m.
+        stance: standing pose, (nq,).
         turning: names of the joints that move.
     """
     import mujoco

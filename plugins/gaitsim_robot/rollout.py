@@ -1,4 +1,4 @@
-"""Populations of a robot in simulation, recorded frame by frame."""
+"""Simulate populations of a robot, and record them frame by frame."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,28 +13,32 @@ from gaitsim_robot.settling import TIPPED
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
 SEGMENT = 50
-"""Frames that are simulated at once; robots that have fallen are left out of the next ones."""
+"""Number of frames simulated at once. Later segments omit robots that have fallen."""
 
-LOW = 0.4  # share of the standing height below which it has fallen
-FASTEST = 100.0  # m/s, of the trunk; faster than this, the simulation is unstable
+LOW = 0.4  # share of the standing height; a robot with a lower trunk has fallen
+FASTEST = 100.0  # m/s, speed of the trunk above which the simulation is unstable
 
 
 @dataclass(eq=False)
 class Record:
-    """What is recorded of a population; after a fall, each quantity stays as it was.
+    """The record of a population.
+
+    After a fall, positions and work stay constant, and all other quantities are 0.
 
     Attributes:
-        qpos: (population, frames, nq).
-        qvel: (population, frames, nv).
-        torque: mean magnitude since the frame before, (population, frames, joints) N m.
-        load: mean force of the ground on each foot since the frame before,
+        qpos: positions, (population, frames, nq).
+        qvel: velocities, (population, frames, nv).
+        torque: mean magnitude of the torque since the previous frame, (population, frames, joints)
+            N m.
+        load: mean force of the ground on each foot since the previous frame,
             (population, frames, feet, 3) N.
-        slide: how far the strongest contact of each foot slid since the frame before,
+        slide: slide of each foot's strongest contact since the previous frame,
             (population, frames, feet) m.
-        feet: their positions, (population, frames, feet, 3) m.
-        work: of the servos since the start, braking counted as spent, (population, frames) J.
-        lasted: frames before the fall, or all, (population,).
-        failures: why the simulation of an individual failed, by its index.
+        feet: positions of the feet, (population, frames, feet, 3) m.
+        work: work of the servos since the start, (population, frames) J; braking counts as
+            positive.
+        lasted: number of frames before the fall, or of all frames, (population,).
+        failures: reasons why the simulation of an individual failed, by index.
     """
 
     qpos: Floats
@@ -49,16 +53,16 @@ class Record:
 
 
 RollOut = Callable[[Simulation, Floats], Record]
-"""Simulates robots in a physics engine, as `roll_out` does in MuJoCo."""
+"""Function that simulates robots in a physics engine, as `roll_out` does in MuJoCo."""
 
 
 def roll_out(simulation: Simulation, commands: Floats) -> Record:
-    """Simulate robots that start from standing, each alone.
+    """Simulate robots independently, starting from standing.
 
     Args:
-        simulation: of one robot.
-        commands: to the servos of the legs, (population, frames, joints) rad; each is held for a
-            frame.
+        simulation: simulation of one robot.
+        commands: commands to the servos of the legs, (population, frames, joints) rad, each held
+            for one frame.
     """
     import mujoco
     from mujoco import rollout
@@ -83,7 +87,7 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
 
 
 def segments(simulation: Simulation, frames: int) -> Iterator[tuple[int, int, Floats]]:
-    """Yield the first and last frame of segments, and a push of the trunk before each, (3,) m/s."""
+    """Yield the first and last frame of each segment, and the push before it, (3,) m/s."""
     pushed, push = simulation.push(frames)
     bounds = {*range(0, frames - 1, SEGMENT), frames - 1} | ({pushed} if push.any() else set())
     for first, last in pairwise(sorted(bounds)):
@@ -91,7 +95,7 @@ def segments(simulation: Simulation, frames: int) -> Iterator[tuple[int, int, Fl
 
 
 def empty(simulation: Simulation, population: int, frames: int) -> Record:
-    """Return a record without entries."""
+    """Return an empty record."""
     model, joints, feet = simulation.model, len(simulation.dof), len(simulation.anatomy.legs)
     return Record(
         np.zeros((population, frames, model.nq)),
@@ -116,17 +120,20 @@ def record_segment(
     states: Floats,
     sensors: Floats,
 ) -> NDArray[np.bool_]:
-    """Record the frames `first` to `last` of robots; return which of them have not fallen.
+    """Record the frames `first` to `last` of robots.
 
     Args:
-        simulation: of one robot.
-        record: to write to.
-        active: their indices.
-        first: frame at which the segment begins.
-        last: frame at which it ends.
-        before: their states at its beginning, (active, states).
-        states: after each step and one step more, (active, steps, states).
-        sensors: at the beginning of each of these steps, (active, steps, sensors).
+        simulation: simulation of one robot.
+        record: record to update.
+        active: indices of the robots.
+        first: frame at the start of the segment.
+        last: frame at the end of the segment.
+        before: states at the start of the segment, (active, states).
+        states: states after each step and after one more step, (active, steps, states).
+        sensors: sensor values at the start of each of these steps, (active, steps, sensors).
+
+    Returns:
+        Whether each robot is still upright, (active,).
     """
     model, steps = simulation.model, simulation.steps
     count, nq, nv = last - first, model.nq, model.nv
@@ -138,7 +145,7 @@ def record_segment(
     after = slice(first + 1, last + 1)
 
     def during(indices: NDArray[np.intp]) -> Floats:
-        # Copies these columns alone, before the reshape would copy all of them.
+        # Select the columns first, as the reshape copies its input.
         taken = sensors[:, :-1, indices.ravel()]
         return taken.reshape(len(active), count, steps, *indices.shape)
 
@@ -159,7 +166,7 @@ def record_segment(
     belly = sensors[:, ::steps, simulation.belly] > 0
     expected = before[:, :1] + np.arange(count + 1) * steps * step
     speed = np.linalg.norm(at_frames[..., 1 + nq : 4 + nq], axis=-1)
-    # MuJoCo starts a robot anew, time included, whose state is not finite.
+    # MuJoCo resets a robot, including its time, when its state is not finite.
     diverged = ~((np.abs(at_frames[..., 0] - expected) < step / 2) & (speed < FASTEST))
     down = (upward < TIPPED) | low | belly | diverged
     fallen = down.any(axis=1)
@@ -177,7 +184,7 @@ def record_segment(
 
 
 def _freeze(record: Record, individual: int, frame: int) -> None:
-    """Keep an individual as it was before it fell in a frame; what moves or bears load is 0."""
+    """Hold an individual's positions and work from before a fall; set the other quantities to 0."""
     still = max(frame - 1, 0)
     for kept in (record.qpos, record.feet, record.work):
         kept[individual, frame:] = kept[individual, still]

@@ -1,12 +1,12 @@
 """Servos: position control within a motor's torque and speed, with latency.
 
-A servo drives its joint with `stiffness · (command − angle) − damping · speed`, delivered by a DC
-motor whose torque falls linearly from the stall torque at rest to nothing at the no-load speed. It
-is MuJoCo's `dcmotor`; its commands arrive late, by `commands.arriving`.
+A servo drives its joint with the torque `stiffness · (command − angle) − damping · speed` of a DC
+motor, whose largest torque decreases linearly from the stall torque at rest to 0 at the no-load
+speed. It is implemented as MuJoCo's `dcmotor`; `commands.arriving` delays its commands.
 
-The damping of a hobby servo is that of its motor alone, stall torque / no-load speed: its
-electronics set a voltage in proportion to the error, and back-EMF does the rest. Gear friction,
-backlash and heating are not modelled.
+The damping of a hobby servo is that of its motor, stall torque / no-load speed, as its electronics
+apply a voltage proportional to the error, and back-EMF damps the motion. Gear friction, backlash
+and heating are not modelled.
 """
 
 import math
@@ -18,23 +18,23 @@ from gaitsim.legged import SERVOS, Servo
 from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.chain import standing_chains
 
-BAND = 0.25  # rad, largest error at which an unknown servo asks for its full torque
-HOLD = 4.0  # of weight × reach of a leg per radian: its least stiffness, which balances a biped
-DAMPING_TIME = 0.03  # s, least damping / stiffness of an unknown servo: seven time steps
-SPIN_UP = 0.01  # s, in which stall torque takes an unloaded unknown servo to its no-load speed
-SHARE = 0.5  # of weight × reach of a leg: torque limit where the file has none
-LIFT = 2.0  # of the same: files with more have a placeholder there
-SPEED = 10.0  # rad/s, speed limit where the file has none
-FASTEST = 50.0  # rad/s: files with more have a placeholder there
+BAND = 0.25  # rad, largest error at which an unknown servo applies its full torque
+HOLD = 4.0  # × weight × reach per rad, smallest stiffness of an unknown servo; balances a biped
+DAMPING_TIME = 0.03  # s, smallest damping / stiffness of an unknown servo: seven time steps
+SPIN_UP = 0.01  # s, time in which stall torque spins an unloaded unknown servo up to no-load speed
+SHARE = 0.5  # × weight × reach of a leg, torque limit if the file has none
+LIFT = 2.0  # × weight × reach of a leg; higher torque limits in files are placeholders
+SPEED = 10.0  # rad/s, speed limit if the file has none
+FASTEST = 50.0  # rad/s; higher speed limits in files are placeholders
 
 
 ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"]
 """Values of the option `organism.servo`.
 
-- `model`: the limits in the robot's text. Where it has none, a torque of `SHARE` of the robot's
-  weight times the reach of its longest leg, and `SPEED`; limits beyond `LIFT` and `FASTEST` are
-  placeholders, and are lowered to these.
-- `ideal`: stiff, strong and immediate, to see what a gait could be.
+- `model`: the limits in the robot's text. Missing limits are replaced by a torque of `SHARE` of the
+  robot's weight times the reach of its longest leg, and by `SPEED`. Limits beyond `LIFT` and
+  `FASTEST` are placeholders, and are reduced to these values.
+- `ideal`: stiff, strong and without delay, to show what a gait could be.
 """
 
 
@@ -52,12 +52,12 @@ def joint_servos(
 
     Args:
         model: `mujoco.MjModel` of the robot's text.
-        anatomy: of the robot.
-        name: of the servo.
-        torque_limit: in place of the servo's stall torque, N m.
-        speed_limit: in place of its no-load speed, rad/s.
-        latency: in place of its own, s.
-        stiffness: in place of its own, N m/rad.
+        anatomy: anatomy of the robot.
+        name: name of the servo.
+        torque_limit: stall torque instead of the servo's, N m.
+        speed_limit: no-load speed instead of the servo's, rad/s.
+        latency: latency instead of the servo's, s.
+        stiffness: stiffness instead of the servo's, N m/rad.
     """
     weight = 9.81 * anatomy.mass * _reach(model, anatomy)
     servos = {}
@@ -73,14 +73,15 @@ def joint_servos(
 
 
 def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
-    """Add the actuator of each servo, named as its joint.
+    """Add an actuator for each servo, named after its joint.
 
-    An actuator's control is the commanded angle, which is clipped to the range of the joint. It
-    replaces the joint's own torque limit. The joint's armature is at least the servo's.
+    The control of an actuator is the commanded angle, which is clipped to the range of the joint.
+    An actuator replaces the joint's own torque limit. The joint's armature becomes at least the
+    servo's.
 
     Args:
         spec: MuJoCo's specification of the robot's text, changed in place.
-        servos: by the names of their joints.
+        servos: servos by the names of their joints.
     """
     import mujoco
 
@@ -96,7 +97,7 @@ def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
             actuator.set_to_motor()
             actuator.gainprm[0] = 0.0
             continue
-        # The voltage cancels out: torque falls linearly from stall to no-load speed at any.
+        # The nominal voltage of 1 is arbitrary, as it cancels out.
         actuator.set_to_dcmotor(
             motorconst=[0.0, 0.0],
             resistance=0.0,
@@ -108,11 +109,11 @@ def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
 
 
 def set_limits(model: Any, servos: Mapping[str, Servo]) -> None:
-    """Give the servos of a compiled robot other torques and speeds, as compiling them anew would.
+    """Change the torques and speeds of a compiled robot's servos, as recompiling it would.
 
     Args:
         model: `mujoco.MjModel`, changed in place.
-        servos: by the names of their joints; those without force keep none.
+        servos: servos by the names of their joints; those without force are skipped.
     """
     for name, servo in servos.items():
         if servo.stall_torque:
@@ -128,7 +129,7 @@ def _changed(
     latency: float | None,
     stiffness: float | None,
 ) -> Servo:
-    """Return a servo with some of its values replaced; damping goes with stiffness."""
+    """Return a servo with some values replaced; damping is scaled with stiffness."""
     if stiffness is not None:
         servo = replace(
             servo, stiffness=stiffness, damping=servo.damping / servo.stiffness * stiffness
@@ -144,7 +145,7 @@ def _changed(
 def _of_file(
     model: Any, joint: str, weight: float, torque_limit: float | None, speed_limit: float | None
 ) -> Servo:
-    """Return the servo of a joint, from its limits in the robot's text."""
+    """Return the servo of a joint with the limits in the robot's text."""
     index = model.joint(joint).id
     torque = model.jnt_actfrcrange[index, 1] if model.jnt_actfrclimited[index] else 0.0
     speed = model.jnt_user[index, 0] if model.nuser_jnt else 0.0
@@ -158,7 +159,7 @@ def _of_file(
 
 
 def _unknown(name: str, torque: float, speed: float, weight: float, source: str) -> Servo:
-    """Return a servo of which only the limits are known."""
+    """Return a servo for which only the limits are known."""
     stiffness = max(torque / BAND, HOLD * weight)
     damping = max(torque / speed, DAMPING_TIME * stiffness)
     armature = SPIN_UP * torque / speed
@@ -166,6 +167,6 @@ def _unknown(name: str, torque: float, speed: float, weight: float, source: str)
 
 
 def _reach(model: Any, anatomy: Anatomy) -> float:
-    """Largest distance of a foot from the first joint of its leg in the standing pose, m."""
+    """Return the largest distance between hip and foot in the standing pose, m."""
     chains = standing_chains(model, anatomy)
     return max(math.dist(chain.anchors[0], chain.tip) for chain in chains)

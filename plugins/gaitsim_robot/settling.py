@@ -1,4 +1,4 @@
-"""A robot that stands for a while before its start."""
+"""Let a robot stand for a while before its start."""
 
 import copy
 from typing import Any
@@ -8,11 +8,11 @@ import numpy as np
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.sums import ratio
 
-TIPPED = 0.5  # cosine of the trunk's tilt beyond which it has fallen: 60°
-SUNK = 0.8  # share of the standing height below which it does not stand
-SETTLE = 1.0  # s, how long the robot stands before its start
-STILL = 0.2  # standing heights a second, of the trunk; what falls over is faster after a second
-STRONG = 100.0  # times their torque, servos that show what standing needs
+TIPPED = 0.5  # cosine of the trunk's tilt, 60°, beyond which the robot has fallen
+SUNK = 0.8  # share of the standing height; a robot with a lower trunk does not stand
+SETTLE = 1.0  # s, duration of standing before the start
+STILL = 0.2  # standing heights per second; a falling trunk is faster than this after a second
+STRONG = 100.0  # factor for the torque of servos that reveal the torque required for standing
 _VOLTAGE = 7  # index of the largest voltage in the gains of MuJoCo's dcmotor
 
 
@@ -23,14 +23,14 @@ def stand(
 
     Args:
         model: MuJoCo's compiled model.
-        stance: where it starts, (nq,).
+        stance: initial pose, (nq,).
         rest: control of all servos, (servos,).
-        belly: index of the number of contacts of the trunk with the ground.
-        height: of the trunk of the intact robot in standing, m.
+        belly: sensor index of the number of contacts between trunk and ground.
+        height: height of the intact robot's trunk when standing, m.
 
     Returns:
-        Its state at rest, whether it stands, and the share of its torque that each servo needs, as
-        `Simulation` has them, but for all servos.
+        The state at rest, whether the robot stands, and the share of its torque that each servo
+        needs: `start`, `stands` and, for all servos, `effort` of `Simulation`.
     """
     import mujoco
 
@@ -50,9 +50,9 @@ def stand(
 def _settled(
     model: Any, stance: Floats, rest: Floats, belly: int, height: float
 ) -> tuple[Any, bool]:
-    """Return the robot after it has stood for a while, and whether it is still up.
+    """Return the robot after standing for a while, and whether it still stands.
 
-    Up is upright, still, and not far below `height`, m, that of the intact robot.
+    A standing robot is upright and still, and not far below `height`, m.
     """
     import mujoco
 
@@ -66,7 +66,7 @@ def _settled(
 
 
 def _at_rest(model: Any, qpos: Floats, rest: Floats) -> Any:
-    """Return the robot at rest at time 0, its servos commanded to the standing pose."""
+    """Return the robot at rest at time 0, with `rest` as control of its servos."""
     import mujoco
 
     data = mujoco.MjData(model)

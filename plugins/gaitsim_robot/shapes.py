@@ -1,4 +1,4 @@
-"""Surfaces of a robot as points: what touches the ground, and where."""
+"""The surface of a robot as points and balls that can touch the ground."""
 
 import math
 from dataclasses import dataclass
@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from gaitsim_robot.anatomy import Floats
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
-"""Corners of a box whose half lengths are 1, (8, 3)."""
+"""Corners of a box with half lengths of 1, (8, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surfaces:
-    """Points of all geoms that touch the ground, each the middle of a ball that may be a point.
+    """Points of all geoms that collide with the ground, each the middle of a ball.
 
     Attributes:
         geoms: index of the geom of each point, (points,).
-        bodies: index of its body, (points,).
-        local: in the frame of the geom, (points, 3) m.
-        radius: of the ball, (points,) m.
+        bodies: index of the body of each point, (points,).
+        local: positions in the frame of the geom, (points, 3) m.
+        radius: radius of each ball, (points,) m; 0 for a point.
     """
 
     geoms: NDArray[np.intp]
@@ -36,7 +36,7 @@ class Surfaces:
         return placed
 
     def of(self, bodies: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Return the indices of the points on these bodies."""
+        """Return the indices of the points on given bodies."""
         return np.flatnonzero(np.isin(self.bodies, bodies))
 
 
@@ -45,7 +45,7 @@ def surfaces(model: Any) -> Surfaces:
     geoms, local, radius = [], [], []
     for geom in range(model.ngeom):
         if not (model.geom_contype[geom] | model.geom_conaffinity[geom]) & 1:
-            continue  # Bit 1 is the ground's.
+            continue  # bit 1 is that of the ground
         points, ball = surface(model, geom)
         geoms.append(np.full(len(points), geom, np.intp))
         local.append(points)
@@ -89,7 +89,7 @@ def mesh_vertices(model: Any, geom: int) -> Floats:
 
 
 def _sphere(points: int) -> Floats:
-    """Points of a Fibonacci lattice on the unit sphere, its poles and those of x and y too."""
+    """Return a Fibonacci lattice on the unit sphere, and its six points on the axes."""
     index = np.arange(points) + 0.5
     height, turn = 1 - 2 * index / points, index * math.pi * (3 - math.sqrt(5))
     width = np.sqrt(1 - height * height)

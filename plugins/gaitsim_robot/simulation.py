@@ -1,4 +1,4 @@
-"""The simulation of a robot: its text on level ground, with servos and sensors, compiled."""
+"""The simulation of a robot: its text compiled with ground, servos and sensors."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,27 +17,27 @@ from gaitsim_robot.ground import GROUND, add_ground
 from gaitsim_robot.servos import add_servos
 from gaitsim_robot.settling import stand
 
-FRAME_RATE = 50.0  # Hz, of commands and of what is recorded
-NEAR = 0.01  # of the trunk's length: bodies as near as this in the standing pose never collide
+FRAME_RATE = 50.0  # Hz, for both commands and recorded frames
+NEAR = 0.01  # × length of the trunk; bodies this close in the standing pose never collide
 
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A robot compiled with its ground, and where its quantities are in the arrays of MuJoCo.
+    """A robot compiled with its ground, and the indices of its quantities in MuJoCo's arrays.
 
     Attributes:
         model: MuJoCo's compiled model.
-        anatomy: of the robot, with its damage.
-        damage: of the robot.
-        servos: of the driven joints, by their names.
-        steps: physics steps a frame.
-        height: of the trunk in the intact robot's standing pose, m.
-        start: full physics state of the robot that stands at rest, (states,).
-        stands: whether it stays up with its servos commanded to the standing pose; if not, it
-            starts in that pose all the same.
-        effort: share of its stall torque that the servo of each leg joint needs to stand,
-            (joints,); more than 1 is too much, 0 is that of a servo without force. Where the robot
-            falls, it is what stronger servos need.
+        anatomy: anatomy of the robot, with its damage.
+        damage: damage of the robot.
+        servos: servos of the driven joints by the joints' names.
+        steps: number of physics steps per frame.
+        height: height of the trunk in the intact robot's standing pose, m.
+        start: full physics state of the robot standing at rest, (states,).
+        stands: whether the robot remains standing when its servos hold the standing pose; if not,
+            it still starts in that pose.
+        effort: share of its stall torque that the servo of each leg joint needs for standing,
+            (joints,): more than 1 if the servo is too weak, 0 for a servo without force. If the
+            robot falls, the share is measured with stronger servos.
         qpos: index of each leg joint in qpos, (joints,).
         dof: index of each leg joint in qvel, (joints,).
         ctrl: index of each leg joint's servo, (joints,).
@@ -47,9 +47,10 @@ class Simulation:
         slide: index of the velocity of each foot's strongest contact, in the contact's frame,
             (feet, 3).
         feet: index of the position of each foot, (feet, 3).
-        belly: index of the number of contacts of the trunk with the ground.
-        offset: of each leg joint from its command, as a horn is fixed on its servo, (joints,) rad.
-        ground: that is uneven; None for level ground at z = 0.
+        belly: index of the number of contacts between trunk and ground.
+        offset: constant error of each leg joint relative to its command, (joints,) rad, such as
+            that of a horn on its servo.
+        ground: uneven ground; None for level ground at z = 0.
         world: values of conditions by name.
     """
 
@@ -76,7 +77,7 @@ class Simulation:
     world: Mapping[str, float] = field(default_factory=dict)
 
     def above(self, points: Floats) -> Floats:
-        """Return how high points are above the ground, (…, 3) m -> (…,) m."""
+        """Return the height of points above the ground, (…, 3) m -> (…,) m."""
         height: Floats = points[..., 2]
         return height if self.ground is None else height - self.ground.height(points)
 
@@ -88,28 +89,28 @@ class Simulation:
 
     @property
     def latency(self) -> float:
-        """From a command to the torque of the servos, s."""
+        """Delay from a command to the torque of the servos, s."""
         return max(servo.latency for servo in self.servos.values())
 
     @property
     def command_rate(self) -> float:
-        """At which commands arrive, Hz."""
+        """Rate of the commands, Hz."""
         return self.world.get("command_rate", FRAME_RATE)
 
     @property
     def stall_torque(self) -> Floats:
-        """Of each leg joint's servo, (joints,) N m."""
+        """Stall torque of each leg joint's servo, (joints,) N m."""
         return np.array([self.servos[name].stall_torque for name in self.anatomy.joints])
 
     @property
     def top_speed(self) -> Floats:
-        """Of each leg joint's servo without load, (joints,) rad/s."""
+        """Speed of each leg joint's servo without load, (joints,) rad/s."""
         return np.array([self.servos[name].no_load_speed for name in self.anatomy.joints])
 
     def turn(self, quaternions: Floats) -> Floats:
-        """Return the turns of the trunk from the standing pose, (…, 4).
+        """Return the rotations of the trunk relative to the standing pose, (…, 4).
 
-        Its quaternion there is not the identity where its file has another axis up or forward.
+        The trunk's quaternion when standing is not the identity for all files: see `Anatomy`.
         """
         return product(quaternions, conjugate(self.anatomy.stance[3:7]))
 
@@ -129,13 +130,13 @@ def build(
 
     Args:
         spec: MuJoCo's specification of the robot's text, changed in place.
-        anatomy: of the intact robot.
-        servos: of its driven joints, by their names.
+        anatomy: anatomy of the intact robot.
+        servos: servos of its driven joints by the joints' names.
         dt: time step, s.
-        friction: of the ground and all that touches it.
-        gravity: m/s².
-        damage: of legs and joints.
-        corners: of uneven ground, each way; 0 for a level plane.
+        friction: friction of the ground and of all geoms.
+        gravity: acceleration of gravity, m/s².
+        damage: damage to legs and joints.
+        corners: number of corners of uneven ground in each direction; 0 for a level plane.
     """
     import mujoco
 
@@ -214,7 +215,7 @@ _MAXFORCE, _NETFORCE = 2, 3
 
 
 def _contact(spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: int) -> None:
-    """Add a sensor of the contacts of a body with the ground."""
+    """Add a sensor for the contacts between a body and the ground."""
     import mujoco
 
     data = sum(1 << int(getattr(mujoco.mjtConDataField, f"mjCONDATA_{field}")) for field in fields)
@@ -230,9 +231,9 @@ def _contact(spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: i
 
 
 def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
-    """Let bodies that overlap or nearly touch in the standing pose never collide.
+    """Exclude collisions of bodies that overlap or almost touch in the standing pose.
 
-    Such as the hull of a thigh and the trunk beside it: no pair of real parts is in this state.
+    Real parts cannot overlap, but their hulls can, such as those of a thigh and the trunk.
     """
     import mujoco
 

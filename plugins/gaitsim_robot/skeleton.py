@@ -1,4 +1,4 @@
-"""A robot to draw over time: its solids, and line segments from joint to joint."""
+"""A robot's drawing over time: its solids, and line segments from joint to joint."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -41,12 +41,12 @@ def drawn(
 
     Args:
         model: MuJoCo's compiled model.
-        anatomy: of the robot.
-        configuration: of all joints, (frames, nq).
-        touching: which feet do, (frames, feet) bool.
-        frame_rate: Hz.
+        anatomy: anatomy of the robot.
+        configuration: positions of the trunk and all joints, (frames, nq).
+        touching: whether each foot touches the ground, (frames, feet) bool.
+        frame_rate: frames per second, Hz.
         start: x and y of the point that becomes the origin, (2,) m.
-        damage: of the robot; lost legs are left out.
+        damage: damage of the robot; lost legs are omitted.
     """
     places, turns = placed(model, configuration)
     places[..., :2] -= start

@@ -1,4 +1,4 @@
-"""The standing pose: feet on level ground, knees bent, the centre of mass above the feet."""
+"""The standing pose: feet on level ground, bent knees, and the centre of mass above the feet."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.limbs import Limb
 from gaitsim_robot.shapes import surfaces
 
-# Where a foot stands from its hip, outward and down, in lengths of the leg. First choice first.
+# Positions of a foot relative to its hip, outward and down, in leg lengths; best first.
 UPRIGHT = (
     (0.0, 0.82),
     (0.0, 0.88),
@@ -20,20 +20,20 @@ UPRIGHT = (
     (0.3, 0.65),
 )
 SPRAWLED = ((0.65, 0.45), (0.6, 0.6), (0.75, 0.35), (0.5, 0.3), (0.8, 0.45), (0.4, 0.7), (0.8, 0.2))
-STRAIGHT = 0.96  # share of its length from which a leg is straight
-UNEVEN = 0.03  # lengths of a leg between the heights of two feet on the ground
-CLEARANCE = 0.1  # lengths of a leg from the ground to the trunk, its arms and its head
-GRAZE = 0.01  # the same of knees, and of all in a given pose
-MARGIN = 0.2  # share of the support that the centre of mass is from its edges, if not given
+STRAIGHT = 0.96  # share of its length beyond which a leg counts as straight
+UNEVEN = 0.03  # leg lengths, largest difference in height between two feet on the ground
+CLEARANCE = 0.1  # leg lengths, smallest height of the trunk, its arms and its head
+GRAZE = 0.01  # leg lengths, smallest height of knees, and of all parts in a given pose
+MARGIN = 0.2  # share of the support, distance of the centre of mass from its edges in found poses
 LEVEL = 0.03  # rad, largest angle between a sole and the ground
 STARTS = 24
 
 
 class Stand:
-    """The robot in poses, and whether it stands in them.
+    """Check whether a robot stands in a pose, and search for a standing pose.
 
     Args:
-        model: of MuJoCo.
+        model: MuJoCo's model.
         limbs: the legs.
         partners: index of the leg that mirrors each, or -1.
     """
@@ -77,11 +77,16 @@ class Stand:
         return touching
 
     def problem(self, qpos: Floats, bent: bool) -> str:
-        """Return why the robot does not stand in this pose, or ''; `bent` asks for bent knees."""
+        """Return why the robot does not stand in a pose, or ''.
+
+        Args:
+            qpos: the pose, (nq,).
+            bent: whether to require bent knees, level soles and larger margins.
+        """
         points = self.pose(qpos)
         lows = self._lows(points)
         if max(lows) - min(lows) > UNEVEN * self.reach:
-            return f"its feet are at heights up to {1000 * (max(lows) - min(lows)):.0f} mm apart"
+            return f"the heights of its feet differ by {1000 * (max(lows) - min(lows)):.0f} mm"
         clear = points[self.others, 2] - self.surfaces.radius[self.others] - min(lows)
         clear -= np.where(self.of_trunk & bent, CLEARANCE, GRAZE) * self.reach
         if len(clear) and clear.min() < 0:
@@ -97,7 +102,7 @@ class Stand:
         return self._balance(qpos, MARGIN if bent else 0.0)
 
     def _tilt(self, limb: Limb, qpos: Floats) -> float:
-        """Angle between a sole and the ground, rad."""
+        """Return the angle between a sole and the ground, rad."""
         turn = limb.chain.rotation(self._angles(limb, qpos))
         return float(np.arccos(np.clip(turn[2, 2], -1, 1)))
 
@@ -109,14 +114,14 @@ class Stand:
         centre = self.data.subtree_com[1][:2]
         outside = _distance_outside(contacts, centre)
         if outside > 0.02 * self.reach:
-            return f"its centre of mass is {1000 * outside:.0f} mm from where its feet support it"
+            return f"its centre of mass is {1000 * outside:.0f} mm outside the support of its feet"
         return ""
 
     def search(self, rest: Floats) -> tuple[Floats | None, str]:
-        """Return the best standing pose, or None and why there is none.
+        """Return the best standing pose and '', or None and the reason why there is none.
 
         Args:
-            rest: pose that joints outside the legs keep, and that legs stay near, (nq,).
+            rest: pose that joints outside the legs keep and that legs stay close to, (nq,).
         """
         problem = ""
         orders = (SPRAWLED, UPRIGHT) if self._sprawled() else (UPRIGHT, SPRAWLED)
@@ -129,7 +134,7 @@ class Stand:
         return None, problem
 
     def _sprawled(self) -> bool:
-        """Whether the legs reach sideways in their reference pose."""
+        """Return whether the legs reach sideways in their reference pose."""
         sideways = [
             (limb.chain.tip[1] - limb.hip[1]) * np.sign(limb.hip[1]) / limb.length
             for limb in self.limbs
@@ -153,7 +158,7 @@ class Stand:
         return qpos
 
     def _corrected(self, qpos: Floats, targets: list[Floats], ground: float) -> Floats:
-        """Bring feet to the ground exactly, and below the centre of mass."""
+        """Move the feet exactly to the ground and below the centre of mass."""
         points = self.pose(qpos)
         lows = self._lows(points)
         centre = self.data.subtree_com[1] - np.mean(
@@ -172,7 +177,7 @@ class Stand:
     def _target(self, limb: Limb, outward: float, ground: float) -> Floats:
         direction = limb.chain.tip[:2] - limb.hip[:2]
         if not outward and abs(direction[1]) < 0.25 * limb.length:
-            # The leg hangs in its own plane, which need not be that of the hip.
+            # The leg hangs in its own plane, which need not contain the hip.
             return np.array([limb.hip[0], limb.chain.tip[1], ground + limb.radius])
         if np.linalg.norm(direction) < 0.2 * limb.length:
             direction = limb.hip[:2] - np.mean([one.hip[:2] for one in self.limbs], axis=0)
@@ -181,7 +186,7 @@ class Stand:
         return np.array([*(limb.hip[:2] + across), ground + limb.radius])
 
     def _best(self, limb: Limb, target: Floats, rest: Floats) -> Floats:
-        """The angles that bring a foot to a target with the knee on its better side."""
+        """Return the angles that move a foot to a target with the knee on the better side."""
         chain, width = limb.chain, np.maximum(limb.chain.upper - limb.chain.lower, 1e-6)
         near = np.linalg.norm((limb.tips - target) * limb.weights[:3], axis=1) / limb.length
         away = (((limb.samples - self._angles(limb, rest)) / width) ** 2).sum(axis=1)
@@ -200,7 +205,7 @@ class Stand:
         return best
 
     def _awkward(self, limb: Limb, angles: Floats, rest: Floats) -> float:
-        """How far parts of the leg are below its foot, and the knee on its worse side."""
+        """Return a cost for parts of the leg below its foot and for a knee on the worse side."""
         qpos = rest.copy()
         qpos[self._addresses(limb)] = angles
         points = self.pose(qpos)
@@ -240,7 +245,7 @@ def mirrored(chain: Any, other: Any, angles: Floats) -> Floats:
 
 
 def _distance_outside(points: Floats, place: Floats) -> float:
-    """How far a place is from the convex hull of points, m; 0 inside."""
+    """Return the distance of a place from the convex hull of points, m; 0 inside."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -248,7 +253,7 @@ def _distance_outside(points: Floats, place: Floats) -> float:
         if (hull.equations @ [*place, 1.0]).max() <= 0:
             return 0.0
         corners = points[hull.vertices]
-    except QhullError:  # Fewer than three points, or all on a line.
+    except QhullError:  # fewer than three points, or all on a line
         spread = points - points.mean(axis=0)
         along = np.linalg.svd(spread)[2][0] @ spread.T
         corners = points[[int(np.argmin(along)), int(np.argmax(along))]]

@@ -1,4 +1,4 @@
-"""Step cycles: paths of feet in the trunk's frame, and the joint angles that follow them."""
+"""Step cycles: paths of feet in the trunk's frame, and joint angles that follow them."""
 
 import math
 
@@ -7,20 +7,20 @@ import numpy as np
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import Chain
 
-SAMPLES = 32  # of a cycle; joint angles between them are interpolated
+SAMPLES = 32  # per cycle; joint angles between samples are interpolated
 ITERATIONS = 12
-SLOWEST_RETURN = -0.5  # stride lengths a swing: bound of the speed at both ends of a swing
+SLOWEST_RETURN = -0.5  # stride lengths per swing, lower bound of the speed at the ends of a swing
 
 
 def path(phase: Floats, duty: Floats) -> tuple[Floats, Floats]:
-    """Return how far ahead a foot is, in strides, and how high, in lifts.
+    """Return the forward position of a foot, in strides, and its height, in lifts.
 
-    The foot moves backward at an even speed in stance. In swing it follows a cubic whose ends
-    move backward nearly at that speed, so that it lands with little slip, and rises by a sine
-    squared.
+    In stance, the foot moves backward at constant speed. In swing, its position follows a cubic
+    with almost that speed at both ends, so that the foot lands with little slip, and its height
+    follows a squared sine.
 
     Args:
-        phase: of the cycle, (..., samples), from 0, where stance begins, to 1.
+        phase: phase of the cycle from 0, the start of stance, to 1, (..., samples).
         duty: share of the cycle in stance, (..., 1).
     """
     swing = np.clip((phase - duty) / (1 - duty), 0.0, 1.0)
@@ -32,11 +32,11 @@ def path(phase: Floats, duty: Floats) -> tuple[Floats, Floats]:
 
 
 def cycle(chain: Chain, targets: Floats, level: bool) -> Floats:
-    """Return the joint angles of a leg whose foot is at the targets or near them.
+    """Return joint angles that move a leg's foot to the targets, or close to them.
 
     Args:
-        chain: of the leg; all at `zero` is the standing pose.
-        targets: of the foot in the standing trunk's frame, (population, SAMPLES, 3) m.
+        chain: chain of the leg; its pose `zero` is the standing pose.
+        targets: positions of the foot in the standing trunk's frame, (population, SAMPLES, 3) m.
         level: whether the foot keeps its orientation as far as its joints allow.
 
     Returns:
@@ -47,19 +47,19 @@ def cycle(chain: Chain, targets: Floats, level: bool) -> Floats:
 
 
 def fastest_turn(angles: Floats) -> Floats:
-    """Return how fast each joint turns at most in such cycles, (population, joints) rad a cycle."""
+    """Return the largest speed of each joint in cycles, (population, joints) rad per cycle."""
     fastest: Floats = np.abs(np.diff(angles, axis=1, append=angles[:, :1])).max(axis=1)
     return fastest * SAMPLES
 
 
 def interpolated(angles: Floats, phase: Floats) -> Floats:
-    """Return the angles of a cycle at any phases by periodic cubics.
+    """Return the angles of a cycle at any phase, interpolated with periodic cubics.
 
     Source: E. Catmull, R. Rom, A class of local interpolating splines (1974).
 
     Args:
         angles: (population, SAMPLES, joints) rad.
-        phase: cycles, (population, frames).
+        phase: phase in cycles, (population, frames).
 
     Returns:
         (population, frames, joints) rad.

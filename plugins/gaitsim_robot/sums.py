@@ -1,4 +1,4 @@
-"""Sums over an individual's motion, in an order that the rest of the population does not change."""
+"""Sums over an individual's motion, whose order does not depend on the rest of the population."""
 
 import math
 
@@ -9,9 +9,9 @@ from gaitsim_robot.anatomy import Floats
 
 
 def total(values: Array) -> Floats:
-    """Sum over all axes but the population, (population, …) -> (population,).
+    """Return the sum over all axes but the population, (population, …) -> (population,).
 
-    NumPy adds each row of a contiguous array alone.
+    NumPy sums each row of a contiguous array separately.
     """
     rows = np.ascontiguousarray(values, np.float64).reshape(len(values), -1)
     summed: Floats = np.add.reduce(rows, axis=1)
@@ -19,16 +19,16 @@ def total(values: Array) -> Floats:
 
 
 def mean(values: Array) -> Floats:
-    """Mean over all axes but the population, (population,)."""
+    """Return the mean over all axes but the population, (population,)."""
     return total(values) / math.prod(values.shape[1:])
 
 
 def rms(values: Array) -> Floats:
-    """Root mean square over all axes but the population, (population,)."""
+    """Return the root mean square over all axes but the population, (population,)."""
     return np.sqrt(mean(np.square(values)))
 
 
 def ratio(part: Array, whole: Array, otherwise: float = 0.0) -> Floats:
-    """Part over whole, in the shape of `part`; `otherwise` where the whole is 0."""
+    """Return part / whole, in the shape of `part`; `otherwise` for a whole of 0."""
     found: Floats = np.divide(part, whole, out=np.full(part.shape, otherwise), where=whole > 0)
     return found

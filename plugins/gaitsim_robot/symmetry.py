@@ -1,4 +1,4 @@
-"""Symmetries of gaits: which legs share genes, and when each begins its step."""
+"""Symmetries of gaits: the legs that share genes, and the phase of each leg."""
 
 import math
 from typing import Literal
@@ -17,7 +17,7 @@ def rows(anatomy: Anatomy) -> NDArray[np.intp]:
 
 
 def leaders(anatomy: Anatomy, symmetry: Symmetry) -> NDArray[np.intp]:
-    """Return the leg whose genes each leg follows, (legs,): that on the left of its row."""
+    """Return the leg whose genes each leg follows, (legs,): the left leg of its row."""
     index = {leg.name: at for at, leg in enumerate(anatomy.legs)}
     found = []
     for at, leg in enumerate(anatomy.legs):
@@ -28,18 +28,18 @@ def leaders(anatomy: Anatomy, symmetry: Symmetry) -> NDArray[np.intp]:
 
 
 def phases(anatomy: Anatomy, symmetry: Symmetry, lag: Floats) -> Floats:
-    """Return by how much each leg is ahead in its cycle, (population, legs) rad.
+    """Return the phase of each leg in its cycle, (population, legs) rad.
 
-    - alternating: half a cycle between left and right, and between neighbours on a side: two legs
-      in turn, the trot of four legs, the tripods of six, the tetrapods of eight.
-    - trot: the same, by its name for four legs.
-    - bound: both legs of a row together, half a cycle between neighbouring rows.
-    - wave: half a cycle between left and right; a row begins `lag` after that behind it.
+    - alternating: half a cycle between left and right, and between neighbours on a side: the walk
+      of two legs, the trot of four, the tripods of six, the tetrapods of eight.
+    - trot: the same as alternating, under its name for four legs.
+    - bound: both legs of a row together, and half a cycle between neighbouring rows.
+    - wave: half a cycle between left and right; each row starts `lag` after the row behind it.
 
     Args:
-        anatomy: of the robot.
-        symmetry: any but none.
-        lag: (population,) rad; counts in a wave alone.
+        anatomy: anatomy of the robot.
+        symmetry: any symmetry except none.
+        lag: delay between rows in a wave, (population,) rad; unused otherwise.
     """
     row = rows(anatomy)
     right = np.array([leg.side == "right" for leg in anatomy.legs], np.float64)

@@ -1,17 +1,17 @@
-"""The robot's text: a robot as one normalised MJCF document, which needs no other file.
+"""The robot's text: a robot as one normalised MJCF document that needs no other file.
 
-It is what the option `organism.model` holds, so that an experiment file, a checkpoint and a
-champion contain their robot.
+The option `organism.model` contains the text, so that experiment files, checkpoints and champions
+include their robot.
 
-- One body of the world, the trunk, with a free joint; every other joint is a hinge with a range.
-- Every body has its inertia written out.
-- Geoms are boxes, spheres, capsules, cylinders, ellipsoids, and convex meshes whose vertices stand
+- The world has one body, the trunk, with a free joint. Every other joint is a hinge with a range.
+- Every body has an explicit inertia.
+- Geoms are boxes, spheres, capsules, cylinders, ellipsoids, and convex meshes with their vertices
   in the text.
 - The largest torque of a joint is its `actuatorfrcrange`; its largest speed, rad/s, is its `user`
-  value, 0 where it is not known.
-- Equality constraints keep mimic joints and closed linkages.
-- At most one keyframe, `stand`.
-- No ground, actuators, sensors, includes or names of files.
+  value, 0 if unknown.
+- Equality constraints represent mimic joints and closed linkages.
+- There is at most one keyframe, `stand`.
+- There are no ground, actuators, sensors, includes or file names.
 """
 
 from collections.abc import Mapping
@@ -27,10 +27,10 @@ from gaitsim_robot.markup import parse
 LARGEST = 2**20  # characters
 BODIES = 500
 GEOMS = 2000
-VERTICES = 64  # of a mesh
+VERTICES = 64  # per mesh
 WHERE = "the robot's text"
 
-# Kinds of values: a name, one of several words, or so many numbers (at least, at most).
+# Kinds of values: a name, one of several words, or numbers (their minimum and maximum count).
 _NAME = "name"
 _Kind = str | tuple[int, int] | frozenset[str]
 
@@ -78,10 +78,10 @@ _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
 
 
 def check_text(text: str) -> None:
-    """Check that a text is a robot's text and nothing more, before MuJoCo reads it.
+    """Check that a text is a valid robot's text, before MuJoCo reads it.
 
     Raises:
-        RobotError: it has another element, attribute or value than the robot's text may have.
+        RobotError: the text has an element, attribute or value that is not allowed.
     """
     if len(text) > LARGEST:
         raise RobotError(
@@ -89,7 +89,7 @@ def check_text(text: str) -> None:
             where=WHERE,
             allowed=f"{LARGEST:,} characters",
         )
-    # MuJoCo reads UTF-8 whatever the declaration says, so the check must, too.
+    # MuJoCo always reads UTF-8, whatever the XML declaration says, so the check must, too.
     root = parse(text.encode(errors="replace"), WHERE, encoding="utf-8")
     bodies = _check(root)
     trunks = root.findall("worldbody/body")
@@ -102,7 +102,7 @@ def check_text(text: str) -> None:
         _check_body(body, body is trunks[0])
     for tag, most in (("geom", GEOMS), ("mesh", GEOMS), ("joint", BODIES)):
         if (count := sum(1 for _ in root.iter(tag))) > most:
-            raise _wrong(f"the robot's text has {count} elements {tag!r}", f"at most {most}")
+            raise _wrong(f"the robot's text has {count} elements <{tag}>", f"at most {most}")
     if len(root.findall("keyframe/key")) > 1:
         raise _wrong("the robot's text has several keyframes", "one keyframe, 'stand'")
 
@@ -115,7 +115,7 @@ def _check(root: Element) -> list[Element]:
         element, path = waiting.pop()
         kinds = _ELEMENTS.get(path)
         if kinds is None:
-            raise _wrong(f"the robot's text may not contain {' / '.join(path)[:100]!r}")
+            raise _wrong(f"the robot's text must not contain {' / '.join(path)[:100]!r}")
         if element.tag == "body":
             bodies.append(element)
         for key, value in element.attrib.items():
@@ -150,7 +150,7 @@ def _check_body(body: Element, trunk: bool) -> None:
     if len(body.findall("freejoint")) != trunk or bool(joints) == trunk:
         raise _wrong(
             f"body {name!r} has the wrong joints",
-            "a free joint of the trunk, and hinges of all other bodies",
+            "a free joint for the trunk, and hinges for all other bodies",
         )
     for joint in joints:
         if not joint.get("name") or "range" not in joint.attrib:
@@ -158,7 +158,7 @@ def _check_body(body: Element, trunk: bool) -> None:
         for key in ("range", "actuatorfrcrange"):
             lower, upper = map(float, joint.get(key, "-1 1").split())
             if lower >= upper:
-                raise _wrong(f"the {key} {joint.get(key)!r} of a joint does not ascend")
+                raise _wrong(f"the {key} {joint.get(key)!r} of a joint is not in ascending order")
     for mesh in body.findall("geom"):
         if (mesh.get("type") == "mesh") != ("mesh" in mesh.attrib):
             raise _wrong(f"a geom of body {name!r} has the wrong mesh")
@@ -177,18 +177,18 @@ _trusted: set[bytes] = set()
 
 
 def trust(text: str) -> None:
-    """Note that a text compiled in a child process of this one."""
+    """Record that a text is safe to compile in this process."""
     _trusted.add(sha256(text.encode()).digest())
 
 
 @lru_cache(maxsize=8)
 def compiled(text: str) -> Any:
-    """Return the compiled model (`mujoco.MjModel`) of a robot's text, the robot alone.
+    """Return the compiled model (`mujoco.MjModel`) of a robot's text, without ground or servos.
 
-    A text that was not imported by this process is compiled in a child process first.
+    A text that this process did not import is first compiled in a child process.
 
     Raises:
-        RobotError: it is not a robot's text, or MuJoCo cannot compile it.
+        RobotError: the text is not a robot's text, or MuJoCo cannot compile it.
     """
     check_text(text)
     if sha256(text.encode()).digest() not in _trusted:
@@ -200,7 +200,7 @@ def compiled(text: str) -> Any:
 
 
 def compile_text(text: str) -> dict[str, Any]:
-    """Compile a robot's text, checked before; runs in a child process, which returns a table.
+    """Compile a checked text in a child process, whose tasks return a dictionary.
 
     Raises:
         RobotError: MuJoCo cannot compile it.

@@ -1,4 +1,4 @@
-"""The fitness `travel`: distance in a direction, less prices for what a robot should not do."""
+"""The fitness `travel`: distance in a direction, minus penalties."""
 
 import math
 from typing import ClassVar
@@ -11,58 +11,56 @@ from gaitsim_robot.sums import mean, ratio, rms, total
 
 
 class Travel(Fitness):
-    """Metres travelled in the target direction, less prices in metres.
+    """Metres travelled in the target direction, minus penalties in metres.
 
-    Prices of what has no length of its own, such as a fall or a radian of yaw, are in body
-    lengths, and work is divided by the weight of the body, so that the same weights suit a robot
-    of 0.2 m and one of 1.5 m. A weight of 0 switches a term off.
+    Penalties for quantities that are not lengths, such as a fall or a radian of yaw, are in body
+    lengths, and work is divided by the weight of the body, so that the same weights suit robots of
+    0.2 m and of 1.5 m. A weight of 0 switches a term off.
     """
 
     direction: float = option(
         0.0,
-        "target direction from x, to the left: 90 walks sideways to the left, 180 backward",
+        "target direction, from forward to the left: 90 is sideways to the left, 180 backward",
         unit="°",
         ge=-180,
         le=180,
     )
     target_speed: float = option(
-        0.0, "speed up to which distance counts; 0 for as fast as possible", unit="m/s", ge=0
+        0.0, "speed up to which distance counts; 0 for no limit", unit="m/s", ge=0
     )
-    speed_weight: float = option(
-        1.0, "price of each metre beyond what the target speed covers", ge=0
-    )
+    speed_weight: float = option(1.0, "penalty per metre beyond the target speed's distance", ge=0)
     drift_weight: float = option(
-        1.0, "price of a metre of mean distance from the target line", ge=0
+        1.0, "penalty per metre of mean distance from the target line", ge=0
     )
     turn_weight: float = option(
-        2.0, "price of a radian of root mean square yaw, in body lengths", unit="1/rad", ge=0
+        2.0, "penalty per radian of root mean square yaw, in body lengths", unit="1/rad", ge=0
     )
     fall_weight: float = option(
         20.0,
-        "price of falling at the start, in body lengths; a fall at the end costs half of it",
+        "penalty for falling at the start, in body lengths; half as much for falling at the end",
         ge=0,
     )
     energy_weight: float = option(
-        0.1, "price of each metre travelled at a cost of transport of 1", ge=0
+        0.1, "penalty per metre travelled at a cost of transport of 1", ge=0
     )
     torque_share: float = option(
-        0.5, "share of the stall torque beyond which torque has a price", ge=0, le=1
+        0.5, "share of the stall torque above which torque is penalised", ge=0, le=1
     )
     torque_weight: float = option(
         10.0,
-        "price of a root mean square torque beyond that share, in stall torques, in body lengths",
+        "penalty per stall torque of root mean square torque above that share, in body lengths",
         ge=0,
     )
     rough_frequency: float = option(
-        5.0, "frequency above which joints shake rather than walk", unit="Hz", ge=0.5, le=50
+        5.0, "frequency above which joint motion counts as shaking", unit="Hz", ge=0.5, le=50
     )
     rough_weight: float = option(
         20.0,
-        "price of a radian of root mean square joint motion above that, in body lengths",
+        "penalty per radian of root mean square joint motion above that, in body lengths",
         unit="1/rad",
         ge=0,
     )
-    slip_weight: float = option(0.5, "price of a metre that the stance feet slide", ge=0)
+    slip_weight: float = option(0.5, "penalty per metre that the stance feet slide", ge=0)
 
     unit: ClassVar[str] = "m"
     needs: ClassVar[tuple[str, ...]] = (
@@ -79,12 +77,11 @@ class Travel(Fitness):
     )
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Forward, drift, turn, fall, energy, torque, roughness and slip, all in metres.
+        """Return forward, drift, turn, fall, energy, torque, roughness and slip, m.
 
-        With a target speed there is the term speed, too.
-        Without a known stall torque a joint has no price for torque, without gravity a body has
-        none for energy, and joints recorded too slowly to show `rough_frequency` none for
-        roughness: these terms are then 0.
+        A target speed adds the term speed. Joints of unknown stall torque add nothing to torque,
+        the energy is 0 without gravity, and the roughness is 0 if the frame rate is too low for
+        `rough_frequency`.
         """
         torso, length = motion["torso"], motion["length"]
         seconds = (torso.shape[1] - 1) / motion.frame_rate
@@ -108,12 +105,12 @@ class Travel(Fitness):
         }
 
     def _along(self, torso: Array) -> tuple[Floats, Floats]:
-        """Return the distance in the target direction, and the way to the left of it by frame.
+        """Return the distance in the target direction, and the deviation to the left by frame.
 
         Returns:
             (population,) and (population, frames), m.
         """
-        # Exact for whole quarter turns, where cos(π/2) is not 0.
+        # Exact for whole quarter turns, as cos(π/2) is not exactly 0 in floating point.
         quarters, rest = divmod(self.direction, 90)
         x, y = math.cos(math.radians(rest)), math.sin(math.radians(rest))
         for _ in range(int(quarters) % 4):
@@ -123,15 +120,15 @@ class Travel(Fitness):
         return distance, x * moved[..., 1] - y * moved[..., 0]
 
     def _overload(self, motion: Motion) -> Floats:
-        """Root mean square over frames and joints of torque beyond the share, in stall torques."""
+        """Return the root mean square torque above `torque_share`, in stall torques."""
         stall = motion["stall_torque"][:, None]
         beyond = ratio(motion["torque"], np.broadcast_to(stall, motion["torque"].shape))
         return rms(np.maximum(beyond - self.torque_share, 0.0))
 
     def _roughness(self, motion: Motion) -> Floats:
-        """Root mean square of the joints' motion above `rough_frequency`, rad.
+        """Return the root mean square joint motion above `rough_frequency`, rad.
 
-        A Butterworth high-pass of fourth order, at rest before the first frame.
+        The filter is a Butterworth high-pass of fourth order, at rest before the first frame.
         """
         if not self.rough_weight or self.rough_frequency >= motion.frame_rate / 2:
             return np.zeros(motion.population)
@@ -143,8 +140,8 @@ class Travel(Fitness):
 
 
 def _fallen(lasted: Array, seconds: float) -> Floats:
-    """From 1 for a fall at the start to 1/2 for one at the end; 0 without a fall."""
+    """Return 1 for a fall at the start, decreasing to 1/2 at the end; 0 without a fall."""
     share = np.minimum(lasted / seconds, 1.0)
-    # A motion whose end was cut off ends before its fall.
+    # A truncated motion may end before its fall.
     fallen: Floats = np.where(share < 1.0, 1.0 - share / 2, 0.0)
     return fallen

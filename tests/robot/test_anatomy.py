@@ -128,7 +128,7 @@ def test_feet_by_name():
     with pytest.raises(GaitsimError, match="FL_shin") as failure:
         found(QUADRUPED, feet=["FL_shin"])
     assert "FL_shank" in failure.value.allowed
-    with pytest.raises(GaitsimError, match="more than once"):
+    with pytest.raises(GaitsimError, match="duplicate foot"):
         found(QUADRUPED, feet=["FL_shank", "FL_shank"])
 
 

@@ -57,7 +57,7 @@ def test_joints_of_one_name_are_told_apart(tmp_path):
     file = package / "urdf" / "dog.urdf"
     file.write_text(file.read_text().replace('"FR_hip"', '"FL_hip"'))
     _, repairs, _ = read(file)
-    assert "a joint 'FL_hip' is called 'FL_hip 2'" in repairs
+    assert "joint 'FL_hip' renamed to 'FL_hip 2'" in repairs
 
 
 def test_no_joint_has_the_name_of_a_formula(tmp_path):
@@ -65,7 +65,7 @@ def test_no_joint_has_the_name_of_a_formula(tmp_path):
     file = package / "urdf" / "dog.urdf"
     file.write_text(file.read_text().replace('"FR_hip"', '"=@cmd|calc"'))
     _, repairs, _ = read(file)
-    assert "a joint '=@cmd|calc' is called 'cmd|calc'" in repairs
+    assert "joint '=@cmd|calc' renamed to 'cmd|calc'" in repairs
 
 
 def test_a_footprint_on_the_ground_leaves_the_trunk_its_frame(tmp_path):
@@ -302,7 +302,7 @@ BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/
         ("<mujoco><include file='gone.xml'/></mujoco>", "missing"),
         ("<mujoco><include file='robot.xml'/></mujoco>", "included twice"),
         ("<mujoco><asset><mesh file='/etc/passwd'/></asset></mujoco>", "outside its folder"),
-        ("<mujoco><asset><model file='other.xml'/></asset></mujoco>", "attached"),
+        ("<mujoco><asset><model file='other.xml'/></asset></mujoco>", "attaches another model"),
     ],
 )  # fmt: skip
 def test_what_is_not_a_robot_is_one_message(tmp_path, text, what):

@@ -1,7 +1,8 @@
-"""A second physics engine for robots: PyBullet, from the model that MuJoCo compiled.
+"""A second physics engine for robots: PyBullet, based on the model compiled by MuJoCo.
 
-Masses, frames, shapes, servos, commands and the rules of a fall are the same. Contacts are not:
-Bullet's are hard, MuJoCo's soft. Bullet takes shorter steps, in which servos are explicit.
+Masses, frames, shapes, servos, commands and the criteria of a fall are the same. Contacts differ:
+Bullet's are hard, MuJoCo's are soft. Bullet needs shorter steps, as it integrates servos
+explicitly.
 
 Source: E. Coumans, Y. Bai, PyBullet, a Python module for physics simulation (2016–2021).
 """

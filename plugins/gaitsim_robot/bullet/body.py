@@ -14,8 +14,8 @@ from gaitsim_robot.ground import GROUND
 from gaitsim_robot.shapes import surface
 from gaitsim_robot.simulation import Simulation
 
-STRONG = 1e9  # N m, of gears
-FAST = 1e9  # rad/s, of rotors
+STRONG = 1e9  # N m, largest torque of gears
+FAST = 1e9  # rad/s, largest speed of rotors
 
 BASE = -1
 """Index of the trunk among the links."""
@@ -26,14 +26,14 @@ class Body:
 
     Args:
         client: an empty world.
-        simulation: of the robot.
+        simulation: simulation of the robot.
 
     Attributes:
-        links: but for the trunk.
-        moving: indices of the links of joints, (joints,).
-        joints: their numbers in MuJoCo, (joints,).
-        number: of the robot in the client.
-        ground: its number.
+        links: links without the trunk.
+        moving: indices of the links with joints, (joints,).
+        joints: numbers of these joints in MuJoCo, (joints,).
+        number: number of the robot in the client.
+        ground: number of the ground in the client.
     """
 
     def __init__(self, client: Client, simulation: Simulation) -> None:
@@ -46,9 +46,9 @@ class Body:
         client.setGravity(*model.opt.gravity.tolist())
         plane = client.createCollisionShape(client.GEOM_PLANE, planeNormal=[0, 0, 1])
         self.ground = client.createMultiBody(0, plane)
-        # Bullet multiplies the friction of two bodies, of which MuJoCo takes the larger one.
+        # Bullet multiplies the frictions of both bodies, whereas MuJoCo uses the larger one.
         client.changeDynamics(self.ground, BASE, lateralFriction=1.0)
-        with TemporaryDirectory() as folder:  # Bullet reads meshes among other shapes from files
+        with TemporaryDirectory() as folder:  # a body of several shapes needs its meshes as files
             self.number = self._created(folder)
         self._change_dynamics()
         self._gear()
@@ -62,7 +62,7 @@ class Body:
         place, turn = client.getBasePositionAndOrientation(self.number)
         speed, spin = map(np.array, client.getBaseVelocity(self.number))
         qpos[3:7] = product(_wxyz(turn), conjugate(model.body_iquat[TRUNK]))
-        # Bullet's base is the centre of mass, whose velocity is not that of the origin.
+        # Bullet's base is the centre of mass, whose velocity differs from the origin's.
         centre = rotated(qpos[3:7], model.body_ipos[TRUNK])
         qpos[:3] = place - centre
         qvel[:3] = speed - np.cross(spin, centre)
@@ -71,7 +71,7 @@ class Body:
         return qpos, qvel
 
     def angles(self) -> tuple[Floats, Floats]:
-        """Return the angles of the joints from the file's zero, and their speeds, (joints,)."""
+        """Return the angles of the joints relative to the file's zero, and speeds, (joints,)."""
         found = self.client.getJointStates(self.number, self.moving)
         angles = np.array([state[0] for state in found])
         speeds = np.array([state[1] for state in found])
@@ -111,7 +111,7 @@ class Body:
         return number
 
     def _shape(self, body: int, origin: Floats, folder: str) -> int:
-        """Create the shapes of a body's geoms that collide; meshes are files in `folder`."""
+        """Create shapes for a body's colliding geoms; write meshes to files in `folder`."""
         import mujoco
         from scipy.spatial import ConvexHull
 
@@ -132,7 +132,7 @@ class Body:
                     "radii": size[0],
                     "lengths": 2 * size[1],
                 }
-            else:  # a mesh or an ellipsoid, of which the hull collides
+            else:  # a mesh or an ellipsoid, which collides with its convex hull
                 points = surface(model, geom)[0]
                 path = Path(folder) / f"{geom}.obj"
                 path.write_text(_mesh(points[ConvexHull(points).vertices]), encoding="ascii")
@@ -147,14 +147,14 @@ class Body:
         return found
 
     def _geoms(self, body: int) -> list[int]:
-        """Return the geoms of a body that collide with anything; none for -1."""
+        """Return the colliding geoms of a body; none for -1."""
         model = self.model
         collide = (model.geom_contype | model.geom_conaffinity) != 0
         return list(map(int, np.flatnonzero((model.geom_bodyid == body) & collide)))
 
     def _change_dynamics(self) -> None:
         client, model = self.client, self.model
-        # These are of the whole robot; Bullet takes what is given with them for the trunk's.
+        # These values apply to the whole robot; all others in the same call only to the trunk.
         client.changeDynamics(
             self.number, BASE, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FAST
         )
@@ -167,7 +167,7 @@ class Body:
             client.changeDynamics(self.number, index, localInertiaDiagonal=moments.tolist())
 
     def _gear(self) -> None:
-        """Gear rotors to joints; leave joints to their own friction, within their limits."""
+        """Connect rotors to joints by gears, and set the friction and limits of joints."""
         client, model = self.client, self.model
         for index, link in enumerate(self.links):
             if link.kind == "fixed":
@@ -198,7 +198,7 @@ class Body:
                 client.changeConstraint(gears, gearRatio=1 / RATIO, maxForce=STRONG, erp=0.0)
 
     def _choose_contacts(self) -> None:
-        """Let the pairs of bodies collide that collide in MuJoCo."""
+        """Enable collisions for the same pairs of bodies as in MuJoCo."""
         client, model = self.client, self.model
         bodies = [(BASE, TRUNK)]
         bodies += [(index, link.body) for index, link in enumerate(self.links) if link.body >= 0]
@@ -219,7 +219,7 @@ class Body:
         return bool(meets.any())
 
     def _related(self, body: int, other: int) -> bool:
-        """Whether one body carries the other, with those that are fixed to it."""
+        """Return whether a body, with those fixed to it, is fixed to or carries the other."""
         welded, parents = self.model.body_weldid, self.model.body_parentid
         one, two = welded[body], welded[other]
         return bool(one == two or welded[parents[one]] == two or welded[parents[two]] == one)
@@ -236,7 +236,7 @@ class Body:
 
 
 def _mesh(points: Floats) -> str:
-    """Return the hull of points, of which all are corners, as an OBJ file."""
+    """Return the hull of points, all of which are corners, as an OBJ file."""
     from scipy.spatial import ConvexHull
 
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]

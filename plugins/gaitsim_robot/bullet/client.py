@@ -1,4 +1,4 @@
-"""A client of PyBullet, and silence while its C++ prints."""
+"""A client of PyBullet that suppresses the output of its C++ code."""
 
 import os
 from collections.abc import Iterator
@@ -9,11 +9,11 @@ from typing import Any
 
 from gaitsim_robot.errors import RobotError
 
-_redirecting = Lock()  # the streams are those of the process
+_redirecting = Lock()  # all threads of the process share its streams
 
 
 class Client:
-    """A world of its own; an attribute is PyBullet's function in this world, or a constant."""
+    """A separate world. Attributes are PyBullet's functions for this world, and its constants."""
 
     def __init__(self, module: ModuleType) -> None:
         self._module = module
@@ -27,24 +27,24 @@ class Client:
         def call(*values: Any, **options: Any) -> Any:
             return found(*values, physicsClientId=self._number, **options)
 
-        setattr(self, name, call)  # the next use is quicker
+        setattr(self, name, call)  # makes the next use faster
         return call
 
 
 @contextmanager
 def connected(dt: float) -> Iterator[Client]:
-    """Yield an empty world with this step, s, and end it.
+    """Yield an empty world with time step `dt`, s, and close it afterwards.
 
     Raises:
         RobotError: PyBullet is not installed.
     """
     client = Client(imported())
     try:
-        with _silent(1):  # it prints the solver's name
+        with _silent(1):  # PyBullet prints the solver's name
             client.setPhysicsEngineParameter(
                 fixedTimeStep=dt,
-                # Rotors weigh a hundred times as much as shanks: iterations from row to row need
-                # hundreds of rounds. Dantzig's elimination is exact, and quicker.
+                # The armature of rotors is about a hundred times the inertia of shanks, so the
+                # iterative solver needs hundreds of rounds. Dantzig's method is exact and faster.
                 constraintSolverType=client.CONSTRAINT_SOLVER_LCP_DANTZIG,
                 deterministicOverlappingPairs=1,
             )
@@ -57,10 +57,10 @@ def imported() -> ModuleType:
     """Return PyBullet.
 
     Raises:
-        RobotError: it is not installed.
+        RobotError: PyBullet is not installed.
     """
     try:
-        with _silent(2):  # it prints when it was built
+        with _silent(2):  # PyBullet prints its build time
             import pybullet
     except ImportError:
         raise RobotError(
@@ -75,7 +75,7 @@ def imported() -> ModuleType:
 
 @contextmanager
 def _silent(stream: int) -> Iterator[None]:
-    """Send a stream of the process, 1 or 2, to nowhere for a moment."""
+    """Discard a stream of the process, 1 or 2, within the context."""
     with _redirecting:
         kept, nowhere = os.dup(stream), os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream)

@@ -1,13 +1,13 @@
-"""A robot compiled by MuJoCo as links of Bullet.
+"""Conversion of a robot compiled by MuJoCo into links of Bullet.
 
-Each joint becomes a link of Bullet, because a body of MuJoCo may have several. A link's frame has
-the axes of its body and its origin at the joint. Bullet's joints are at 0 where they are created,
-which is the reference pose of the file.
+Each joint becomes a link of Bullet, as a body of MuJoCo may have several joints. The frame of a
+link has the axes of its body, and its origin is at the joint. Bullet's joints are at 0 in the pose
+in which they are created, the reference pose of the file.
 
-Bullet has no armature: the inertia of a motor's rotor, seen through its gears. That of a hobby
-servo is about a hundred times its shank's, and decides how fast a joint follows. Each joint with
-armature therefore has a rotor, as the servo has: a link on the same axis, geared to the joint,
-whose inertia is the armature over the square of the ratio.
+Bullet does not support armature, the inertia of a motor's rotor as seen through its gears. The
+armature of a hobby servo is about a hundred times the inertia of a shank, and determines how fast a
+joint follows. Each joint with armature therefore gets a rotor: a link on the same axis, geared to
+the joint, whose inertia is the armature divided by the square of the gear ratio.
 """
 
 from dataclasses import dataclass
@@ -21,25 +21,25 @@ from gaitsim_robot.damaged import LOCKED
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.simulation import Simulation
 
-TRUNK = 1  # number of its body
-RATIO = 2000.0  # of the gears; with so high a one, the rotor's own spin is nothing, as in armature
-LIGHT = 1e-6  # of the robot's mass: that of links without a body; what is lighter is lost
+TRUNK = 1  # number of the trunk's body
+RATIO = 2000.0  # of the gears; so high that the rotor's own inertia is negligible, as in armature
+LIGHT = 1e-6  # × mass of the robot, mass of links without a body; lighter limbs are lost legs
 ROTOR = 1e-9  # kg
 NEAR = 1e-3  # m, radius of gyration of a link without a body
 
 ONE = np.array([1.0, 0.0, 0.0, 0.0])
-"""The quaternion of no turn."""
+"""The identity quaternion."""
 
 
 @dataclass(frozen=True, eq=False)
 class Inertia:
-    """How heavy a link is.
+    """The mass and inertia of a link.
 
     Attributes:
-        mass: kg.
-        moments: about the principal axes, (3,) kg m².
-        centre: of mass in the link's frame, (3,) m.
-        turn: of the principal axes in that frame, (w, x, y, z).
+        mass: mass, kg.
+        moments: moments of inertia about the principal axes, (3,) kg m².
+        centre: centre of mass in the link's frame, (3,) m.
+        turn: rotation of the principal axes in that frame, (w, x, y, z).
     """
 
     mass: float
@@ -53,16 +53,16 @@ class Link:
     """A link of Bullet.
 
     Attributes:
-        parent: index of the link that carries it, -1 for the trunk.
-        kind: of its joint.
-        place: of its frame in the frame of its parent, (3,) m.
-        turn: the same, (w, x, y, z).
-        axis: of its joint in its frame, (3,).
-        inertia: how heavy it is.
-        joint: number of MuJoCo's joint; -1 for none that moves, and for a rotor's.
+        parent: index of the parent link, -1 for the trunk.
+        kind: kind of its joint.
+        place: position of its frame in the parent's frame, (3,) m.
+        turn: rotation of its frame in the parent's frame, (w, x, y, z).
+        axis: axis of its joint in its frame, (3,).
+        inertia: mass and inertia.
+        joint: number of MuJoCo's joint; -1 for fixed links and rotors.
         body: number of MuJoCo's body; -1 for a rotor, and between two joints of a body.
-        origin: of the body's frame in this frame, (3,) m.
-        geared: index of the link whose joint this rotor turns with; -1 for other links.
+        origin: origin of the body's frame in the link's frame, (3,) m.
+        geared: for a rotor, index of the link with whose joint it turns; -1 for other links.
     """
 
     parent: int
@@ -78,10 +78,10 @@ class Link:
 
 
 def links_of(simulation: Simulation) -> tuple[Link, ...]:
-    """Return the trunk's links, in the order in which Bullet numbers them: depth first.
+    """Return all links except the trunk, in the order in which Bullet numbers them: depth first.
 
     Raises:
-        RobotError: the robot has parts that Bullet does not simulate.
+        RobotError: the engine does not simulate some part of the robot.
     """
     model = simulation.model
     _check(model)
@@ -91,7 +91,7 @@ def links_of(simulation: Simulation) -> tuple[Link, ...]:
     for body in range(TRUNK + 1, model.nbody):
         parent = int(model.body_parentid[body])
         if parent not in carrier or model.body_subtreemass[body] < LIGHT * total:
-            continue  # of a lost leg
+            continue  # the body belongs to a lost leg
         place, turn = model.body_pos[body] + origins[parent], model.body_quat[body]
         link, origin = carrier[parent], np.zeros(3)
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
@@ -108,13 +108,13 @@ def links_of(simulation: Simulation) -> tuple[Link, ...]:
 
 
 def is_locked(simulation: Simulation, joint: int) -> bool:
-    """Return whether damage holds a joint at an angle, by an armature that nothing turns."""
+    """Return whether damage locks a joint, which its large armature shows."""
     anatomy, armature = simulation.anatomy, _armature(simulation.model, joint)
     return bool(armature > 0.1 * LOCKED * anatomy.mass * anatomy.length**2)
 
 
 def _locked(simulation: Simulation, joint: int) -> Floats:
-    """Return the turn of a locked joint from the reference pose; no turn of others."""
+    """Return a locked joint's rotation from the reference pose; the identity for other joints."""
     model = simulation.model
     if not is_locked(simulation, joint):
         return ONE
@@ -133,7 +133,7 @@ def _joined(
     origin: Floats,
     index: int,
 ) -> list[Link]:
-    """Return the link of a joint or, without one, of a fixed body; before it, its rotor."""
+    """Return the link of a joint, after its rotor, or the link of a body without a joint."""
     import mujoco
 
     model = simulation.model
@@ -164,7 +164,7 @@ def _armature(model: Any, joint: int) -> float:
 
 
 def _check(model: Any) -> None:
-    """Refuse what this engine does not simulate."""
+    """Raise an error for parts that this engine does not simulate."""
     import mujoco
 
     refused = {
@@ -178,6 +178,6 @@ def _check(model: Any) -> None:
         raise RobotError(
             f"the engine bullet does not simulate {' and '.join(found)}",
             key="engine",
-            allowed="bullet for robots of hinges and slides on flat ground",
+            allowed="bullet for robots with hinges and slides on flat ground",
             remedy='set organism.engine = "mujoco"',
         )

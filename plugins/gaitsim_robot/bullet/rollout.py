@@ -1,4 +1,4 @@
-"""Populations of a robot in PyBullet, one after the other, recorded as in MuJoCo."""
+"""Simulate a population of robots in PyBullet, one after the other, and record it as in MuJoCo."""
 
 import math
 from typing import Any
@@ -14,19 +14,20 @@ from gaitsim_robot.rollout import Record, empty, record_segment, segments
 from gaitsim_robot.simulation import Simulation
 
 LONGEST_STEP = 0.002  # s
-SHARE = 0.5  # of a time constant of the servos: the longest step of their explicit integration
+SHARE = 0.5  # longest step of explicit integration, as a share of the servos' time constants
 
 
 def roll_out(simulation: Simulation, commands: Floats) -> Record:
-    """Simulate robots that start from standing, each in a world of its own.
+    """Simulate robots independently, starting from standing.
 
     Args:
-        simulation: of one robot.
-        commands: to the servos of the legs, (population, frames, joints) rad; each is held for a
-            frame.
+        simulation: simulation of one robot.
+        commands: commands to the servos of the legs, (population, frames, joints) rad, each held
+            for one frame.
 
     Raises:
-        RobotError: PyBullet is not installed, or does not simulate such a robot.
+        RobotError: PyBullet is not installed, or the engine does not simulate some part of the
+            robot.
     """
     population, frames = commands.shape[:2]
     record = empty(simulation, population, frames)
@@ -58,10 +59,10 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
 
 
 def substeps_of(simulation: Simulation) -> int:
-    """Return how many of Bullet's steps are one of MuJoCo's.
+    """Return the number of Bullet's steps per step of MuJoCo.
 
-    Servos are springs and dampers that Bullet integrates explicitly: MuJoCo's step is cut into
-    parts of at most `LONGEST_STEP` and `SHARE` of the servos' shortest time constant in standing.
+    Bullet integrates the springs and dampers of servos explicitly. A step is therefore at most
+    `LONGEST_STEP`, and at most `SHARE` of the servos' shortest time constant when standing.
     """
     import mujoco
 
@@ -82,7 +83,7 @@ def substeps_of(simulation: Simulation) -> int:
 
 
 class _Walk:
-    """A robot that walks; its states and sensors are in MuJoCo's order."""
+    """A walking robot, with states and sensors in MuJoCo's order."""
 
     def __init__(self, body: Body, substeps: int) -> None:
         import mujoco
@@ -102,13 +103,13 @@ class _Walk:
         self.driven = np.array([places[joint] for joint in joints if joint in places], np.intp)
 
     def on(self, control: Floats) -> tuple[Floats, Floats]:
-        """Return the states after each of MuJoCo's steps, and its sensors at their beginnings.
+        """Return the states after MuJoCo's steps, and the sensors at the start of the steps.
 
         Args:
-            control: of all servos, (steps + 1, servos) rad; the last is not simulated.
+            control: commands to all servos, (steps + 1, servos) rad; the last is not simulated.
 
         Returns:
-            (steps + 1, states) and (steps + 1, sensors); the last state is the one before.
+            (steps + 1, states) and (steps + 1, sensors). The last state repeats the one before.
         """
         simulation, model = self.simulation, self.model
         count = len(control) - 1
@@ -130,7 +131,7 @@ class _Walk:
         return states, sensors
 
     def _step(self, control: Floats, sensors: Floats) -> None:
-        """Go on by a step, and add its share of torques and contacts to the sensors."""
+        """Simulate one step, and add its share of torques and contacts to the sensors."""
         body, simulation, client = self.body, self.simulation, self.body.client
         servo, torque = self.drives.torques(control, *body.angles())
         client.setJointMotorControlArray(
@@ -159,7 +160,7 @@ class _Walk:
             sensors[slide[1]] += math.hypot(speed[0], speed[1]) / self.substeps
 
     def _see(self, sensors: Floats) -> None:
-        """Write the places of the feet, and whether the trunk touches the ground."""
+        """Write the positions of the feet and the trunk's contacts to the sensors."""
         import mujoco
 
         body, simulation, client = self.body, self.simulation, self.body.client

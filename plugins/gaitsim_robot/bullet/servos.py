@@ -1,4 +1,4 @@
-"""Servos, springs and dampers of a compiled robot as torques."""
+"""Torques of the servos, springs and dampers of a compiled robot."""
 
 from typing import Any
 
@@ -9,15 +9,15 @@ from gaitsim_robot.anatomy import Floats
 
 
 class Drives:
-    """What turns the joints of a robot; a servo is as in `gaitsim_robot.servos`.
+    """The drives of a robot's joints, with servos as in `gaitsim_robot.servos`.
 
     Args:
         model: MuJoCo's compiled model.
         joints: numbers of hinges and slides, (joints,).
 
     Attributes:
-        stiffness: of servos and springs, (joints,) N m/rad.
-        damping: of servos and joints, (joints,) N m s/rad.
+        stiffness: total stiffness of servos and springs, (joints,) N m/rad.
+        damping: total damping of servos and joints, (joints,) N m s/rad.
     """
 
     def __init__(self, model: Any, joints: NDArray[np.intp]) -> None:
@@ -37,16 +37,16 @@ class Drives:
         self.stiffness, self.damping = self._gain + self._spring, self._brake + self._viscous
 
     def torques(self, control: Floats, angles: Floats, speeds: Floats) -> tuple[Floats, Floats]:
-        """Return the torques of the servos and those of all that turns the joints, (joints,) N m.
+        """Return the servo torques and the total torques on the joints, (joints,) N m each.
 
         Args:
-            control: of all servos, (servos,) rad.
-            angles: of the joints, (joints,) rad.
-            speeds: of them, (joints,) rad/s.
+            control: commands to all servos, (servos,) rad.
+            angles: angles of the joints, (joints,) rad.
+            speeds: speeds of the joints, (joints,) rad/s.
         """
         told = np.clip(control[self._servo], self._lower, self._upper)
         asked = self._gain * (told - angles) - self._brake * speeds
-        # A DC motor's torque falls from stall to nothing at its top speed, and braking has a limit.
+        # A DC motor's torque decreases from stall to 0 at its top speed; braking is limited, too.
         lost = self._slope * speeds
         given = np.clip(asked, -self._stall - lost, self._stall - lost)
         servo = np.clip(given, -self._stall, self._stall)
@@ -54,5 +54,5 @@ class Drives:
         return servo, servo - passive
 
 
-# Places in the gains of MuJoCo's dcmotor.
+# Indices in the gains of MuJoCo's dcmotor.
 _CONSTANT, _GAIN, _BRAKE = 1, 4, 6

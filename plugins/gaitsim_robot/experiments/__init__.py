@@ -1,1 +1,1 @@
-"""The presets of robots."""
+"""Presets with robots."""

@@ -1,4 +1,4 @@
-"""Import a robot: a URDF or MJCF file becomes the robot's text."""
+"""Import robots: convert a URDF or MJCF file into the robot's text."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,14 +9,14 @@ from gaitsim_robot.child import in_child
 
 
 def import_robot(path: Path, roots: Sequence[Path] = ()) -> BodyFile:
-    """Return the robot in a URDF or MJCF file, which a child process reads.
+    """Read the robot in a URDF or MJCF file, in a child process.
 
     Args:
         path: the file.
-        roots: further folders whose files the robot may use, such as other ROS packages.
+        roots: additional folders with files that the robot may use, such as other ROS packages.
 
     Raises:
-        RobotError: it cannot be read, or is not a robot.
+        RobotError: the file cannot be read, or is not a robot.
     """
     argument = {"path": str(path.absolute()), "roots": [str(root.absolute()) for root in roots]}
     result = in_child("gaitsim_robot.importing.convert:convert", argument, where=str(path))

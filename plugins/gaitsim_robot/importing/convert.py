@@ -1,4 +1,4 @@
-"""Convert a robot's file into the robot's text; runs in a child process."""
+"""Convert a robot's file into the robot's text, in a child process."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +19,7 @@ def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
     """Return the name, text and repairs of the robot in a file.
 
     Raises:
-        RobotError: it cannot be read, or is not a robot.
+        RobotError: the file cannot be read, or is not a robot.
     """
     file = Path(path)
     document = parse(read(file), path)
@@ -33,7 +33,7 @@ def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
             f"not a robot: the document is a <{document.tag[:40]}>",
             where=path,
             allowed="URDF (<robot>) or MJCF (<mujoco>)",
-            remedy="convert an SDF or USD file to one of these",
+            remedy="convert SDF or USD files to one of these formats",
         )
     robot.name = robot.name or file.stem
     repair_joints(robot)

@@ -1,4 +1,4 @@
-"""Write MJCF of older versions and of other programs as MuJoCo now reads it."""
+"""Convert MJCF of older versions and other programs into the form that MuJoCo reads now."""
 
 from xml.etree.ElementTree import Element
 
@@ -11,10 +11,10 @@ _TURNED = frozenset({"quat", "euler", "axisangle", "xyaxes", "zaxis"})
 
 
 def modernise(root: Element, where: str, repairs: list[str]) -> None:
-    """Change a document in place.
+    """Convert a document in place.
 
-    Bullet's examples have inertias without a position and joints of type `fixed`; MuJoCo before
-    2.3.4 had global coordinates, and an attribute `collision` of the options.
+    Bullet's examples have inertias without a position and joints of type `fixed`. MuJoCo before
+    2.3.4 had global coordinates and an option `collision`.
     """
     for option in root.iter("option"):
         for old in ("collision", "apirate"):
@@ -31,11 +31,11 @@ def modernise(root: Element, where: str, repairs: list[str]) -> None:
         for world in root.iter("worldbody"):
             for body in world.iterfind("body"):
                 _localise(body, np.zeros(3), where)
-        repairs.append("global coordinates are converted")
+        repairs.append("converted global coordinates")
 
 
 def _localise(body: Element, outer: Floats, where: str) -> None:
-    """Shift the positions within a body from the world's frame to the body's."""
+    """Convert the positions within a body from the world's frame to the body's."""
     origin = numbers(body.get("pos"), 3, " ".join(map(str, outer)), where)
     body.set("pos", _words(origin - outer))
     for child in body:

@@ -1,4 +1,4 @@
-"""Find and read the files that a robot's file names, within the folders that it may use."""
+"""Find and read the files to which a robot's file refers, within the folders that it may use."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PureWindowsPath
@@ -11,17 +11,17 @@ MODEL_BYTES = 16 * 2**20
 MESH_BYTES = 64 * 2**20
 ALL_BYTES = 512 * 2**20
 
-# Folders of a package that hold its robots: the meshes lie beside them.
+# Folders for robots within a package; the meshes are in folders next to them.
 _INNER = frozenset({"urdf", "robots", "mjcf", "xml"})
 
 
 class Files:
-    """The files beside a robot's file.
+    """The files that a robot's file may use.
 
-    A file may be used when it lies in the base or in one of the roots, links resolved. The base is
-    the nearest folder above the robot's file that has a `package.xml`; otherwise the robot's own
-    folder, or the one above it when its own is called `urdf`, `robots`, `mjcf` or `xml`. A name
-    `package://NAME/…` makes the nearest folder above that is called NAME usable, too.
+    After resolving links, a file must be in the base or in one of the roots. The base is the
+    nearest folder above the robot's file that contains a `package.xml`. Otherwise it is the robot's
+    own folder, or the parent of a folder called `urdf`, `robots`, `mjcf` or `xml`. A name
+    `package://NAME/…` also allows the nearest parent folder called NAME.
     """
 
     def __init__(self, model: Path, roots: Sequence[Path]) -> None:
@@ -35,14 +35,14 @@ class Files:
         self._left = ALL_BYTES
 
     def find(self, name: str, folders: Sequence[str] = ("",)) -> Path | None:
-        """Return the path of a file that the robot names, None when there is no such file.
+        """Return the path of a file to which the robot refers, or None if there is no such file.
 
         Args:
             name: a path, or a URI `package://`, `model://` or `file://`.
-            folders: where relative paths start, relative to the robot's file.
+            folders: bases of relative paths, relative to the robot's file.
 
         Raises:
-            RobotError: the file lies outside the folders that the robot may use.
+            RobotError: the file is outside the folders that the robot may use.
         """
         if "\0" in name or len(name) > 4096:
             return None
@@ -52,7 +52,7 @@ class Files:
                 path = candidate.resolve()
                 if not path.is_file():
                     continue
-            except (OSError, RuntimeError, ValueError):  # too long, or a loop of links
+            except (OSError, RuntimeError, ValueError):  # too long a name, or a loop of links
                 continue
             if any(path.is_relative_to(root) for root in self._allowed):
                 return path
@@ -60,10 +60,10 @@ class Files:
         if outside is None:
             return None
         raise RobotError(
-            f"the robot names a file outside its folder: {name!r}",
+            f"the robot refers to a file outside its folder: {name!r}",
             where=str(outside),
             allowed=f"files within {', '.join(map(str, dict.fromkeys(self._allowed)))}",
-            remedy="copy the file there, or allow its folder and keep the robot in one file: "
+            remedy="copy the file there, or allow its folder and save the robot as one file: "
             f"gaitsim robots check FILE --root {outside.parent} --model-out robot.xml",
         )
 
@@ -71,7 +71,7 @@ class Files:
         """Return the content of a file.
 
         Raises:
-            RobotError: it cannot be read, or is too large.
+            RobotError: the file cannot be read, or is too large.
         """
         data = read(path, min(largest, self._left))
         self._left -= len(data)
@@ -106,7 +106,7 @@ def read(path: Path, largest: int = MODEL_BYTES) -> bytes:
     """Return the content of a regular file.
 
     Raises:
-        RobotError: it cannot be read, or is too large.
+        RobotError: the file cannot be read, or is too large.
     """
     try:
         return read_regular(path, largest, follow=True)

@@ -1,4 +1,4 @@
-"""Make an MJCF document independent of files: inline includes, load meshes, drop the rest."""
+"""Make an MJCF document self-contained: inline includes, load meshes, and drop other files."""
 
 from collections.abc import Callable
 from pathlib import PurePosixPath
@@ -9,7 +9,7 @@ from gaitsim_robot.importing.files import MODEL_BYTES, Files
 from gaitsim_robot.importing.tree import listed
 from gaitsim_robot.markup import ELEMENTS, parse
 
-# Elements without a part in a robot's mechanics, or that would need files or plugins.
+# Elements that do not affect a robot's mechanics, or that need files or plugins.
 _DROPPED = {
     "texture": "", "material": "", "layer": "", "skin": "", "sensor": "", "visual": "",
     "size": "", "statistic": "", "custom": "", "hfield": "height fields", "extension": "plugins",
@@ -19,10 +19,10 @@ _DROPPED = {
 
 
 def inline_includes(root: Element, files: Files, where: str) -> None:
-    """Replace every <include> by the content of its file.
+    """Replace every <include> with the content of its file.
 
     Raises:
-        RobotError: a file is missing, outside of the allowed folders, or included twice.
+        RobotError: a file is missing, outside the allowed folders, or included twice.
     """
     seen: set[str] = set()
     count = 0
@@ -52,7 +52,7 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
                     where=where,
                     allowed=f"{ELEMENTS:,} elements",
                 )
-            # An included file may include others: its elements are looked at again.
+            # An included file may include others, so its elements are checked, too.
             inlined += part
         if any(child.tag == "include" for child in parent):
             parent[:] = inlined
@@ -62,12 +62,12 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
 
 
 def take_files(root: Element, files: Files, where: str, repairs: list[str]) -> dict[str, bytes]:
-    """Load the meshes, drop what needs other files, and return the files by new names.
+    """Load the meshes, drop elements that need other files, and return the meshes by new names.
 
-    Afterwards the only names of files in the document are those returned.
+    Afterwards, the document refers only to the returned files.
 
     Raises:
-        RobotError: a mesh lies outside of the allowed folders, or the document attaches another.
+        RobotError: a mesh is outside the allowed folders, or the document attaches another model.
     """
     _drop(root, where, repairs)
     strip, folder = _compiler(root)
@@ -94,16 +94,16 @@ def take_files(root: Element, files: Files, where: str, repairs: list[str]) -> d
     for element in root.iter():
         if any("file" in key for key in element.attrib) and element.get("file") not in loaded:
             raise RobotError(
-                f"<{element.tag}> names a file",
+                f"<{element.tag}> refers to a file",
                 where=where,
-                allowed="files of meshes only",
+                allowed="only files of meshes",
                 remedy=f"remove <{element.tag}>",
             )
     return loaded
 
 
 def _compiler(root: Element) -> tuple[bool, str]:
-    """Return whether paths are stripped, and the folder of meshes; forget both."""
+    """Return whether paths are stripped, and the folder of meshes; remove both settings."""
     strip, folder = False, ""
     for compiler in root.iter("compiler"):
         strip = compiler.attrib.pop("strippath", "false") == "true" or strip
@@ -118,15 +118,15 @@ def _drop(root: Element, where: str, repairs: list[str]) -> None:
     for element in root.iter():
         if (element.tag == "model" and element.get("file")) or element.tag == "attach":
             raise RobotError(
-                "the robot is attached from another model, which gaitsim does not read",
+                "the file attaches another model, which gaitsim does not support",
                 where=where,
-                remedy="save the compiled model by MuJoCo (`mj_saveLastXML`) and use that",
+                remedy="save the compiled model with MuJoCo (`mj_saveLastXML`), and use that file",
             )
         element.attrib.pop("material", None)
     lost = {text for element in root.iter() if (text := _DROPPED.get(element.tag))}
     _remove(root, lambda element: element.tag in _DROPPED)
     _remove(root, lambda one: one.tag == "geom" and (one.get("type") in ("hfield", "sdf")))
-    repairs += [f"{noun} are dropped" for noun in sorted(lost)]
+    repairs += [f"dropped {noun}" for noun in sorted(lost)]
 
 
 def _remove(root: Element, unwanted: Callable[[Element], bool]) -> None:

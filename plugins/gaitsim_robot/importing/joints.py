@@ -1,4 +1,4 @@
-"""Make a robot that MuJoCo can simulate: on a free trunk, with hinges, masses and limits."""
+"""Repair the joints of a robot: free the trunk, fix other joints than hinges, and set limits."""
 
 import math
 
@@ -9,14 +9,14 @@ from gaitsim_robot.importing.tree import Body, Floats, Robot, listed
 from gaitsim_robot.markup import LARGEST
 from gaitsim_robot.text import BODIES
 
-ASSUMED = math.pi / 2  # rad, of a joint without limits
-TURN = 2 * math.pi  # rad; a wider range on one side is that of a joint that turns freely
+ASSUMED = math.pi / 2  # rad, limit of a joint without limits
+TURN = 2 * math.pi  # rad; a joint with a larger limit turns freely
 
 
 def repair_joints(robot: Robot) -> None:
-    """Give the trunk a free joint, fix what is not a hinge, fuse fixed bodies, and limit hinges.
+    """Free the trunk, fix joints that are not hinges, fuse fixed bodies, and limit hinges.
 
-    Bodies keep their place at the initial pose, which is that of all joints at zero.
+    Bodies keep their positions in the initial pose, in which all joints are at zero.
 
     Raises:
         RobotError: the robot has no hinge.
@@ -61,7 +61,7 @@ def _fuse(robot: Robot) -> None:
             for grandchild in child.children:
                 grandchild.place = child.place @ grandchild.place
             kept += child.children
-            if not (body.mass or body.shapes) and child.mass:  # such as `world` or `base_footprint`
+            if not (body.mass or body.shapes) and child.mass:  # `world` or `base_footprint`
                 _rename(robot, body.name, child.name)
                 body.name = child.name
             else:
@@ -78,7 +78,7 @@ def _rename(robot: Robot, old: str, new: str) -> None:
 
 
 def _add(body: Body, part: Body) -> None:
-    """Add the mass, shapes and sites of a part, which is fixed to the body."""
+    """Add the mass, shapes and sites of a part that is fixed to the body."""
     inner = part.place
     for shape in part.shapes:
         shape.place = inner @ shape.place
@@ -100,14 +100,14 @@ def _add(body: Body, part: Body) -> None:
 
 
 def _moved(mass: float, offset: Floats) -> Floats:
-    """Return the inertia of a mass at an offset (Steiner's theorem), (3, 3)."""
+    """Return the inertia of a mass at an offset (parallel axis theorem), (3, 3)."""
     return mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
 
 
 def _merge_massless(robot: Robot) -> None:
-    """Join a body without mass or shape and its only child into one body with both joints.
+    """Merge a body without mass or shape with its only child into one body with both joints.
 
-    Universal joints are often written so. At the initial pose, and so always, the motion is equal.
+    Files often describe universal joints like this. The merged body moves in the same way.
     """
     for body in robot.root.walk():
         while (
@@ -131,7 +131,7 @@ def _limit(robot: Robot) -> None:
     endless: list[str] = []
     missing: list[str] = []
     for joint in robot.joints:
-        if joint.torque > LARGEST:  # files write so that there is no limit
+        if joint.torque > LARGEST:  # in files, a huge value means no limit
             joint.torque = 0.0
         if joint.speed > LARGEST:
             joint.speed = 0.0
@@ -152,7 +152,7 @@ def _limit(robot: Robot) -> None:
 
 
 def _couple(robot: Robot) -> None:
-    """Keep the couplings whose joints are there."""
+    """Keep only the couplings between existing joints."""
     joints = {joint.name for joint in robot.joints}
     wanted = len(robot.couplings)
     robot.couplings = [
@@ -161,4 +161,4 @@ def _couple(robot: Robot) -> None:
         if {one.follower, one.leader} <= joints and one.follower != one.leader
     ]
     if lost := wanted - len(robot.couplings):
-        robot.repairs.append(f"couplings to joints that are fixed or missing are dropped: {lost}")
+        robot.repairs.append(f"dropped couplings to fixed or missing joints: {lost}")

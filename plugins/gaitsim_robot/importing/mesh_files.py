@@ -1,4 +1,4 @@
-"""The meshes that a URDF names."""
+"""The meshes to which a URDF refers."""
 
 from collections.abc import Sequence
 from pathlib import PurePosixPath
@@ -14,10 +14,10 @@ _Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # a quar
 
 
 class MeshFiles:
-    """Vertices of meshes by the names in a URDF, each file decoded once.
+    """Vertices of meshes by their names in a URDF; each file is decoded once.
 
     Attributes:
-        missing: why meshes cannot be used, by the names of their files.
+        missing: reasons why meshes cannot be used, by the names of their files.
     """
 
     def __init__(self, files: Files, folders: Sequence[str]) -> None:
@@ -28,13 +28,13 @@ class MeshFiles:
         self.missing: dict[str, str] = {}
 
     def vertices(self, name: str) -> Floats | None:
-        """Return the vertices, (n, 3) m, or None after noting why there are none."""
+        """Return the vertices, (n, 3) m, or None after recording the reason in `missing`."""
         if name not in self._decoded:
             self._decoded[name] = self._read(name)
         return self._decoded[name]
 
     def is_y_up(self, name: str) -> bool:
-        """Whether a mesh that was read says that y points up."""
+        """Return whether a mesh that was read declares that y points up."""
         return name in self._y_up
 
     def _read(self, name: str) -> Floats | None:
@@ -54,13 +54,13 @@ class MeshFiles:
 
 
 def turn_up(shapes: Sequence[tuple[Body, Shape]]) -> bool:
-    """Turn meshes that are y up to z up if they then lie clearly nearer to the centres of mass.
+    """Rotate y-up meshes to z up if that brings them clearly closer to the centres of mass.
 
-    Most URDFs were drawn for programs that ignore the up axis, and look right only so; some were
-    for programs that apply it. A robot is of one sort.
+    Most URDFs were written for programs that ignore a mesh's up axis, and some for programs that
+    apply it. All meshes of a robot are treated alike.
 
     Returns:
-        whether they were turned.
+        Whether the meshes were rotated.
     """
     pairs = [(body, shape) for body, shape in shapes if body.mass > 0]
 

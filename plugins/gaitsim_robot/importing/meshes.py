@@ -1,4 +1,4 @@
-"""Vertices of meshes, and their convex hulls with few vertices."""
+"""Vertices of meshes, and convex hulls with few vertices."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -10,21 +10,21 @@ from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.tree import Floats, Place
 from gaitsim_robot.markup import parse
 
-VERTICES = 32  # of a hull; of 171 meshes the median keeps 95 % of the volume
-FLAT = 0.02  # thickness as a share of the length below which a hull is a box
-CLOSE = 0.01  # how far, as a share of its length, a hull may stay inside the mesh
+VERTICES = 32  # per hull; the median of 171 meshes keeps 95 % of its volume
+FLAT = 0.02  # share of the length; a thinner mesh becomes a box
+CLOSE = 0.01  # share of the length, largest distance of the mesh from its hull
 _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 class MeshError(ValueError):
-    """A mesh cannot be decoded; the text says why."""
+    """A mesh cannot be decoded, for the reason in the message."""
 
 
 def decode(data: bytes, suffix: str) -> Floats:
     """Return the vertices of a mesh file, (n, 3), in the file's frame and in metres.
 
     Raises:
-        MeshError: it is of another format, or damaged.
+        MeshError: the format is unknown, or the file is damaged.
     """
     reader = _READERS.get(suffix.lower())
     if reader is None:
@@ -54,9 +54,9 @@ def _obj(data: bytes) -> Floats:
 
 
 def _dae(data: bytes) -> Floats:
-    """Read the positions of COLLADA's visual scene (specification 1.4.1), in metres.
+    """Read the vertices of COLLADA's visual scene (specification 1.4.1), in metres.
 
-    The up axis is not applied, as in RViz and Gazebo; see `mesh_files`.
+    Like RViz and Gazebo, this ignores the up axis; see `mesh_files`.
     """
     root = _without_namespaces(parse(data, "the mesh"))
     unit = root.find("asset/unit")
@@ -84,7 +84,7 @@ def _dae(data: bytes) -> Floats:
         waiting += [
             (nodes[name], matrix) for name in _targets(node, "instance_node") if name in nodes
         ]
-        if len(placed) + len(waiting) > 10_000:  # nodes that refer to one another
+        if len(placed) + len(waiting) > 10_000:  # nodes may refer to one another
             raise MeshError("it has too many nodes")
     return np.vstack(placed or list(points.values()) or [np.zeros((0, 3))]) * metre
 
@@ -141,13 +141,14 @@ def turn(axis: Floats, angle: float) -> Floats:
 
 
 def hull(points: Floats, most: int = VERTICES) -> Floats | None:
-    """Return at most `most` points whose convex hull nearly is that of all points.
+    """Return at most `most` points whose convex hull approximates that of all points.
 
-    The hull grows from four corners by the point that lies farthest outside of it, until none lies
-    farther than a hundredth of the length (Quickhull's order: Barber, Dobkin and Huhdanpaa 1996).
+    Starting from four corners, the hull grows by the farthest outside point, until no point is
+    farther away than a hundredth of the length (the order of Quickhull: Barber, Dobkin and
+    Huhdanpaa 1996).
 
     Returns:
-        (n, 3); None when the points are flat.
+        (n, 3); None if the points are flat.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -188,7 +189,7 @@ def _simplex(points: Floats) -> list[int]:
 
 
 def box(points: Floats, thinnest: float) -> tuple[Place, Floats]:
-    """Return the place and the half lengths of the box around points, along their axes."""
+    """Return the place and half lengths of the box around points, along their principal axes."""
     middle = points.mean(0)
     axes = np.linalg.svd((points - middle).T @ (points - middle))[0]
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])

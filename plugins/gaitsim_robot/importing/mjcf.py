@@ -1,4 +1,4 @@
-"""Read an MJCF document into a tree of bodies, by MuJoCo's own parser and compiler."""
+"""Read an MJCF document into a tree of bodies, with MuJoCo's own parser and compiler."""
 
 from typing import Any
 from xml.etree.ElementTree import Element, tostring
@@ -23,7 +23,7 @@ from gaitsim_robot.importing.tree import (
 from gaitsim_robot.quiet import silence
 from gaitsim_robot.shapes import mesh_vertices
 
-_TINY = 1e-9  # kg and kg·m², so that MuJoCo compiles massless bodies, which repairs see as such
+_TINY = 1e-9  # kg and kg·m²; lets MuJoCo compile massless bodies, which repairs detect later
 _JOINTS = ("free", "ball", "slide", "hinge")  # the order of mjtJoint
 _GEOMS = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
@@ -40,19 +40,19 @@ def read_mjcf(root: Element, files: Files, where: str) -> Robot:
     """Return the robot of an MJCF document: the tree of bodies with the most joints.
 
     Raises:
-        RobotError: MuJoCo cannot compile it, or it has no bodies.
+        RobotError: MuJoCo cannot compile the document, or it has no bodies.
     """
     repairs: list[str] = []
     inline_includes(root, files, where)
     modernise(root, where, repairs)
     assets = take_files(root, files, where, repairs)
     model = _compiled(tostring(root, "unicode"), assets, where)
-    # MuJoCo compiles values that are not numbers.
+    # MuJoCo does not reject NaN and infinity.
     if not all(np.isfinite(getattr(model, name)).all() for name in _FINITE):
         raise RobotError(
             "the model has values that are not finite",
             where=where,
-            remedy="replace nan and inf in the file by numbers",
+            remedy="replace nan and inf in the file with numbers",
         )
     return _Reader(model, where, repairs).robot()
 
@@ -75,7 +75,8 @@ def _compiled(text: str, assets: dict[str, bytes], where: str) -> Any:
         raise RobotError(
             f"MuJoCo cannot compile the model: {' '.join(str(error).split())[:300]}",
             where=where,
-            remedy="correct what MuJoCo names; the file may be for another version of MuJoCo",
+            remedy="fix the error that MuJoCo reports; the file may need a different version of "
+            "MuJoCo",
         ) from None
 
 
@@ -103,16 +104,16 @@ class _Reader:
                 self._bodies[int(model.body_parentid[body])].children.append(self._bodies[body])
         others = [self._name("BODY", one) for one in set(model.body_rootid) - {0, root}]
         if others:
-            self._repairs.append(f"bodies beside the robot are dropped: {listed(others)}")
+            self._repairs.append(f"dropped bodies outside the robot: {listed(others)}")
         name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
         robot = Robot(name, self._bodies[root], repairs=self._repairs)
         if not robot.root.joints:
-            self._repairs.append(f"{robot.root.name!r} was fixed to the world and is free now")
+            self._repairs.append(f"freed {robot.root.name!r}, which was fixed to the world")
         self._equalities(robot)
         self._excludes(robot)
         robot.stand = self._stand(root, inside)
         if model.ntendon:
-            self._repairs.append(f"{model.ntendon} tendons are dropped")
+            self._repairs.append(f"dropped tendons: {model.ntendon}")
         return robot
 
     def _name(self, kind: str, index: int) -> str:
@@ -191,7 +192,7 @@ class _Reader:
             data = model.eq_data[index]
             if kind == kinds.mjEQ_JOINT and second >= 0:
                 names = (self._name("JOINT", first), self._name("JOINT", second))
-                # MuJoCo's polynomial is of angles from the initial ones.
+                # MuJoCo's polynomial uses angles relative to the initial ones.
                 robot.couplings.append(Coupling(*names, tuple(map(float, data[:5]))))
             elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD) and self._close(
                 robot, index, kind == kinds.mjEQ_WELD
@@ -200,7 +201,7 @@ class _Reader:
             else:
                 lost.add(str(kinds(kind).name).removeprefix("mjEQ_").lower())
         if lost:
-            self._repairs.append(f"equality constraints are dropped: {', '.join(sorted(lost))}")
+            self._repairs.append(f"dropped equality constraints: {', '.join(sorted(lost))}")
 
     def _close(self, robot: Robot, index: int, weld: bool) -> bool:
         import mujoco
@@ -234,7 +235,7 @@ class _Reader:
                 robot.excludes.append((first, second))
 
     def _stand(self, root: int, inside: list[int]) -> tuple[Place, dict[str, float]] | None:
-        """Return the pose of the keyframe that is named after standing."""
+        """Return the pose of the keyframe whose name contains `stand` or `home`."""
         import mujoco
 
         model = self._model
@@ -254,7 +255,7 @@ class _Reader:
 
 
 def _torques(model: Any) -> dict[int, float]:
-    """Return the largest torque that the actuators of each joint exert, N·m."""
+    """Return the largest torque of each joint's actuators, N·m."""
     import mujoco
 
     found: dict[int, float] = {}

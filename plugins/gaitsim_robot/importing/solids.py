@@ -1,4 +1,4 @@
-"""Give every body what MuJoCo needs: few convex shapes, a mass and a possible inertia."""
+"""Repair the bodies of a robot: few convex shapes, a mass and a physically possible inertia."""
 
 import math
 
@@ -9,22 +9,22 @@ from gaitsim_robot.importing.meshes import VERTICES, box, hull
 from gaitsim_robot.importing.tree import Body, Floats, Place, Robot, Shape, listed
 from gaitsim_robot.shapes import CORNERS
 
-DENSITY = 1000.0  # kg/m³, of a robot whose file has no masses
-SHARE = 0.005  # of the whole mass that all bodies without mass get together
-NOTHING = 1e-9  # share of the whole mass that counts as none
-SMALL = 0.05  # size of a body without shapes at least, as a share of the robot
-LONG = 0.15  # of a capsule at the end of a limb, as a share of the robot
+DENSITY = 1000.0  # kg/m³, density of a robot whose file has no masses
+SHARE = 0.005  # share of the total mass for all bodies without mass together
+NOTHING = 1e-9  # share of the total mass that counts as no mass
+SMALL = 0.05  # smallest size of a body without shapes, as a share of the robot's size
+LONG = 0.15  # length of a capsule at the end of a limb, as a share of the robot's size
 SLIM = 0.1  # radius of a capsule along a link, as a share of its length
-_BITS = 2**16 - 1  # of contacts
-WIDE, NARROW = 3.0, 0.01  # radius of gyration as a share of a body's size
+_BITS = 2**16 - 1  # mask of contact bits
+WIDE, NARROW = 3.0, 0.01  # limits of the radius of gyration, as a share of a body's size
 
 
 def repair_shapes(robot: Robot) -> None:
-    """Turn meshes into hulls, and shape the bodies that have no shape that collides.
+    """Replace meshes with hulls, and add shapes to bodies without colliding shapes.
 
-    The trunk, the ends of limbs and bodies whose meshes are missing collide by what is seen of
-    them, or by a capsule; elsewhere files leave collisions out on purpose, and these shapes are for
-    pictures alone.
+    Without colliding shapes, the trunk, the ends of limbs and bodies with missing meshes collide
+    with their visible geometry or a capsule. Other bodies lack colliding shapes on purpose, so
+    their shapes are only drawn.
 
     Raises:
         RobotError: the robot has neither masses nor geometry.
@@ -34,7 +34,7 @@ def repair_shapes(robot: Robot) -> None:
         raise RobotError(
             "the robot has no mass: its links have neither mass nor geometry",
             where=robot.name,
-            remedy="write the masses of the links into the file",
+            remedy="add the masses of the links to the file",
         )
     nothing = not any(body.colliding for body in bodies)
     visible: list[str] = []
@@ -57,20 +57,20 @@ def repair_shapes(robot: Robot) -> None:
             for shape in body.shapes:
                 shape.collides = solid
                 shape.contype = shape.conaffinity = int(solid)
-        vertices = VERTICES if body.children else 2 * VERTICES  # feet are at the ends
+        vertices = VERTICES if body.children else 2 * VERTICES  # more for feet
         body.shapes = [_simple(shape, vertices, body.name, flat) for shape in body.shapes]
     _reserve_ground(robot)
     for names, what in (
-        (visible, "visible geometry collides, as there is no other"),
+        (visible, "visible geometry used for collisions, as there is no other"),
         (capsules, "without geometry, a capsule assumed"),
-        (flat, "flat meshes are replaced by boxes"),
+        (flat, "flat meshes replaced by boxes"),
     ):
         if names:
             robot.repairs.append(f"{what}: {listed(names)}")
 
 
 def _reserve_ground(robot: Robot) -> None:
-    """Let all that collides touch the ground (bit 1), and one another as in the file."""
+    """Let all colliding shapes touch the ground (bit 1), and each other as in the file."""
     shapes = [shape for body in robot.root.walk() for shape in body.colliding]
     if all((shape.contype, shape.conaffinity) == (1, 1) for shape in shapes):
         return
@@ -80,7 +80,7 @@ def _reserve_ground(robot: Robot) -> None:
 
 
 def _simple(shape: Shape, most: int, name: str, flat: list[str]) -> Shape:
-    """Return a shape whose mesh has few vertices, or the box of a flat mesh."""
+    """Return a shape with a mesh of few vertices, or a box for a flat mesh."""
     if shape.vertices is None:
         return shape
     vertices = hull(shape.vertices, most)
@@ -96,7 +96,7 @@ def _simple(shape: Shape, most: int, name: str, flat: list[str]) -> Shape:
 
 
 def _length(robot: Robot) -> float:
-    """Return the size of the robot: how far its bodies' origins and shapes spread, m."""
+    """Return the size of the robot, the extent of its bodies' origins and shapes, m."""
     points: list[Floats] = []
 
     def visit(body: Body, outer: Place) -> None:
@@ -115,7 +115,7 @@ def _capsule(body: Body, length: float) -> Shape | None:
     """Return a capsule from a body's origin to its child, or through its centre of mass.
 
     Returns:
-        the capsule; a sphere at an end without length, None elsewhere.
+        The capsule. For a body without length, a sphere at the end of a limb, otherwise None.
     """
     ends = [child.place.position for child in body.children] or [2 * body.centre]
     end = max(ends, key=lambda one: float(np.linalg.norm(one)))
@@ -134,9 +134,9 @@ def _capsule(body: Body, length: float) -> Shape | None:
 
 
 def repair_origin(robot: Robot) -> None:
-    """Move an origin far from the trunk to its middle, whose height shows a fall.
+    """Move an origin outside the trunk, such as that of `base_footprint`, to its middle.
 
-    That of `base_footprint`, for one, is on the ground.
+    A fall is detected by the height of the origin.
     """
     trunk = robot.root
     if not trunk.shapes:
@@ -158,12 +158,12 @@ def repair_origin(robot: Robot) -> None:
         place, angles = robot.stand
         robot.stand = place @ here, angles
     robot.repairs.append(
-        f"the trunk's origin is moved to its middle, by {np.linalg.norm(middle):.3g} m"
+        f"the trunk's origin moved to its middle, by {np.linalg.norm(middle):.3g} m"
     )
 
 
 def repair_masses(robot: Robot) -> None:
-    """Give every body a mass and an inertia that a solid can have."""
+    """Give every body a mass and a physically possible inertia."""
     bodies = list(robot.root.walk())
     total = sum(body.mass for body in bodies)
     if total <= 0:
@@ -173,7 +173,7 @@ def repair_masses(robot: Robot) -> None:
             body.inertia = np.zeros((3, 3))
         total = sum(body.mass for body in bodies)
         robot.repairs.append(
-            f"no masses: {total:.3g} kg from the geometry at {DENSITY:.0f} kg/m³ assumed"
+            f"no masses: {total:.3g} kg assumed from the geometry at {DENSITY:.0f} kg/m³"
         )
     light = [body for body in bodies if body.mass <= NOTHING * total]
     for body in light:
@@ -198,11 +198,11 @@ def repair_masses(robot: Robot) -> None:
         if values[0] + values[1] < values[2] * (1 - 1e-6):
             balanced.append(body.name)
             values[:] = values.mean()
-        # The text is rounded: an inertia on the brink would be over it.
+        # Leave a margin, as rounding in the text could make a borderline inertia impossible.
         values[:2] += max(0.0, (1.001 * values[2] - values[0] - values[1]) / 2)
         body.inertia = axes @ np.diag(values) @ axes.T
     if changed:
-        robot.repairs.append(f"inertias replaced by those of even solids: {listed(changed)}")
+        robot.repairs.append(f"inertias replaced by those of uniform solids: {listed(changed)}")
     if balanced:
         robot.repairs.append(f"impossible inertias replaced by their mean: {listed(balanced)}")
 
@@ -216,7 +216,7 @@ def _plausible(body: Body, size: float) -> bool:
 
 
 def _even(body: Body, size: float) -> Floats:
-    """Return the inertia of an even box around the body's shapes, or of a sphere of its size."""
+    """Return the inertia of a uniform box around the body's shapes, or of a sphere of its size."""
     points = [_corners(shape) for shape in body.shapes]
     if not points:
         return body.mass * 0.4 * (size / 2) ** 2 * np.eye(3)
@@ -235,14 +235,14 @@ def _size(body: Body) -> float:
 
 
 def _corners(shape: Shape) -> Floats:
-    """Return points that bound a shape, in its body, (n, 3)."""
+    """Return points that bound a shape, in the frame of its body, (n, 3) m."""
     if shape.vertices is not None:
         return shape.place.point(shape.vertices)
     return shape.place.point(CORNERS * _half(shape))
 
 
 def _half(shape: Shape) -> Floats:
-    """Return the half lengths of the box around a shape, along the shape's axes, (3,)."""
+    """Return the half lengths of the box around a shape, along the shape's axes, (3,) m."""
     size = shape.size
     match shape.kind:
         case "sphere":

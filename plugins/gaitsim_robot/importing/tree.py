@@ -1,4 +1,4 @@
-"""A robot while it is imported: a tree of bodies, which readers build and repairs change."""
+"""A robot during its import: a tree of bodies that readers build and repairs modify."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -11,26 +11,26 @@ Floats = NDArray[np.float64]
 
 @dataclass(eq=False)
 class Place:
-    """A frame within another one.
+    """A frame within a parent frame.
 
     Attributes:
-        position: (3,) m.
-        rotation: (3, 3), its columns are the frame's axes.
+        position: position in the parent, (3,) m.
+        rotation: matrix whose columns are the frame's axes in the parent, (3, 3).
     """
 
     position: Floats = field(default_factory=lambda: np.zeros(3))
     rotation: Floats = field(default_factory=lambda: np.eye(3))
 
     def __matmul__(self, inner: "Place") -> "Place":
-        """Return the place of `inner`, given in this frame, in this frame's own parent."""
+        """Convert the place `inner` from this frame to its parent."""
         return Place(self.point(inner.position), self.rotation @ inner.rotation)
 
     def point(self, points: Floats) -> Floats:
-        """Return points of this frame, (…, 3), in its parent."""
+        """Convert points, (…, 3) m, from this frame to its parent."""
         return points @ self.rotation.T + self.position
 
     def inverse(self) -> "Place":
-        """Return the parent's place in this frame."""
+        """Return the place of the parent in this frame."""
         return Place(-self.position @ self.rotation, self.rotation.T)
 
 
@@ -40,11 +40,11 @@ class Shape:
 
     Attributes:
         kind: sphere, capsule, ellipsoid, cylinder, box or mesh.
-        place: in the body.
-        size: as MuJoCo has it (half lengths), m.
-        vertices: of a mesh, in the shape's frame, (n, 3) m.
-        collides: whether it is a collision geometry; otherwise only seen.
-        contype, conaffinity: MuJoCo's bits of contacts.
+        place: place in the body.
+        size: MuJoCo's size (half lengths), m.
+        vertices: vertices of a mesh in the shape's frame, (n, 3) m.
+        collides: whether the shape collides; otherwise it is only visible.
+        contype, conaffinity: MuJoCo's contact bits.
     """
 
     kind: str
@@ -61,12 +61,13 @@ class Joint:
     """A joint between a body and its parent.
 
     Attributes:
+        name: name of the joint.
         kind: hinge, slide, ball or free.
-        axis, position: in the body, (3,).
-        range: rad; None where the file has none.
-        torque: the largest, N·m; 0 where it is not known.
-        speed: the largest, rad/s; 0 where it is not known.
-        damping, armature, friction, stiffness, reference, spring_reference: as MuJoCo has them.
+        axis, position: axis and position in the body, (3,).
+        range: smallest and largest angle, rad; None if the file has no limits.
+        torque: largest torque, N·m; 0 if unknown.
+        speed: largest speed, rad/s; 0 if unknown.
+        damping, armature, friction, stiffness, reference, spring_reference: MuJoCo's attributes.
     """
 
     name: str
@@ -89,12 +90,16 @@ class Body:
     """A rigid body, its joints towards the parent, and its children.
 
     Attributes:
-        place: in the parent.
-        mass: kg.
-        centre: of mass, in the body, (3,) m.
-        inertia: about the centre of mass, along the body's axes, (3, 3) kg·m².
-        sites: frames that equality constraints refer to.
-        lost: whether geometry that collides is missing.
+        name: name of the body.
+        place: place in the parent.
+        mass: mass, kg.
+        centre: centre of mass in the body, (3,) m.
+        inertia: inertia about the centre of mass, along the body's axes, (3, 3) kg·m².
+        shapes: solids of the body.
+        joints: joints between the parent and the body.
+        sites: frames used by equality constraints, by name.
+        children: bodies that this body carries.
+        lost: whether colliding geometry is missing.
     """
 
     name: str
@@ -118,13 +123,13 @@ class Body:
 
     @property
     def colliding(self) -> list[Shape]:
-        """Its collision geometry."""
+        """The colliding shapes."""
         return [shape for shape in self.shapes if shape.collides]
 
 
 @dataclass(frozen=True)
 class Coupling:
-    """Joint `follower` follows `leader`: angle = Σ coefficients · leader^power."""
+    """A joint `follower` that follows `leader`: angle = Σ coefficients · leader^power."""
 
     follower: str
     leader: str
@@ -133,7 +138,7 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Closure:
-    """Two sites that coincide: a closed linkage (`connect`), or rigidly (`weld`)."""
+    """Two sites that coincide, in a closed linkage (`connect`) or rigidly (`weld`)."""
 
     kind: str
     first: str
@@ -145,9 +150,13 @@ class Robot:
     """A robot.
 
     Attributes:
+        name: name of the robot.
+        root: the trunk.
+        couplings: mimic joints.
+        closures: closed linkages and welds.
         excludes: pairs of names of bodies that never touch.
-        stand: angles of joints in the keyframe, rad, with the trunk's place; None without one.
-        repairs: what was dropped, replaced, added or assumed.
+        stand: place of the trunk and joint angles, rad, in the keyframe; None without a keyframe.
+        repairs: descriptions of everything that was dropped, replaced, added or assumed.
     """
 
     name: str
@@ -165,7 +174,7 @@ class Robot:
 
 
 def listed(names: Sequence[str], limit: int = 4) -> str:
-    """Return the first names and how many more there are."""
+    """Return the first names and the number of the remaining ones."""
     more = len(names) - limit
     shown = ", ".join(repr(name) for name in names[:limit])
     return f"{shown} and {more} more" if more > 0 else shown

@@ -19,7 +19,7 @@ from gaitsim_robot.importing.tree import (
 )
 from gaitsim_robot.markup import number, numbers
 
-# URDF's kinds of joints that move, as MuJoCo's; repairs fix a ball, which a planar joint may be.
+# MuJoCo's kind for each movable kind of joint in URDF. Repairs fix balls, hence also planar joints.
 _KINDS = {
     "revolute": "hinge", "continuous": "hinge", "prismatic": "slide", "floating": "free",
     "planar": "ball", "spherical": "ball",
@@ -30,7 +30,7 @@ def read_urdf(root: Element, files: Files, where: str) -> Robot:
     """Return the robot of a URDF document.
 
     Raises:
-        RobotError: it is not a tree of links, or has invalid values.
+        RobotError: the links do not form a tree, or a value is invalid.
     """
     reader = _Reader(root, files, where)
     return reader.robot()
@@ -57,7 +57,7 @@ class _Reader:
             )
         bodies = {name: self._body(name, link) for name, link in links.items()}
         if turn_up(self._y_up):
-            self._repairs.append("COLLADA meshes are turned from y up to z up")
+            self._repairs.append("COLLADA meshes rotated from y up to z up")
         parents: dict[str, str] = {}
         couplings: list[Coupling] = []
         for element in self._root.iterfind("joint"):
@@ -75,15 +75,15 @@ class _Reader:
             raise RobotError(
                 "the links of the URDF form a loop",
                 where=self._where,
-                allowed="a tree of links, of which one is nobody's child",
+                allowed="a tree of links with one root",
             )
         root = max(tops, key=lambda top: sum(1 for _ in top.walk()))
         if others := [top.name for top in tops if top is not root]:
-            self._repairs.append(f"links not joined to the robot are dropped: {listed(others)}")
+            self._repairs.append(f"dropped links that are not part of the robot: {listed(others)}")
         return self._afloat(root)
 
     def _afloat(self, root: Body) -> Body:
-        """Return the robot of a world in which it floats, or the root itself."""
+        """Return the robot's floating body if the root is a world, or the root itself."""
         for body in list(root.walk()):
             if not any(joint.kind == "free" for joint in body.joints):
                 continue
@@ -91,11 +91,11 @@ class _Reader:
             if _hinges(body) == _hinges(root):
                 rest = {one.name for one in root.walk()} - {one.name for one in body.walk()}
                 self._repairs.append(
-                    f"links beside the floating robot are dropped: {listed(sorted(rest))}"
+                    f"dropped links outside the floating robot: {listed(sorted(rest))}"
                 )
                 body.joints, body.place = [], Place()
                 return body
-            self._repairs.append(f"joint {joint!r} is fixed: floating within the robot")
+            self._repairs.append(f"floating joint {joint!r} within the robot fixed")
             body.joints = []
         return root
 
@@ -114,7 +114,7 @@ class _Reader:
     def _three(self, element: Element, key: str, where: str) -> Floats:
         words = element.get(key, "").split()
         if len(words) > 3:
-            self._repairs.append(f"numbers after the third are ignored: {key}={' '.join(words)!r}")
+            self._repairs.append(f"ignored numbers after the third: {key}={' '.join(words)!r}")
         return numbers(" ".join(words[:3]), 3, "0 0 0", where)
 
     def _body(self, name: str, link: Element) -> Body:
@@ -169,7 +169,7 @@ class _Reader:
             case "box":
                 size = numbers(solid.get("size"), 3, "", where)
                 if not (size > 0).all():
-                    self._repairs.append(f"a flat box is dropped: {where.rpartition(', ')[2]}")
+                    self._repairs.append(f"dropped a flat box: {where.rpartition(', ')[2]}")
                     return None
                 return Shape("box", place, size / 2)
             case "sphere":
@@ -183,7 +183,7 @@ class _Reader:
                     return None
                 scale = numbers(solid.get("scale"), 3, "1 1 1", where)
                 return Shape("mesh", place, vertices=vertices * scale)
-        self._repairs.append(f"geometry <{solid.tag[:40]}> is unknown and dropped")
+        self._repairs.append(f"dropped unknown geometry <{solid.tag[:40]}>")
         return None
 
     def _attach(
@@ -241,7 +241,9 @@ class _Reader:
         axis = numbers(None if axis_element is None else axis_element.get("xyz"), 3, "1 0 0", where)
         if not np.linalg.norm(axis) > 1e-6:
             if _KINDS[kind] == "hinge":
-                raise RobotError("the axis is zero", where=where, allowed="such as 0 1 0")
+                raise RobotError(
+                    "the axis is zero", where=where, allowed="a direction such as 0 1 0"
+                )
             axis = np.array([1.0, 0.0, 0.0])
         joint = Joint(name, _KINDS[kind], axis / np.linalg.norm(axis))
         limit = element.find("limit")
@@ -255,7 +257,7 @@ class _Reader:
             joint.speed = max(bound("velocity") or 0.0, 0.0)
             if kind == "revolute" and low is not None and high is not None:
                 if low == high:
-                    self._repairs.append(f"joint {name!r} is fixed: its range is empty")
+                    self._repairs.append(f"joint {name!r} fixed, because its range is empty")
                     return None
                 joint.range = (low, high) if low < high else None
         if kind == "continuous":
@@ -272,7 +274,7 @@ def _hinges(body: Body) -> int:
 
 
 def _lenient(text: str | None, where: str) -> float | None:
-    """Return a limit, for which files write 1e16 and infinity, too; None without one."""
+    """Return a limit, which may be infinite, or huge such as 1e16; None if it is missing."""
     if text is None:
         return None
     try:
@@ -285,7 +287,7 @@ def _lenient(text: str | None, where: str) -> float | None:
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> Floats:
-    """Return the matrix of URDF's angles: about the fixed axes x, y, then z."""
+    """Return the matrix of URDF's angles, rad, about the fixed axes x, y and then z, (3, 3)."""
     from scipy.spatial.transform import Rotation
 
     matrix: Floats = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix()

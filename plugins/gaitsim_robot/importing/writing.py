@@ -9,7 +9,7 @@ from gaitsim_robot.importing.tree import Body, Floats, Joint, Place, Robot, Shap
 
 
 def write(robot: Robot) -> str:
-    """Return the robot's text; joints that it must rename are repairs of the robot."""
+    """Return the robot's text; add the renamed joints to the robot's repairs."""
     return _Writer(robot).text()
 
 
@@ -17,14 +17,14 @@ class _Writer:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._meshes = Element("asset")
-        self._used: dict[str, set[str]] = {"body": {"world"}}  # MuJoCo's own name
+        self._used: dict[str, set[str]] = {"body": {"world"}}  # reserved by MuJoCo
 
     def text(self) -> str:
         robot = self._robot
         root = Element("mujoco", model=_clean(robot.name) or "robot")
         SubElement(root, "compiler", angle="radian")
         world = Element("worldbody")
-        # Bodies get unique names as they are written; what refers to them follows.
+        # Writing the bodies makes their names unique; constraints then refer to the new names.
         names: dict[str, str] = {}
         joints: dict[str, str] = {}
         self._body(world, robot.root, names, joints)
@@ -60,8 +60,8 @@ class _Writer:
             joints[joint.name] = self._name("joint", joint.name)
             if joints[joint.name] != joint.name:
                 self._robot.repairs.append(
-                    f"a joint {joint.name[:100]!r} is called {joints[joint.name]!r}: names are "
-                    "printable, do not begin as formulas do, and each occurs once"
+                    f"joint {joint.name[:100]!r} renamed to {joints[joint.name]!r}: names must be "
+                    "unique and printable, and must not look like a formula"
                 )
             SubElement(element, "joint", {"name": joints[joint.name]} | _joint(joint))
         for shape in body.shapes:
@@ -172,7 +172,7 @@ def _quaternion(rotation: Floats) -> Floats:
 
 def _numbers(values: object, digits: int = 6) -> str:
     found = np.asarray(values, float)
-    found = np.where(np.abs(found) < 1e-9 * np.abs(found).max(), 0.0, found)  # what rounding left
+    found = np.where(np.abs(found) < 1e-9 * np.abs(found).max(), 0.0, found)  # rounding errors
     return " ".join(_number(value, digits) for value in found)
 
 
@@ -186,5 +186,5 @@ def _short(value: float, digits: int) -> str:
 
 
 def _clean(name: str) -> str:
-    """Return a name that terminals show, and that is no formula in a spreadsheet: =, +, -, @."""
+    """Return a printable name that spreadsheets do not take for a formula (=, +, -, @)."""
     return "".join(one for one in name if one.isprintable()).strip().lstrip("=+-@ ")[:100]
