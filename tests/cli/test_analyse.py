@@ -191,7 +191,7 @@ def test_the_figure_is_drawn(gaitsim, spider, tmp_path):
     for name in ("standing", "flip-flop", "wave"):
         gaitsim("analyse", "spider", "--gait", GAITS / f"{name}.npz", "--figure", f"{name}.png")
         assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-    for path, says in [("a.gif", "format that can be drawn"), ("none/a.png", "no folder none")]:
+    for path, says in [("a.gif", "extension of a plot format"), ("none/a.png", "no folder none")]:
         done = gaitsim("analyse", "spider", "--figure", path, code=2)
         assert says in done.stderr
         assert done.stdout == ""
@@ -209,7 +209,7 @@ def test_a_body_without_feet_is_reported_and_still_shown(gaitsim, puppet_file, t
     found = strict(gaitsim("analyse", "puppet", "--json").stdout)
     assert found["feet"] is found["stride"] is found["stability"] is found["slip"] is None
     done = gaitsim("analyse", "puppet", "--figure", "a.png", code=2)
-    assert "a body without feet has no footfalls to draw" in done.stderr
+    assert "the body has no feet, so there are no footfalls to draw" in done.stderr
     assert not (tmp_path / "a.png").exists()
     done = gaitsim("analyse", "puppet", "--gait", GAITS / "wave.npz", code=2)
     assert "24 joints" in done.stderr or "cannot play" in done.stderr

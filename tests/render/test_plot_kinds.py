@@ -501,7 +501,7 @@ def test_the_last_seconds_end_with_a_fall(spider_run, monkeypatch, draw):
 
 
 def test_joints_draw_channels_of_joints_alone(spider_run):
-    with pytest.raises(GaitsimError, match="'pose' is not one of joints") as error:
+    with pytest.raises(GaitsimError, match="'pose' does not have the axes") as error:
         joints_figure(asked(spider_run, channel="pose"))
     assert "joint_angles" in error.value.allowed
 
@@ -603,7 +603,7 @@ def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
     monkeypatch.setattr(module, "margin_of", lambda shown: margin)
     said = texts(stability_figure(asked(spider_run)))
     assert "least: −5.0 mm" in said
-    assert "not held by its feet: 15% of the time" in said
+    assert "unsupported: 15% of the time" in said
 
 
 def test_the_path_is_drawn_at_one_scale_with_bodies_apart(spider_run):
@@ -838,10 +838,12 @@ def test_what_a_channel_lacks_is_refused(flier):
     for component in ("w", "4", "0", "-1", "", "²"):
         with pytest.raises(GaitsimError, match="has no component") as error:
             KINDS["channel"].draw(asked(flier, channel="place", components=(component,)))
-        assert error.value.allowed.startswith("trial 1, trial 2; and x, y, z; or 1 to 3")
+        assert error.value.allowed.startswith(
+            "trial 1, trial 2; and x, y, z; or a number from 1 to 3"
+        )
     with pytest.raises(GaitsimError, match="has no component '1'"):
         KINDS["channel"].draw(asked(flier, channel="landed", components=("1",)))
-    with pytest.raises(GaitsimError, match="one value a gait") as error:
+    with pytest.raises(GaitsimError, match="one value per gait") as error:
         KINDS["channel"].draw(asked(flier, channel="reach"))
     assert error.value.allowed == "place, rotation, landed"
 
@@ -894,7 +896,7 @@ def test_a_window_is_a_part_of_the_frames(window, frames):
 
 def test_a_window_without_motion_is_refused():
     for window in ((10, 20), (0.0, 0.01), (-1, 2)):
-        with pytest.raises(GaitsimError, match="no two frames") as error:
+        with pytest.raises(GaitsimError, match="fewer than two frames") as error:
             window_slice(300, 30.0, window)
         assert "0 to 9.967 s" in error.value.allowed
     with pytest.raises(NothingToPlotError, match="only one frame"):

@@ -87,7 +87,7 @@ def test_a_run_without_a_generation_has_no_plot(puppet, tmp_path):
 
 @pytest.mark.parametrize("name", ["a.gif", "a", "a.", ".png", "a.png.txt"])
 def test_other_formats_are_refused(spider_run, tmp_path, name):
-    with pytest.raises(GaitsimError, match="does not end with a format") as error:
+    with pytest.raises(GaitsimError, match="not have the extension of a plot") as error:
         plot_fitness(spider_run, tmp_path / name)
     assert error.value.allowed == ".png, .svg, .pdf"
 
@@ -150,7 +150,7 @@ def test_kept_champions_are_marked(puppet_run):
     assert kept
     (axes,) = fitness_figure(run).axes
     marks = {line.get_label().split(":")[0]: line for line in axes.lines}
-    assert marks["kept champion"].get_xdata().tolist() == kept
+    assert marks["saved champion"].get_xdata().tolist() == kept
     best = run.individual()
     number, score = best.generation, best.score
     assert marks["champion"].get_xydata().tolist() == [[number, score]]

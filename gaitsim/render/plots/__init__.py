@@ -1,1 +1,1 @@
-"""Plots for papers and screens: one file for each kind, one style for all."""
+"""Plots for papers and screens, in one style, with a module for each kind."""

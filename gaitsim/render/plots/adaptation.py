@@ -1,4 +1,4 @@
-"""Plot an adaptation: what was expected of each trial, what it did, and its place on the map."""
+"""Plot an adaptation: expected and measured performance of each trial, and its place on the map."""
 
 from typing import TYPE_CHECKING
 
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_ROOM = 0.15  # above and below the points, in shares of their range
+_ROOM = 0.15  # margin above and below the points, as a share of their range
 
 
 def adaptation_figure(adaptation: Adaptation, theme: Theme = LIGHT) -> "Figure":
     """Plot expected and measured performance by trial, and the trials on the map of the atlas.
 
-    A map of more than two axes is drawn by its two principal components.
+    A map of more than two axes is projected onto its first two principal components.
 
     Raises:
-        NothingToPlotError: no trial was made yet.
+        NothingToPlotError: the adaptation has no trial yet.
     """
     from matplotlib.figure import Figure
 
@@ -118,7 +118,7 @@ def _draw_map(axes: "Axes", adaptation: Adaptation, theme: Theme) -> None:
 
 
 def _projected(prior: Prior) -> tuple[Floats, tuple[str, str]]:
-    """Return the place of each member on the plot, (members, 2), and what the two axes are."""
+    """Return the position of each member on the plot, (members, 2), and the labels of the axes."""
     behaviour = prior.behaviour
     if len(prior.axes) == 1:
         return np.stack([behaviour[:, 0], prior.performance], axis=1), (prior.axes[0], "intact")

@@ -1,4 +1,4 @@
-"""Plot a report of adaptations: what is kept after each damage, and after the loss of each pair."""
+"""Plot a report of adaptations: the kept performance after each damage, and per pair of legs."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def kept_figure(report: Report, heading: str, theme: Theme = LIGHT) -> "Figure":
-    """Plot the kept share by damage, beside the champion and random gaits."""
+    """Plot the kept share of the performance by damage, with the champion and random gaits."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import PercentFormatter
 
@@ -57,7 +57,7 @@ def kept_figure(report: Report, heading: str, theme: Theme = LIGHT) -> "Figure":
 
 
 def pairs_figure(report: Report, heading: str, theme: Theme = LIGHT) -> "Figure":
-    """Plot the kept share after the loss of each pair of legs; of one leg on the diagonal."""
+    """Plot the kept share after the loss of each pair of legs, with single legs on the diagonal."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import PercentFormatter
 

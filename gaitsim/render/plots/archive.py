@@ -1,4 +1,4 @@
-"""Plot an archive: the best score that a search has found in each cell of its axes."""
+"""Plot an archive: the best score in each cell of its axes."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
-_APART = 4  # axes: six panels; those of more are in a matrix
-_MOST = 10  # axes: 45 panels
+_APART = 4  # maximum axes with separate panels, six; more axes give a matrix of panels
+_MOST = 10  # maximum axes: 45 panels
 _COLOURS = "viridis"
-_PARTS = 1_000, 1_000  # most cells along both axes of a panel
-_MOST_VECTORS = 20_000  # cells of a panel; more are a picture in SVG and PDF, too
+_PARTS = 1_000, 1_000  # maximum cells along both axes of a panel
+_MOST_VECTORS = 20_000  # maximum cells of a panel as vectors in SVG and PDF; more are a bitmap
 
 
 def archive_figure(request: Request) -> "Figure":
     """Plot the scores of the elites in the cells of two axes; empty cells are blank.
 
-    Of more than two axes, each pair has a panel, where a cell shows the best over all others; of
-    more than four, the panels are half of a matrix. The best elite is marked, where it is on both
-    axes.
+    If the archive has more than two axes, each pair has a panel, in which a cell shows the best
+    elite over all other axes. If it has more than four, the panels form half a matrix. The best
+    elite is marked.
 
     Raises:
         GaitsimError: an axis to plot is not one of the archive.
@@ -46,7 +46,7 @@ def archive_figure(request: Request) -> "Figure":
     require_kept(individual, "archive")
     archive = ArchiveView.of(run.members)
     if archive is None:
-        raise NothingToPlotError("the search does not say where the cells of its archive are")
+        raise NothingToPlotError("the search does not provide the cells of its archive")
     panels = _panels(archive.names, request.axes)
     labels = {name: _label(name, individual.unit_of(name)) for name in archive.names}
     score = _label("score", individual.experiment.fitness.unit)
@@ -73,7 +73,7 @@ def archive_figure(request: Request) -> "Figure":
         if drawn is not None:
             extend = "min" if extended else "neither"
             if matrix:
-                # In the empty half.
+                # The bar is in the empty half of the matrix.
                 beside = figure.add_axes((0.55, 0.8, 0.36, 0.015))
                 bar = figure.colorbar(drawn, cax=beside, orientation="horizontal", extend=extend)
             else:
@@ -100,11 +100,11 @@ def archive_figure(request: Request) -> "Figure":
 
 
 def _panels(known: Sequence[str], asked: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return the axes of each panel."""
+    """Return the names of the axes of each panel."""
     unknown = [name for name in asked if name not in known]
     if unknown or len(set(asked)) < len(asked):
-        what = f"has no axis {unknown[0]!r}" if unknown else "has each axis once"
-        raise GaitsimError(f"the archive {what}", where="--axes", allowed=", ".join(known))
+        what = f"the archive has no axis {unknown[0]!r}" if unknown else "an axis is given twice"
+        raise GaitsimError(what, where="--axes", allowed=", ".join(known))
     if asked or len(known) == 1:
         return [tuple(asked or known)]
     if len(known) > _MOST:
@@ -119,7 +119,7 @@ def _panels(known: Sequence[str], asked: Sequence[str]) -> list[tuple[str, ...]]
 
 
 def _size(panels: int, matrix: bool) -> tuple[float, float]:
-    """Return width and height of the figure, inches."""
+    """Return the width and height of the figure, inches."""
     if matrix:
         return 2.1 * WIDTH, 2.1 * WIDTH
     return (WIDTH, 3.2) if panels == 1 else (2.1 * WIDTH, 1.1 + 2.2 * -(-panels // 3))
@@ -134,7 +134,7 @@ def _rows(figure: "Figure", panels: int) -> "list[Axes]":
 
 
 def _triangle(figure: "Figure", axes: int) -> "list[Axes]":
-    """Return the panels below the diagonal, row after row; those of a column share their axis."""
+    """Return the panels below the diagonal, row by row; the panels of a column share their axis."""
     places = figure.subplots(axes - 1, axes - 1, sharex="col", sharey="row")
     for row, column in zip(*np.triu_indices(axes - 1, 1), strict=True):
         places[row, column].remove()
@@ -148,7 +148,7 @@ def _label(name: str, unit: str) -> str:
 def _draw_cells(
     axes: "Axes", archive: ArchiveView, names: tuple[str, ...], norm: "Normalize"
 ) -> Any:
-    """Draw the cells of two axes; return what the colour bar explains."""
+    """Draw the cells of two axes; return the artist for the colour bar."""
     across, up = names
     axes.grid(visible=False)
     ends = [archive.borders[name][[0, -1]] for name in names]
@@ -192,7 +192,7 @@ def _mark_best(
         np.clip(members.values[name][best], *end) for name, end in zip(names, ends, strict=True)
     ]
     label = f"best score, {numeral(float(members.scores[best]))}: member {best + 1}"
-    # A wider stroke of the ground below, so that it stands out on any colour.
+    # A wider outline in the background colour makes the mark visible on any colour.
     for colour, width, order, named in (
         (theme.background, 2.2, 4, None),
         (theme.ink, 1.0, 5, label),

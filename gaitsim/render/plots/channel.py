@@ -1,4 +1,4 @@
-"""Plot any channel of the motion over time, of one champion or of several generations."""
+"""Plot any channel of the motion over time, for one champion or for several generations."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -18,26 +18,26 @@ from gaitsim.render.plots.style import WIDTH, Theme, styled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Channels to draw by default, in this order; other kinds of plots draw those of `OWN`.
+# Channels to draw by default, in order of preference; those in `OWN` have their own kind of plot.
 USUAL = ("altitude", "pose", "height")
 OWN = {"margin": "stability", "joint_angles": "joints"}
-_STEADY = 2.0  # seconds of joints that are drawn by default: more would blur
-_TOGETHER = 8  # lines of one panel that can be told apart
-_PANELS = 24  # that a page can hold
+_STEADY = 2.0  # default seconds of channels of joints; more would be illegible
+_TOGETHER = 8  # maximum number of distinguishable lines in a panel
+_PANELS = 24  # maximum number of panels on a page
 
 
 def channel_figure(request: Request) -> "Figure":
-    """Plot the components of a channel over time; of several generations a line each.
+    """Plot the components of a channel over time, with a line for each generation.
 
     Raises:
-        GaitsimError: there is no such channel or component, it is not over time, or
-            there is too much to draw.
-        PluginError: the body cannot compute it.
+        GaitsimError: the channel or a component is unknown, the channel is not over time, or too
+            many lines or panels are needed.
+        PluginError: the body cannot compute the channel.
     """
     if len(request.individuals) > _TOGETHER:
         raise GaitsimError(
             f"{len(request.individuals)} generations do not fit on a plot",
-            allowed=f"at most {_TOGETHER}, to be told apart",
+            allowed=f"at most {_TOGETHER}",
         )
     name = request.channel or usual_channel(request.individual)
     signals = [read_signal(individual, name) for individual in request.individuals]
@@ -55,10 +55,10 @@ def channel_figure(request: Request) -> "Figure":
 
 
 def usual_channel(individual: Individual) -> str:
-    """Return the channel of a body that is drawn by default.
+    """Return the channel that is drawn by default.
 
     Raises:
-        NothingToPlotError: none is over time.
+        NothingToPlotError: the body has no channel over time.
     """
     timed = [
         name
@@ -75,7 +75,7 @@ def usual_channel(individual: Individual) -> str:
 
 
 def _truths(signal: Signal, lines: Sequence[Line], part: slice, theme: Theme) -> "Figure":
-    """Draw a row of bars for each truth value, a bar while it is true."""
+    """Draw a row for each component, with bars while it is true."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(lines))))
@@ -93,14 +93,14 @@ def _numbers(
     lines: Sequence[Sequence[Line]],
     parts: Sequence[slice],
 ) -> "Figure":
-    """Draw lines in panels: one for each component if lines are generations."""
+    """Draw lines in panels; with several generations, one panel per component."""
     signal, several = signals[0], len(signals) > 1
     panels = _panels(signal, lines[0], several)
     if len(panels) > _PANELS:
         raise GaitsimError(
             f"{len(panels)} components of the channel {signal.name!r} do not fit on a plot",
             allowed=f"{_PANELS} panels",
-            remedy=f"choose some, such as --component '{signal.entries[0][0]}'",
+            remedy=f"choose some of them, such as --component '{signal.entries[0][0]}'",
         )
     columns = 1 if len(panels) <= 3 else 2 if len(panels) <= 8 else 3
     height = {1: 1.7, 2: 1.2, 3: 1.0}.get(len(panels), 0.75)
@@ -136,7 +136,7 @@ def _numbers(
 def _panels(signal: Signal, lines: Sequence[Line], several: bool) -> dict[str, list[int]]:
     """Return the indices of the lines of each panel, by the panel's title.
 
-    Components with different units or directions, such as x, y and z, go to separate panels.
+    Components with different units or directions, such as x, y and z, have separate panels.
     """
     differ = isinstance(signal.channel.unit, tuple)
     directions = differ or (bool(signal.entries) and signal.entries[-1][0] == "x")
@@ -153,7 +153,7 @@ def _panels(signal: Signal, lines: Sequence[Line], several: bool) -> dict[str, l
 
 
 def _rest(line: Line, title: str) -> str:
-    """Return the part of a line's name that the title of its panel lacks."""
+    """Return the part of a line's name that is not in the title of its panel."""
     if line.name == title:
         return line.name
     return " ".join(line.names[:-1] if title and line.names[-1] == title else line.names)
@@ -161,7 +161,7 @@ def _rest(line: Line, title: str) -> str:
 
 def _label(channel: str, title: str, units: Sequence[str], several: bool) -> str:
     """Return the label of an axis, with units."""
-    # 'x' says enough of a place, not of a velocity.
+    # 'x' is clear enough for a position, but not for a velocity.
     place = several and channel in ("pose", "position")
     name = title if place else f"{channel} {title}".strip()
     unit = ", ".join(filter(None, dict.fromkeys(units)))

@@ -18,11 +18,11 @@ class Signal:
     """One channel of one individual over time.
 
     Attributes:
-        name: of the channel.
-        channel: its declaration.
-        values: (frames, …).
-        entries: names of the entries along each axis but time.
-        rate: frames a second, Hz.
+        name: name of the channel.
+        channel: declaration of the channel.
+        values: values over time, (frames, …).
+        entries: names of the entries along each axis except time.
+        rate: frames per second, Hz.
     """
 
     name: str
@@ -36,8 +36,8 @@ def read_values(individual: Individual, name: str) -> NDArray[Any]:
     """Return a channel of the individual, without the axis of the population.
 
     Raises:
-        GaitsimError: the body has no such channel; lists those that it has.
-        PluginError: the body cannot compute it, or it has other axes than declared.
+        GaitsimError: the body does not have the channel; the message lists its channels.
+        PluginError: the body cannot compute the channel, or its shape contradicts its declaration.
     """
     experiment = individual.experiment
     entry, channels = experiment.entries["organism"], experiment.organism.channels
@@ -61,7 +61,7 @@ def read_values(individual: Individual, name: str) -> NDArray[Any]:
 
 
 def count_trials(individual: Individual) -> int:
-    """Return from how many starts the individual moved; its skeleton shows the first."""
+    """Return the number of trials of the individual; its skeleton shows the first."""
     for name, channel in individual.experiment.organism.channels.items():
         if "trials" in channel.axes:
             return int(read_values(individual, name).shape[channel.axes.index("trials")])
@@ -72,8 +72,8 @@ def read_signal(individual: Individual, name: str) -> Signal:
     """Return a channel of the individual over time, with names for all entries.
 
     Raises:
-        GaitsimError: the body has no such channel, or it is not over time.
-        PluginError: the body cannot compute it, or its values are not real numbers.
+        GaitsimError: the body does not have the channel, or the channel is not over time.
+        PluginError: the body cannot compute the channel, or its values are not real numbers.
     """
     organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
     values = read_values(individual, name)
@@ -85,7 +85,7 @@ def read_signal(individual: Individual, name: str) -> Signal:
     if not channel.over_time:
         timed = [one for one, other in organism.channels.items() if other.over_time]
         raise GaitsimError(
-            f"the channel {name!r} of {entry} is one value a gait, not one a frame",
+            f"the channel {name!r} of {entry} has one value per gait, not one per frame",
             allowed=", ".join(timed) or "no channel of this body is over time",
         )
     with plugin_errors(entry, "naming its joints"):
@@ -101,7 +101,7 @@ def read_signal(individual: Individual, name: str) -> Signal:
 def _entries(
     axis: str | tuple[str, ...], length: int, names: Mapping[str, tuple[str, ...]]
 ) -> tuple[str, ...]:
-    """Return the names along one axis: declared, those of the body, or numbered."""
+    """Return the names along one axis, from the declaration or the body, or else numbered."""
     if isinstance(axis, tuple):
         return axis
     if len(names.get(axis, ())) == length:

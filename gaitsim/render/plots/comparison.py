@@ -1,4 +1,4 @@
-"""Plot compared experiments over evaluations: their best scores, and the ECDF of runtimes."""
+"""Plot compared experiments over evaluations: best scores, and the ECDF of runtimes."""
 
 from collections.abc import Callable, Mapping
 from textwrap import wrap
@@ -22,7 +22,7 @@ Values = NDArray[np.float64]
 
 
 def convergence_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
-    """Draw the medians of the best scores so far, with a band from quartile to quartile."""
+    """Draw the median best scores so far, with bands from the lower to the upper quartile."""
 
     def draw(axes: "Axes", label: str, index: int) -> None:
         sample, style = findings.samples[label], theme.line(index)
@@ -42,7 +42,7 @@ def convergence_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
 
 
 def ecdf_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
-    """Draw the share of pairs of a repeat and a target that are reached, with the area under it."""
+    """Draw the share of (repeat, target) pairs that are reached, with the area under each curve."""
 
     def draw(axes: "Axes", label: str, index: int) -> None:
         one, sample = findings.ecdfs[label], findings.samples[label]
@@ -63,7 +63,7 @@ FIGURES: Mapping[ComparisonPlot, Callable[[Findings, Theme], "Figure"]] = {
 
 
 def _held(values: Values) -> Values:
-    """Return a step function's values with the last one once more, at the budget's end."""
+    """Return the values of a step function, with the last repeated for the end of the budget."""
     return np.append(values, values[-1])
 
 

@@ -1,4 +1,4 @@
-"""Components of a channel: chosen by name or index, and laid out as lines."""
+"""Components of a channel, chosen by name or number, as lines over time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ class Line:
     """One component over time.
 
     Attributes:
-        names: along each axis of the channel that has several entries.
-        values: (frames,).
-        unit: of the values, '' for a pure number.
+        names: name of the entry along each axis of the channel that has several entries.
+        values: values of the component, (frames,).
+        unit: unit of the values, '' for a pure number.
     """
 
     names: tuple[str, ...]
@@ -39,13 +39,13 @@ def lines_of(signal: Signal, components: Sequence[str]) -> list[Line]:
 
     Args:
         signal: the channel of an individual.
-        components: names or, along the last axis, numbers from 1. Several along one axis are
-            all drawn; an axis without a chosen entry is drawn whole.
+        components: names, or numbers along the last axis, counted from 1. All entries of an axis
+            are drawn unless some of them are chosen.
 
     Raises:
-        GaitsimError: there is no such component; lists those that exist.
+        GaitsimError: a component is unknown; the message lists the known ones.
     """
-    # Of many trials only the first is drawn: the others show the same again.
+    # If there are many trials, only the first is drawn, as the others look similar.
     chosen: list[set[int]] = [set() for _ in signal.entries]
     for component in components:
         axis, index = _found(signal, component)
@@ -81,14 +81,14 @@ def _found(signal: Signal, component: str) -> tuple[int, int]:
     raise GaitsimError(
         f"the channel {signal.name!r} has no component {component!r}",
         allowed="; and ".join(", ".join(names) for names in signal.entries)
-        + f"; or 1 to {len(signal.entries[-1])} along the last of them"
+        + f"; or a number from 1 to {len(signal.entries[-1])} along the last axis"
         if known
-        else "none: it is one value a frame",
+        else "no component: the channel has one value per frame",
         remedy=nearest(component, known),
     )
 
 
 def finite(values: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the values with NaN, which leaves a gap, for those that are not finite."""
+    """Return the values, with NaN, which leaves a gap, in place of those that are not finite."""
     numbers = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, np.nan)

@@ -1,4 +1,4 @@
-"""Plot how much the individuals of a population differ, over the generations."""
+"""Plot the diversity of the population over the generations."""
 
 from typing import TYPE_CHECKING
 

@@ -25,11 +25,11 @@ History = dict[str, NDArray[np.float64]]
 def fitness_figure(
     run: RunSnapshot, theme: Theme = LIGHT, size: tuple[float, float] = (WIDTH, 2.4)
 ) -> "Figure":
-    """Plot best, mean and quartiles of the scores, kept champions, and where stages begin.
+    """Plot best, mean and quartiles of the scores, saved champions and the starts of stages.
 
     Args:
-        run: with a generation or more.
-        theme: its colours.
+        run: run with at least one generation.
+        theme: colours of the plot.
         size: width and height, inches.
 
     Raises:
@@ -61,7 +61,7 @@ def fitness_figure(
 
 
 def _score_label(stages: Sequence[Experiment]) -> str:
-    """Return the label of scores, with the fitness and the unit that all stages have."""
+    """Return the label of scores, with the fitness and the unit if all stages share them."""
     names = {stage.entries["fitness"].name for stage in stages}
     units = {stage.fitness.unit for stage in stages}
     words = [*(names if len(names) == 1 else ()), *(units - {""} if len(units) == 1 else ())]
@@ -94,13 +94,13 @@ def _draw(axes: "Axes", history: History, theme: Theme) -> None:
 def draw_curve(
     axes: "Axes", history: History, values: NDArray[np.float64], label: str | None, **style: Any
 ) -> None:
-    """Draw values over the generations, with a gap between stages."""
+    """Draw values over the generations, with gaps between stages."""
     for part in stages(history):
         axes.plot(
             history["generation"][part],
             finite(values[part]),
             label=None if part.start else label,
-            # A line of one point would not be seen.
+            # A line through one point would be invisible.
             marker="." if part.stop - part.start == 1 else None,
             **style,
         )
@@ -109,7 +109,7 @@ def draw_curve(
 def _draw_islands(
     axes: "Axes", history: History, islands: NDArray[np.float64], theme: Theme
 ) -> None:
-    """Draw the best of each island, where there are several."""
+    """Draw the best scores of each island, if the run has several."""
     if islands.shape[1] == 1:
         return
     for island, bests in enumerate(islands.T):
@@ -119,7 +119,7 @@ def _draw_islands(
 
 
 def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: Theme) -> None:
-    """Mark the champions that the run kept, and the best one of all."""
+    """Mark the saved champions and the champion of the run."""
     kept = np.array([one for one in kept_champions(run.path) if one <= len(history["best"])], int)
     style: dict[str, Any] = {"linestyle": "", "color": theme.ink, "clip_on": False, "zorder": 3}
     if len(kept):
@@ -129,11 +129,11 @@ def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: The
             marker="|",
             markersize=5,
             markeredgewidth=0.6,
-            label="kept champion",
+            label="saved champion",
             **style,
         )
     if number := run.best_generation:
-        # Without its genome, which cannot be read where the body is not known.
+        # Without its genome, which cannot be read if the body's plugin is missing.
         champion = Individual(
             run.experiment_at(number), float(history["best"][number - 1]), {}, number
         )
@@ -155,14 +155,14 @@ def stages(history: History) -> list[slice]:
 
 
 def mark_stages(axes: "Axes", history: History, theme: Theme, *, named: bool = True) -> list[int]:
-    """Draw a line before each stage but the first; return their first generations."""
+    """Draw a line before each stage except the first; return the first generations of these."""
     starts = [part.start + 1 for part in stages(history)[1:]]
     for index, start in enumerate(starts, 2):
         axes.axvline(start - 0.5, color=theme.ink, linewidth=0.6, linestyle=":")
         if named:
             axes.annotate(
                 f"stage {index}",
-                (start - 0.5, 0),  # below the curves, which rise
+                (start - 0.5, 0),  # below the rising curves
                 xycoords=("data", "axes fraction"),
                 xytext=(2, 2),
                 textcoords="offset points",
@@ -172,7 +172,7 @@ def mark_stages(axes: "Axes", history: History, theme: Theme, *, named: bool = T
 
 
 def set_generations(axes: "Axes", history: History, ticks: int = 6) -> None:
-    """Set the limits of an axis to the first and the last generation."""
+    """Limit the horizontal axis to the first and the last generation."""
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlim(1, max(2, int(history["generation"][-1])))

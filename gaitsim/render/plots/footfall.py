@@ -1,4 +1,4 @@
-"""Plot footfalls: which foot is on the ground when (Hildebrand 1965), and the load on it."""
+"""Plot footfalls: when each foot is on the ground (Hildebrand 1965), and the load on it."""
 
 import math
 from typing import TYPE_CHECKING
@@ -17,20 +17,20 @@ from gaitsim.render.plots.style import WIDTH, styled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_WHOLE = 0.98  # quantile of the loads that fit a row: impacts would dwarf the others
-USUAL = 3.0  # seconds, some strides of most bodies
+_WHOLE = 0.98  # quantile of the loads that fits a row, as impacts would dwarf all other loads
+USUAL = 3.0  # seconds, a few strides of most bodies
 
 
 def footfall_figure(request: Request) -> "Figure":
-    """Plot a row for each foot, a bar while it is on the ground, and its duty factor.
+    """Plot a row for each foot, with bars while it is on the ground, and its duty factor.
 
-    Shows the last seconds, after the gait has settled and before a fall, or the whole motion where
-    no foot comes down twice in them. Where the body has the channel `load`, a curve in each row is
-    the vertical force on the foot; the few greatest peaks may exceed the row and are cut off.
+    The plot shows the last seconds, after the gait has settled and before a fall, or the whole
+    motion if no foot touches down twice in these seconds. If the body has the channel `load`, a
+    curve in each row shows the vertical force on the foot, whose highest peaks are clipped.
 
     Raises:
         NothingToPlotError: the body has no feet.
-        GaitsimError: the window holds none of the motion.
+        GaitsimError: the window holds no part of the motion.
     """
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -77,13 +77,13 @@ def footfall_figure(request: Request) -> "Figure":
 
 
 def _rounded_up(value: float) -> float:
-    """Return the next round number from a value on."""
+    """Return the smallest round number that is at least `value`."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= value)
 
 
 def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """Return when each foot is on the ground, (frames, feet), and the names of the feet.
+    """Return whether each foot is on the ground, (frames, feet), and the names of the feet.
 
     Raises:
         NothingToPlotError: the body has no feet.
@@ -91,9 +91,9 @@ def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, .
     skeleton = individual.skeleton
     if skeleton.touching is None or not skeleton.touching.shape[1]:
         raise NothingToPlotError(
-            f"{individual.experiment.entries['organism']} has no feet on the ground to plot",
+            f"{individual.experiment.entries['organism']} has no feet to plot",
             where=str(individual.source),
-            allowed="a body whose skeleton has contacts, and says when they touch the ground",
+            allowed="a body whose skeleton has `contacts` and `touching`",
         )
     count = skeleton.touching.shape[1]
     names = skeleton.contact_names or tuple(f"foot {foot}" for foot in range(1, count + 1))

@@ -1,4 +1,4 @@
-"""Plot a front: the compromises that a search has found between its objectives."""
+"""Plot a front: the compromises between the objectives of a search."""
 
 from collections.abc import Mapping
 from itertools import combinations
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST = 6  # objectives: 15 panels
+MOST = 6  # maximum number of objectives: 15 panels
 
 
 def front_figure(request: Request) -> "Figure":
-    """Plot the members of a front, each pair of objectives against each other.
+    """Plot the members of a front for each pair of objectives.
 
-    Of two objectives, the front is drawn as the edge of what it dominates. Faint are the other
-    individuals of the last generation. The best score is marked, and the first and the last
-    member have their numbers.
+    With two objectives, a line shows the edge of the dominated region. The other individuals of
+    the last generation are faint. The member with the best score is marked, and the first and the
+    last member are numbered.
 
     Raises:
         NothingToPlotError: the search keeps no front, or has too many objectives.
@@ -95,9 +95,9 @@ def _draw_population(
 
 
 def _draw_edge(axes: "Axes", members: Members, direction: str, theme: Theme) -> None:
-    """Draw the edge of what two objectives dominate, in steps."""
+    """Draw the edge of the region that a front of two objectives dominates."""
     across, up = members.values.values()
-    # Between two members, the one is attained whose first objective is worse than the place.
+    # Between two members, the edge is that of the member with the worse first objective.
     axes.step(
         across,
         up,

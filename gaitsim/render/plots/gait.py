@@ -1,4 +1,4 @@
-"""Plot a gait: footfalls, phases against the nearest reference gait, stability."""
+"""Plot a gait: footfalls, stability, and phases compared with the nearest reference gait."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,18 +16,18 @@ from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, save, styled
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-STRIDES = 4  # shown, where the gait has them
-SECONDS = 3.0  # shown of a gait without strides
+STRIDES = 4  # maximum number of strides shown
+SECONDS = 3.0  # length shown of a gait without strides
 
 
 def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) -> None:
-    """Draw footfalls, phases and stability margin of a gait.
+    """Draw the footfalls, phases and stability margin of a gait.
 
-    Shows footfalls and margin of the last strides, after the gait has settled. Phases are dots,
-    the larger the more consistent; lines are the phases of the nearest reference gait.
+    Footfalls and margin are those of the last strides, after the gait has settled. Phases are
+    dots, larger if more consistent; lines show the phases of the nearest reference gait.
 
     Raises:
-        GaitsimError: the body has no feet, or the file's name ends with no known format.
+        GaitsimError: the body has no feet, or the file's extension is not a known format.
         RunError: the file cannot be written.
     """
     from matplotlib.figure import Figure
@@ -35,9 +35,9 @@ def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) 
     found = gait.footfalls
     if found is None:
         raise GaitsimError(
-            "a body without feet has no footfalls to draw",
+            "the body has no feet, so there are no footfalls to draw",
             allowed="a body whose skeleton has contacts",
-            remedy="leave out --figure",
+            remedy="omit --figure",
         )
     part = _stretch(found, gait.frame_rate)
     names = [shortened(foot.name, 12) for foot in found.feet]
@@ -64,7 +64,7 @@ def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) 
 
 
 def _stretch(found: Footfalls, frame_rate: float) -> slice:
-    """Return the frames to draw: the last whole strides, or seconds."""
+    """Return the frames to draw: the last strides, or seconds of a gait without strides."""
     frames = len(found.touching)
     length = round(STRIDES * found.stride.frames if found.stride else SECONDS * frame_rate)
     return slice(max(0, frames - max(length, 2)), frames)
@@ -73,7 +73,7 @@ def _stretch(found: Footfalls, frame_rate: float) -> slice:
 def _margin(
     axes: "Axes", margin: NDArray[np.float64], start: float, rate: float, theme: Theme
 ) -> None:
-    """Draw the margin in millimetres, with gaps where no foot is on the ground."""
+    """Draw the margin in millimetres, with gaps while no foot is on the ground."""
     seconds = start + (np.arange(len(margin)) + 0.5) / rate
     values = 1000 * finite(margin)
     axes.plot(seconds, values, color=theme.ink)
@@ -95,7 +95,7 @@ def _phases(
     colours: list[str],
     theme: Theme,
 ) -> None:
-    """Draw the phases of touch-down in cycles, and those of the nearest reference gait."""
+    """Draw the phases of touch-down in cycles, and the phases of the nearest reference gait."""
     axes.set_title("phase of touch-down (cycles)")
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.set_yticks(range(len(names)), names)
@@ -112,7 +112,7 @@ def _phases(
     known = np.flatnonzero(np.isfinite(found.phases))
     for row in known.tolist():
         size = 4 + 26 * float(found.consistency[row]) ** 2
-        # 0 and 1 are the same moment: what is near one of them is drawn at both.
+        # 0 and 1 are the same moment, so a phase near one of them is drawn at both.
         places = found.phases[row] + np.array([-1.0, 0.0, 1.0])
         axes.scatter(places, [row] * 3, s=size, color=colours[row], zorder=3, linewidth=0)
     if not len(known):

@@ -1,4 +1,4 @@
-"""Plot the best gait of each named pattern in an archive."""
+"""Plot the best gait of each pattern in an archive."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -15,26 +15,26 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SECONDS = 2.0  # of each gait's footfalls
+_SECONDS = 2.0  # length of each footfall diagram
 _NAMES = {"none": "no name"}
-_FOOT = 0.055  # inches of a foot's row
+_FOOT = 0.055  # height of a foot's row, inches
 
 
 def require_gaits(individual: Individual) -> None:
-    """Refuse the run of an individual that has no archive, or whose body has no feet.
+    """Check that an individual's run has an archive and its body has feet.
 
     Raises:
-        NothingToPlotError: it has none.
+        NothingToPlotError: the search keeps no archive, or the body has no feet.
     """
     require_kept(individual, "archive")
     contacts_of(individual)
 
 
 def gaits_figure(request: Request) -> "Figure":
-    """Plot a row for each pattern of gait: footfalls and score of its best member, its cells.
+    """Plot a row for each pattern of gait: footfalls and score of its best member, and its cells.
 
-    Gaits without a name come last. Footfalls are those of the last seconds before a fall, left
-    feet above right ones as in the plot of one gait.
+    Gaits without a name come last. The footfalls are those of the last seconds before a fall, with
+    left feet above right feet as in the plot of a single gait.
 
     Raises:
         NothingToPlotError: the search keeps no archive, or the body has no feet.
@@ -47,7 +47,7 @@ def gaits_figure(request: Request) -> "Figure":
     best = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
     require_gaits(best)
     members = run.members
-    assert members is not None  # as it has a first one
+    assert members is not None, "a search with a first member has members"
     total = len(members.scores)
     gaits: list[Gait] = []
     for part in gaits_of(best.experiment, members.genomes):
@@ -87,7 +87,7 @@ def gaits_figure(request: Request) -> "Figure":
                 fontsize=7,
             )
         ticks = [tick for tick in scores[-1].get_xticks() if low <= tick <= high]
-        for bar in scores:  # none below the texts
+        for bar in scores:  # no ticks below the texts
             bar.set_xticks(ticks)
         for column in (strips, scores):
             for axes in column[:-1]:

@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST = 1000  # generations that are drawn: about as many as the picture has dots across
-_NAMED = 48  # genes that each have room for a name
-_GROUPS = 24  # groups of genes that do
+_MOST = 1000  # maximum number of generations drawn, about the horizontal dots of the picture
+_NAMED = 48  # maximum number of genes with names
+_GROUPS = 24  # maximum number of groups of genes with names
 
 
 def genome_figure(request: Request) -> "Figure":
-    """Plot the genes of each generation's best: a row for each gene, a column for a generation.
+    """Plot the genes of each generation's best: a row for each gene, a column per generation.
 
-    A colour is the place of a gene between its bounds; where nearly all genes are in a small part
-    of them, that part has all the colours. Of more than a thousand generations, evenly spaced ones
-    are drawn.
+    The colour shows the position of a gene between its bounds. If nearly all genes are in a small
+    part of that range, the colours cover only this part. If there are more than a thousand
+    generations, evenly spaced ones are drawn.
 
     Raises:
-        NothingToPlotError: the genes have neither bounds nor are they bits.
+        NothingToPlotError: the genes are not bits and have no bounds.
         RunError: no generation is finished yet.
     """
     from matplotlib.colors import ListedColormap
@@ -82,26 +82,26 @@ def genome_figure(request: Request) -> "Figure":
 def _places(
     space: GenomeSpace, genomes: NDArray[np.generic], request: Request
 ) -> NDArray[np.float64]:
-    """Return where genes are between their bounds, 0 to 1, (generations, genes)."""
+    """Return the positions of genes between their bounds, 0 to 1, (generations, genes)."""
     values = np.asarray(genomes, dtype=np.float64)
     if isinstance(space, RealSpace):
         return (values - space.lower) / space.width
     if isinstance(space, BitSpace):
         return values
     raise NothingToPlotError(
-        f"the genes of {request.run.experiment.entries['organism']} have no bounds to draw them in",
-        allowed="a body whose genome is of real numbers or bits",
+        f"the genes of {request.run.experiment.entries['organism']} have no bounds",
+        allowed="a body with a genome of real numbers or bits",
     )
 
 
 def _range(places: NDArray[np.float64]) -> tuple[float, float]:
-    """Return what part of 0 to 1 the colours are for."""
+    """Return the part of the range 0 to 1 that the colours cover."""
     low, high = np.quantile(places, [0.005, 0.995])
     return (float(low), float(high)) if 0 < high - low < 0.6 else (0.0, 1.0)
 
 
 def _name_rows(axes: "Axes", labels: tuple[str, ...], theme: Theme) -> None:
-    """Name each gene; where there are too many, the groups that begin with the same word."""
+    """Write the name of each gene, or, of too many genes, the first words that groups share."""
     axes.tick_params(axis="y", labelsize=5.5, length=0)
     if len(labels) <= _NAMED:
         axes.set_yticks(range(len(labels)), [shortened(label, 24) for label in labels])
@@ -112,7 +112,7 @@ def _name_rows(axes: "Axes", labels: tuple[str, ...], theme: Theme) -> None:
         axes.set_ylabel("gene")
         return
     middles = ends - np.array([count for _, count in groups]) / 2 - 0.5
-    # Names of small groups beside each other would cover each other.
+    # The names of small neighbouring groups would overlap.
     room, kept = len(labels) / 40, list[int]()
     for place in np.argsort([-count for _, count in groups], kind="stable").tolist():
         if all(abs(middles[place] - middles[other]) > room for other in kept):
@@ -124,5 +124,5 @@ def _name_rows(axes: "Axes", labels: tuple[str, ...], theme: Theme) -> None:
 
 
 def _group(label: str) -> str:
-    """Return the first word of a gene's name, as W1 of W1[0,3]."""
+    """Return the first word of a gene's name, such as W1 for W1[0,3]."""
     return re.split(r"[\s\[(_.]", label, maxsplit=1)[0]

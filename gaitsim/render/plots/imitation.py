@@ -1,4 +1,4 @@
-"""Plot the errors of imitators over their training."""
+"""Plot the errors of imitators during training."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -22,9 +22,9 @@ def errors_figure(
     """Plot mean squared errors over the epochs, on a logarithmic scale.
 
     Args:
-        errors: by label, each (epochs,), rad².
-        heading: of the figure.
-        theme: its colours.
+        errors: errors by label, each (epochs,), rad².
+        heading: heading of the figure.
+        theme: colours of the plot.
         size: width and height, inches.
     """
     from matplotlib.figure import Figure
@@ -35,8 +35,8 @@ def errors_figure(
         axes = figure.subplots()
         for index, (label, values) in enumerate(errors.items()):
             epochs = np.arange(1, len(values) + 1)
-            marker = "." if len(values) == 1 else None  # a line of one point would not be seen
-            # An error of zero has no logarithm; the line has a gap there.
+            marker = "." if len(values) == 1 else None  # a line through one point is invisible
+            # An error of zero has no logarithm and leaves a gap in the line.
             shown = np.where(values > 0, values, np.nan)
             axes.plot(epochs, shown, label=label, marker=marker, **theme.line(index))
         if any((values > 0).any() for values in errors.values()):
@@ -53,6 +53,6 @@ def errors_figure(
 
 
 def _power_of_ten(value: float, _position: int | None = None) -> str:
-    """Return a text such as '10⁻³'; the style turns off the mathematics that axes would write."""
+    """Format a power of ten, such as '10⁻³'; the plot style disables mathematical notation."""
     exponent = str(round(np.log10(value)))
     return "10" + exponent.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,4 +1,4 @@
-"""Plot joint angles, or another channel of the joints, over time, a panel for each leg."""
+"""Plot joint angles, or another channel of the joints, over time, with a panel for each leg."""
 
 import re
 from collections.abc import Sequence
@@ -21,20 +21,20 @@ from gaitsim.render.plots.style import WIDTH, styled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-USUAL = 2.0  # seconds: more would blur in a column's width
-_NEAR = 0.4  # of the stall torque: a line at it leaves room for smaller torques
-_TOGETHER = 6  # joints without legs that share a panel
-_WIDTHS = 1.8, 1.2, 0.7  # points: the first lines are seen beside later ones that cover them
+USUAL = 2.0  # seconds; more would be illegible in a column's width
+_NEAR = 0.4  # share of the stall torque that torques must reach for a line at the stall torque
+_TOGETHER = 6  # maximum number of joints without legs in one panel
+_WIDTHS = 1.8, 1.2, 0.7  # points; wide first lines remain visible below later lines
 
 
 def joints_figure(request: Request) -> "Figure":
-    """Plot a channel of the joints, angles by default; shaded while the foot is on the ground.
+    """Plot a channel of the joints, by default the angles, shaded while the foot is in stance.
 
-    Angles are in degrees. Torques have a line at the stall torque where they come near it.
+    Angles are in degrees. If torques come near the stall torque, a line marks it.
 
     Raises:
         NothingToPlotError: the body has no joint angles.
-        GaitsimError: the channel is not one of joints, or the window holds none of the motion.
+        GaitsimError: the channel has no joints, or the window holds no part of the motion.
     """
     individual, theme = request.individual, request.theme
     require_joints(individual)
@@ -90,12 +90,12 @@ def joints_figure(request: Request) -> "Figure":
 
 
 def _signal_of(individual: Individual, name: str) -> Signal:
-    """Return a channel over time with a value for each joint."""
+    """Return a channel that has a value for each joint and frame."""
     signal = read_signal(individual, name)
     if signal.channel.axes != ("frames", "joints"):
         channels = individual.experiment.organism.channels
         raise GaitsimError(
-            f"the channel {name!r} is not one of joints over time",
+            f"the channel {name!r} does not have the axes (frames, joints)",
             allowed=", ".join(
                 other for other, channel in channels.items() if channel.axes == ("frames", "joints")
             ),
@@ -105,7 +105,7 @@ def _signal_of(individual: Individual, name: str) -> Signal:
 
 
 def _stall_torque(individual: Individual, name: str, values: Floats) -> float | None:
-    """Return the stall torque of all servos, if they have one and torques come near it."""
+    """Return the stall torque; None unless all servos have the same one and torques are near it."""
     if name != "torque" or "stall_torque" not in individual.experiment.organism.channels:
         return None
     stall = np.asarray(read_values(individual, "stall_torque"), np.float64)
@@ -117,23 +117,23 @@ def require_joints(individual: Individual) -> None:
     """Check that the body has joint angles.
 
     Raises:
-        NothingToPlotError: it has none.
+        NothingToPlotError: the body has no joint angles.
     """
     if "joint_angles" not in individual.experiment.organism.channels:
         raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} has no joint angles to plot",
             where=str(individual.source),
             allowed="a body with the channel 'joint_angles'",
-            remedy="--kind channel plots any of its channels",
+            remedy="plot another channel with --kind channel",
         )
 
 
 def legs_of(names: Sequence[str], feet: Sequence[str] = ()) -> dict[str, dict[str, int]]:
     """Group joints by leg: 'L1 coxa', 'L1 femur' … as {'L1': {'coxa': 0, …}, …}.
 
-    Names of another form, such as 'FL_hip_joint', are grouped where they stand foot by foot and
-    differ between the feet by their words for the leg alone. Other joints share a panel where
-    there are few, else have one each.
+    Other names, such as 'FL_hip_joint', are grouped if they are listed foot by foot and differ
+    between the feet only in their words for the leg. Joints that cannot be grouped share a panel
+    if they are few; otherwise each joint has its own panel.
     """
     split = [name.rpartition(" ")[::2] for name in names]
     legs: dict[str, dict[str, int]] = {}
@@ -151,7 +151,7 @@ def legs_of(names: Sequence[str], feet: Sequence[str] = ()) -> dict[str, dict[st
 
 
 def _foot_by_foot(names: Sequence[str], feet: Sequence[str]) -> dict[str, dict[str, int]]:
-    """Group joints by the feet, each as many; {} where their names do not agree on that."""
+    """Group joints into equal parts, one for each foot; {} if their names do not match."""
     if len(feet) < 2 or len(names) % len(feet):
         return {}
     words = [re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[^\W\d_A-Z]+|\d+", name) for name in names]
@@ -164,7 +164,7 @@ def _foot_by_foot(names: Sequence[str], feet: Sequence[str]) -> dict[str, dict[s
         for own, chunk in zip(common, chunks, strict=True)
     ]
     apart = len({frozenset(own) for own in common}) == len(feet)
-    # Hips of all feet, then all knees: their other words are those of the legs.
+    # Names ordered by joint, hips of all feet before all knees, would also differ in one word.
     by_joint = bool((sides(joints[0]) != MIDDLE).any())
     if not apart or by_joint or len({*joints}) > 1 or len({*joints[0]}) < each:
         return {}
@@ -175,7 +175,7 @@ def _foot_by_foot(names: Sequence[str], feet: Sequence[str]) -> dict[str, dict[s
 
 
 def _sides(legs: Sequence[str]) -> tuple[bool, bool]:
-    """Whether legs are first all left, then all right ones; and whether they take turns."""
+    """Return whether all left legs precede all right legs, and whether left and right alternate."""
     first, half = [leg[:1] for leg in legs], len(legs) // 2
     return (
         half > 0 and first == ["L"] * half + ["R"] * half,

@@ -1,4 +1,4 @@
-"""The kinds of plots by name."""
+"""The kinds of plots, by name."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -37,9 +37,9 @@ class Kind:
     """A kind of plot.
 
     Attributes:
-        draw: draws it.
-        options: the options of `gaitsim plot` that it reads.
-        check: raises a NothingToPlotError where an individual lacks what the kind draws.
+        draw: function that draws the plot.
+        options: options of `gaitsim plot` that the kind uses.
+        check: function that raises a NothingToPlotError if an individual lacks the data.
     """
 
     draw: Callable[[Request], "Figure"]
@@ -48,12 +48,12 @@ class Kind:
 
     @property
     def moves(self) -> bool:
-        """Whether it shows an individual's motion rather than the whole run."""
+        """Whether the kind shows an individual's motion rather than the whole run."""
         return "--generation" in self.options
 
     @property
     def several(self) -> bool:
-        """Whether it shows more than one individual."""
+        """Whether the kind can show more than one individual."""
         return "--generations" in self.options
 
 
@@ -74,12 +74,12 @@ KINDS: Mapping[str, Kind] = {
     "joints": Kind(joints_figure, (*_MOTION, "--channel"), require_joints),
     "stability": Kind(stability_figure, check=contacts_of),
 }
-# `--kind all` draws one individual.
+# `--kind all` draws a single individual.
 OF_ALL = tuple(option for option in _CHANNEL if option != "--generations")
 
 
 def file_stem(kind: str, request: Request) -> str:
-    """Return the name of a plot's file, such as 'channel-margin-generation-138'."""
+    """Return the name of a plot's file without extension: 'channel-margin-generation-138'."""
     parts = [kind, *request.axes]
     if kind == "channel":
         parts += [request.channel or usual_channel(request.individual), *request.components]

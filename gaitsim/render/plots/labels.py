@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HEADING = 58  # characters of 8 points in a column's width
-_LEGEND = 62  # characters of 7 points in a row of a legend, marks not counted
-_MARK = 7  # characters that a legend's mark takes
+_LEGEND = 62  # characters of 7 points in a row of a legend, without marks
+_MARK = 7  # width of a legend's mark, in characters
 
 
 def shortened(text: str, length: int) -> str:
-    """Shorten a text to at most `length` characters by leaving out its middle."""
+    """Shorten a text to at most `length` characters by replacing its middle with an ellipsis."""
     if len(text) <= length:
         return text
     head = length * 2 // 3
@@ -26,20 +26,20 @@ def shortened(text: str, length: int) -> str:
 
 
 def numeral(value: float) -> str:
-    """Format a number with four digits and a true minus sign, as axes do."""
+    """Format a number with four significant digits and a true minus sign, as axes do."""
     return f"{value:.4g}".replace("-", "−")
 
 
 def score_words(individual: Individual) -> str:
-    """Format a score with its unit, such as 'score 2.53 m', and over how many worlds."""
+    """Format a score with its unit and the number of worlds, such as 'score 2.53 m'."""
     score = f"score {numeral(individual.score)} {individual.experiment.fitness.unit}".rstrip()
     return score + individual.over_worlds
 
 
 def heading_of_run(run: str, experiment: Experiment, more: str = "", width: float = WIDTH) -> str:
-    """Return the names of a run and, where it differs, of its experiment, its seed, and a text.
+    """Return the name of a run, that of its experiment if it differs, the seed, and `more`.
 
-    Names are shortened where a figure of this width, inches, has no room for them.
+    Names are shortened to fit a figure of `width` inches.
     """
     rest = f", seed {experiment.seed}{more}"
     room = max(10, int(_HEADING * width / WIDTH) - len(rest))
@@ -49,9 +49,9 @@ def heading_of_run(run: str, experiment: Experiment, more: str = "", width: floa
 
 
 def heading_of(individuals: Sequence[Individual]) -> str:
-    """Return the run's name and seed with the generation and score, or the generations.
+    """Return the run's name and seed with the generation and score, or with several generations.
 
-    A damaged body has no score where there is no room for both.
+    The score of a damaged body is left out if damage and score do not fit.
     """
     numbers = ", ".join(str(individual.generation) for individual in individuals)
     one = individuals[0]
@@ -66,13 +66,13 @@ def heading_of(individuals: Sequence[Individual]) -> str:
 def head(
     figure: "Figure", text: str, handles: Sequence[Any] = (), labels: Sequence[str] = ()
 ) -> None:
-    """Write a heading above the panels and a legend under it, where they hide no data."""
+    """Write a heading and a legend above the panels, where they hide no data."""
     scale = figure.get_figwidth() / WIDTH
     text = shortened(text, int(_HEADING * scale))
     if not handles:
         figure.suptitle(text, x=0.01, ha="left")
         return
-    # The heading is the legend's title, as a title of the figure would be drawn over it.
+    # The heading is the title of the legend, as a title of the figure would overlap the legend.
     figure.legend(
         handles,
         labels,
@@ -90,7 +90,7 @@ def head(
 
 
 def _columns(labels: Sequence[str], width: float) -> int:
-    """Return how many columns of a legend fit; it is filled column by column."""
+    """Return the number of columns of a legend that fit; legends are filled column by column."""
     lengths = [len(label) + _MARK for label in labels]
     for columns in range(len(labels), 1, -1):
         parts = np.array_split(lengths, columns)

@@ -15,17 +15,17 @@ from gaitsim.study.compare_runs import ComparedRun, in_words, warning
 def plot_overlay(
     courses: Sequence[ComparedRun], quantity: str, by: str, path: Path, theme: Theme = LIGHT
 ) -> None:
-    """Draw a line a run, with a dot where a stage begins, and a warning where scores differ.
+    """Draw a line for each run, with a dot at each new stage, and a warning if scores differ.
 
     Args:
-        courses: of the runs.
-        quantity: one of `gaitsim.study.compare_runs.QUANTITIES`.
-        by: one of `gaitsim.study.compare_runs.AXES`.
-        path: the file.
-        theme: its colours.
+        courses: runs to compare.
+        quantity: vertical axis, a name in `gaitsim.study.compare_runs.QUANTITIES`.
+        by: horizontal axis, a name in `gaitsim.study.compare_runs.AXES`.
+        path: path of the file.
+        theme: colours of the plot.
 
     Raises:
-        RunError: none of the runs has a generation yet, or the file cannot be written.
+        RunError: none of the runs has a finished generation, or the file cannot be written.
         GaitsimError: the file's suffix is not a known format.
     """
     from matplotlib.figure import Figure

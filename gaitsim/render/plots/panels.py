@@ -1,4 +1,4 @@
-"""Small panels in rows and columns, one time axis for all."""
+"""Small panels in rows and columns with a common time axis."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-BAR = 0.72  # height of a bar in a row of height 1
-_HEADROOM = 0.75  # inches above and below the panels
+BAR = 0.72  # height of a bar, relative to its row
+_HEADROOM = 0.75  # space above and below the panels, inches
 
 
 def grid(
@@ -25,15 +25,15 @@ def grid(
     downwards: bool = False,
     share_y: bool = False,
 ) -> tuple["Figure", list["Axes"]]:
-    """Make a figure with panels; those of a column share their x axis.
+    """Create a figure with panels; the panels of a column share their x axis.
 
     Args:
         count: number of panels.
-        width: of the figure, inches.
-        columns: of panels.
-        height: of a panel, inches.
-        downwards: whether they fill column after column rather than row after row.
-        share_y: whether all share their y axis.
+        width: width of the figure, inches.
+        columns: number of columns.
+        height: height of a panel, inches.
+        downwards: whether to fill column by column rather than row by row.
+        share_y: whether all panels share their y axis.
     """
     from matplotlib.figure import Figure
 
@@ -45,7 +45,7 @@ def grid(
         unused.remove()
     for column in places.T:
         below = [axes for axes in column if axes in figure.axes]
-        if below:  # The lowest of a column that ends early has numbers of its own.
+        if below:  # the lowest panel of a short column also has numbers
             below[-1].tick_params(labelbottom=True)
     return figure, ordered[:count]
 
@@ -58,15 +58,15 @@ def bars(
     colours: Sequence[str],
     alpha: float = 1.0,
 ) -> None:
-    """Draw when truth values hold, a row each, the first at the top.
+    """Draw bars while truth values hold, in a row for each, the first at the top.
 
     Args:
-        axes: to draw in.
-        rows: names and (frames,) truth values.
+        axes: axes to draw in.
+        rows: names and truth values, (frames,), of the rows.
         start: time of the first frame, s.
-        rate: frames a second, Hz; a frame lasts until the next one.
-        colours: of each row.
-        alpha: how opaque the bars are.
+        rate: frames per second, Hz; a frame lasts until the next one.
+        colours: colour of each row.
+        alpha: opacity of the bars.
     """
     for place, ((_, holds), colour) in enumerate(zip(rows, colours, strict=True)):
         spans = intervals(holds, start, rate)
@@ -79,7 +79,7 @@ def bars(
 
 
 def intervals(holds: NDArray[np.bool_], start: float, rate: float) -> list[tuple[float, float]]:
-    """Return starts and durations of the intervals that hold, s; a frame lasts until the next."""
+    """Return starts and durations of true intervals, s; a frame lasts until the next one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
     begins, ends = edges[::2], edges[1::2]
     return [
@@ -89,7 +89,7 @@ def intervals(holds: NDArray[np.bool_], start: float, rate: float) -> list[tuple
 
 
 def shade(axes: "Axes", spans: Sequence[tuple[float, float]], theme: Theme, **more: Any) -> None:
-    """Shade spans of time behind everything."""
+    """Shade spans of time, as starts and durations, in the background."""
     low_high = axes.get_xaxis_transform()
     axes.broken_barh(
         spans, (0, 1), transform=low_high, facecolor=theme.faint, alpha=0.5, zorder=0, **more

@@ -1,4 +1,4 @@
-"""Plot the path of a body through space, with the body drawn at a few moments."""
+"""Plot the path of a body in space, with the body drawn at a few moments."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOMENTS = 6  # that a body is drawn at, at most
-_SMALLEST = 0.07  # of the scene, that a body is drawn
-_FLYING = 0.25  # height over width from which a scene has a scale of heights
+_MOMENTS = 6  # maximum number of moments at which the body is drawn
+_SMALLEST = 0.07  # minimum size of a drawn body, as a share of the scene
+_FLYING = 0.25  # ratio of height to width above which a scene has a height scale
 
-_POINT = 1e-6  # m; what is smaller has no size to draw
+_POINT = 1e-6  # m; anything smaller is a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +31,10 @@ class Scene:
     """The path and the bodies to draw.
 
     Attributes:
-        path: (frames, 3), metres.
-        bodies: (moments, segments, 2, 3), metres.
+        path: path of the body, (frames, 3) m.
+        bodies: segments of the body at each moment, (moments, segments, 2, 3) m.
         at: frames of the moments, (moments,).
-        factor: by which the bodies are enlarged about the path.
+        factor: factor by which the bodies are enlarged.
     """
 
     path: Floats
@@ -44,7 +44,7 @@ class Scene:
 
     @property
     def planar(self) -> bool:
-        """Whether it is a line from above, along x."""
+        """Whether the body is a line along x when seen from above."""
         long, wide = np.ptp(self.bodies[..., :2].reshape(-1, 2), axis=0)
         return bool(wide <= _POINT * long)
 
@@ -52,11 +52,11 @@ class Scene:
 def path_figure(request: Request) -> "Figure":
     """Plot the path from a corner of the room and from above, at one scale.
 
-    A planar body is a line from above; it is drawn from the side.
+    A planar body, which is a line from above, is drawn from the side instead.
 
     Raises:
         NothingToPlotError: no frame of the skeleton is finite.
-        GaitsimError: the window holds none of the motion.
+        GaitsimError: the window holds no part of the motion.
     """
     individual, theme = request.individual, request.theme
     skeleton = individual.skeleton
@@ -64,21 +64,21 @@ def path_figure(request: Request) -> "Figure":
     scene = scene_of(skeleton, part)
     if scene is None:
         raise NothingToPlotError(
-            f"{individual.experiment.entries['organism']} is nowhere in this motion: its skeleton "
-            "holds no finite numbers",
+            f"{individual.experiment.entries['organism']} cannot be drawn: no frame of its "
+            "skeleton is finite",
             where=str(individual.source),
         )
     points = np.concatenate([scene.path, scene.bodies.reshape(-1, 3)])
     low, high = points.min(axis=0), points.max(axis=0)
-    if (high - low).max() < _POINT:  # a body that is one point and stays there
+    if (high - low).max() < _POINT:  # a point that does not move
         low, high = low - 0.05, high + 0.05
     if low[2] > -1e-9 and low[2] < high[2] - low[2]:
-        low[2] = 0.0  # the ground, not just what is lowest
+        low[2] = 0.0  # include the ground
     with styled(theme):
         figure, space, above, scale = _panels(low, high)
         _corner_view(space, scene, low, high, scale, theme)
         _flat_view(above, scene, (0, 2) if scene.planar else (0, 1), theme)
-        # What is written takes room; what is left for the scene tells which numbers fit.
+        # Texts reduce the scale. Draw again with the real scale, which decides the numbers.
         scale = _measured(figure, space)
         space.clear()
         _corner_view(space, scene, low, high, scale, theme)
@@ -93,9 +93,10 @@ def path_figure(request: Request) -> "Figure":
 
 
 def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
-    """Return what to draw of a part of a motion; None where no frame of it is finite.
+    """Return the scene of a part of a motion; None if no frame of it is finite.
 
-    The body is drawn at the start, at the end, and in between as often as bodies do not overlap.
+    The body is drawn at the start, at the end, and in between as often as the drawn bodies do not
+    overlap.
     """
     whole = np.isfinite(skeleton.segments[part]).all(axis=(1, 2, 3))
     whole &= np.isfinite(skeleton.path[part]).all(axis=1)
@@ -118,9 +119,9 @@ def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
 
 
 def _panels(low: Floats, high: Floats) -> tuple["Figure", "Axes", "Axes", float]:
-    """Make panels for the views from a corner and from above; about how many points a metre is.
+    """Create panels for the views from a corner and from above; estimate the points per metre.
 
-    One is above the other; side by side where the motion is tall and slim.
+    The panels are above each other, or side by side if the motion is tall and slim.
     """
     from matplotlib.figure import Figure
 
@@ -141,7 +142,7 @@ def _panels(low: Floats, high: Floats) -> tuple["Figure", "Axes", "Axes", float]
 
 
 def _measured(figure: "Figure", axes: "Axes") -> float:
-    """Return the points on paper a metre, once the layout is computed."""
+    """Return the points on paper per metre, after layout."""
     figure.draw_without_rendering()
     (left, _), (right, _) = axes.transData.transform([(0, 0), (1, 0)])
     return float((right - left) * 72 / figure.dpi)
@@ -166,7 +167,7 @@ def _corner_view(
 
 
 def _flat_view(axes: "Axes", scene: Scene, shown: tuple[int, int], theme: Theme) -> None:
-    """Draw two of x, y and z."""
+    """Draw a view along an axis, with the two other axes."""
     _bodies(axes, scene.bodies[..., shown], theme)
     _line(axes, scene.path[:, shown], theme)
     across, up = ("xyz"[axis] for axis in shown)
@@ -176,13 +177,13 @@ def _flat_view(axes: "Axes", scene: Scene, shown: tuple[int, int], theme: Theme)
 
 
 def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
-    """Draw bodies, (moments, segments, 2, 2), the later the darker."""
+    """Draw bodies, (moments, segments, 2, 2), later ones darker."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import to_rgb
 
     ink, paper = (np.array(to_rgb(colour)) for colour in (theme.ink, theme.background))
     shares = np.linspace(0.3, 0.9, len(bodies)) if len(bodies) > 1 else [1.0]
-    # Mixed rather than transparent, which would show a dot wherever two lines meet.
+    # Colours are mixed, as transparent lines would show a dot wherever two of them meet.
     for body, colour in zip(bodies, mixed(paper, ink, shares), strict=True):
         lines = LineCollection([*body], colors=[tuple(colour)], linewidths=0.8, zorder=2)
         lines.set_capstyle("round")

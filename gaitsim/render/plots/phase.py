@@ -1,4 +1,4 @@
-"""Plot a stride as a clock: when each foot is on the ground."""
+"""Plot a stride as a clock that shows when each foot is on the ground."""
 
 from typing import TYPE_CHECKING
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SHORT = 4  # characters of a name that fit on a ring
+_SHORT = 4  # maximum characters of a name on a ring
 _CYCLE = 2 * np.pi
 
 
 def phase_figure(request: Request) -> "Figure":
-    """Plot a ring for each foot, with an arc from touch-down to lift-off, and a table of both.
+    """Plot a ring for each foot with an arc from touch-down to lift-off, and a table.
 
-    A stride is once around, clockwise, from the touch-down of the first foot that steps.
+    A stride is one clockwise turn, which starts at the touch-down of the first foot that steps.
 
     Raises:
-        NothingToPlotError: the body has no feet, or they have no common stride.
+        NothingToPlotError: the body has no feet, or its feet have no common stride.
     """
     from matplotlib.figure import Figure
 
@@ -55,7 +55,7 @@ def stride_of(individual: Individual) -> tuple[GaitAnalysis, Footfalls, Stride]:
     """Return the analysis of a gait, its footfalls and its stride.
 
     Raises:
-        NothingToPlotError: the body has no feet, or they have no common stride.
+        NothingToPlotError: the body has no feet, or its feet have no common stride.
     """
     contacts_of(individual)
     gait = analyse_individual(individual)
@@ -65,13 +65,13 @@ def stride_of(individual: Individual) -> tuple[GaitAnalysis, Footfalls, Stride]:
             f"the feet of {individual.title} have no common stride",
             where=str(individual.source),
             allowed="a gait that repeats",
-            remedy="--kind footfall shows when each foot is on the ground",
+            remedy="plot when each foot is on the ground with --kind footfall",
         )
     return gait, found, found.stride
 
 
 def _draw_clock(axes: "Axes", found: Footfalls, marks: list[str], theme: Theme) -> None:
-    """Draw the rings, the first foot's outermost."""
+    """Draw the rings, with the first foot outermost."""
     count = len(marks)
     radii = np.arange(count, 0, -1) + 0.2 * count
     axes.set_theta_zero_location("N")  # type: ignore[attr-defined]
@@ -111,7 +111,7 @@ def _draw_clock(axes: "Axes", found: Footfalls, marks: list[str], theme: Theme) 
 
 
 def _draw_table(axes: "Axes", found: Footfalls, marks: list[str], theme: Theme) -> None:
-    """Write phase and duty factor of each foot."""
+    """Write the phase and duty factor of each foot."""
     axes.set_axis_off()
     rows = [("foot", "phase", "duty", theme.ink)]
     colours = theme.foot_colours([foot.name for foot in found.feet])

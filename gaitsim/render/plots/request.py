@@ -10,20 +10,20 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 class NothingToPlotError(GaitsimError):
-    """A body or its motion lacks the data of a kind of plot."""
+    """A run, body or motion lacks the data for a kind of plot."""
 
 
 KEEPERS = {
     "front": "a search of several objectives, such as nsga-2",
-    "archive": "a search that fills the cells of measures, such as map-elites",
+    "archive": "a search with an archive, such as map-elites",
 }
 
 
 def require_kept(individual: Individual, kept: str) -> None:
-    """Refuse the run of an individual whose search keeps no 'front', or no 'archive'.
+    """Check that the search of an individual's run keeps a 'front' or an 'archive'.
 
     Raises:
-        NothingToPlotError: it does not.
+        NothingToPlotError: the search does not keep it.
     """
     experiment = individual.experiment
     if experiment.search.keeps != kept:
@@ -36,15 +36,15 @@ class Request:
     """The arguments of a plot.
 
     Attributes:
-        run: the run to plot.
-        individuals: to draw; one or more for kinds that show a motion.
-        channel: of the motion; None for the default of the body.
-        components: names or indices of the channel's components; () draws all.
+        run: run to plot.
+        individuals: individuals to draw; one or more for kinds that show a motion.
+        channel: channel of the motion; None for the default of the body.
+        components: names or numbers of the channel's components; () draws all.
         window: first and last second; None for the default of the kind.
-        theme: colours.
+        theme: colours of the plot.
         beside: other runs, for the kind that shows several.
         axes: two axes of an archive; () draws all pairs.
-        progress: called with the number of members that were worked on since the last call.
+        progress: function called with the number of members processed since the last call.
     """
 
     run: RunSnapshot
@@ -59,7 +59,7 @@ class Request:
 
     @property
     def individual(self) -> Individual:
-        """The individual of kinds that draw one."""
+        """The individual, for kinds that draw only one."""
         return self.individuals[0]
 
 
@@ -69,8 +69,8 @@ def window_slice(
     """Return the frames of a window of time.
 
     Args:
-        frames: of the motion.
-        rate: frames a second, Hz.
+        frames: number of frames of the motion.
+        rate: frames per second, Hz.
         window: first and last second; None for the last `usual` seconds.
         usual: length of the default window, s; None for the whole motion.
 
@@ -80,8 +80,8 @@ def window_slice(
     """
     if frames < 2:
         raise NothingToPlotError(
-            "the motion has only one frame, so there is nothing over time",
-            allowed="a body that moves in two frames or more",
+            "the motion has only one frame, so there is nothing to plot over time",
+            allowed="a motion of at least two frames",
         )
     if window is None:
         return slice(0 if usual is None else max(0, frames - round(usual * rate)), frames)
@@ -89,7 +89,7 @@ def window_slice(
     found = slice(max(0, round(first * rate)), min(frames, round(last * rate) + 1))
     if first < 0 or found.stop - found.start < 2:
         raise GaitsimError(
-            f"no two frames of the motion are between {first:g} and {last:g} s",
-            allowed=f"a part of 0 to {(frames - 1) / rate:.4g} s, of {rate:g} frames a second",
+            f"fewer than two frames of the motion are between {first:g} and {last:g} s",
+            allowed=f"part of 0 to {(frames - 1) / rate:.4g} s, with {rate:g} frames a second",
         )
     return found

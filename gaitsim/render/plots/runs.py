@@ -1,4 +1,4 @@
-"""Plot runs over each other: the median and quartiles of those that repeat an experiment."""
+"""Plot several runs in one figure: the median and quartiles of the repeats of an experiment."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 
 def runs_figure(request: Request) -> "Figure":
-    """Plot the best score so far of a run and of others, each with the runs that repeat it.
+    """Plot the best score so far of one or several runs, each with its repeats.
 
-    Repeats are in the same folder as the run, and differ from it in seed, name and length alone.
-    Those that are not half as long are left out; the median ends with the shortest of the others.
+    Repeats are in the same folder as the run and differ from it only in seed, name and length.
+    Repeats of less than half the length are left out. The median ends with the shortest repeat.
 
     Raises:
-        NothingToPlotError: there is one run alone.
+        NothingToPlotError: there is only one run.
         GaitsimError: a run cannot be read, or has no finished generation.
     """
     from matplotlib.figure import Figure
@@ -38,8 +38,8 @@ def runs_figure(request: Request) -> "Figure":
     if sum(map(len, groups)) == 1:
         raise NothingToPlotError(
             f"no run beside {request.run.path} repeats its experiment with another seed",
-            allowed="runs that differ in seed, name and generations alone",
-            remedy="evolve some with --seed, or name other runs with --beside",
+            allowed="runs that differ only in seed, name and generations",
+            remedy="evolve the experiment with other values of --seed, or add runs with --beside",
         )
     theme = request.theme
     with styled(theme):
@@ -61,9 +61,9 @@ def runs_figure(request: Request) -> "Figure":
 
 
 def repeats_of(path: Path) -> list[Path]:
-    """Return a run, and those in its folder that are of the same experiment but for the seed.
+    """Return a run and the runs in its folder that repeat its experiment with other seeds.
 
-    Each seed counts once. Where options have changed between two stages, a run stands alone.
+    Each seed counts once. A run with several stages has no repeats.
     """
     one, seeds = RunSnapshot(path), dict[int, Path]()
     if len(one.stages) > 1:
@@ -84,7 +84,7 @@ def repeats_of(path: Path) -> list[Path]:
 
 
 def _experiment(run: RunSnapshot) -> Mapping[str, Any]:
-    """Return the options of a run that matter to what is evolved, but for its seed."""
+    """Return the options of a run that affect the evolution, except its seed."""
     return {kind: table for kind, table in run.outline.search_options().items() if kind}
 
 
@@ -98,7 +98,7 @@ def _readable(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
 
 
 def _draw(axes: "Axes", group: Sequence[ComparedRun], style: Mapping[str, Any]) -> None:
-    """Draw the median of a group over its quartiles; the line of a run that is alone."""
+    """Draw the median and quartiles of a group, or the line of a single run."""
     group = [run for run in group if 2 * run.generation >= group[0].generation]
     length = min(run.generation for run in group)
     first = max(run.comparable for run in group) - 1

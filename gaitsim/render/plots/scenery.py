@@ -1,4 +1,4 @@
-"""A parallel projection from a corner, at one scale, with a grid on the floor."""
+"""A parallel projection from a corner at one scale, with a grid on the floor."""
 
 import math
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 AZIMUTH, ELEVATION = math.radians(-75.0), math.radians(24.0)
-# Rows: to the right on paper, up on paper; parallel projection, so that lengths compare.
+# Rows: right and up on paper. The projection is parallel, so that lengths can be compared.
 VIEW: Floats = np.array(
     [
         [-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0],
@@ -28,13 +28,13 @@ VIEW: Floats = np.array(
     ]
 )
 
-_SIZE = 7  # points of what is written
-# Points from one number to the next: between them across, from middle to middle down.
+_SIZE = 7  # size of texts, points
+# Points between numbers: the horizontal gap, and the vertical distance of their middles.
 _APART = (5.0, 10.0)
 
 
 def seen(points: NDArray[np.floating]) -> Floats:
-    """Project points in space, (…, 3), to the plane of the paper, (…, 2), metres."""
+    """Project points in space, (…, 3) m, to the plane of the paper, (…, 2) m."""
     flat: Floats = np.asarray(points, dtype=np.float64) @ VIEW.T
     return flat
 
@@ -43,14 +43,14 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
     """Draw a floor under a box, with numbers along its front and its right side.
 
     Args:
-        axes: to draw in.
-        low: least x, y, z of the box.
-        high: largest x, y, z.
-        scale: points on paper a metre, so that numbers do not touch.
-        theme: colours.
+        axes: axes to draw in.
+        low: least x, y and z of the box, m.
+        high: largest x, y and z of the box, m.
+        scale: points on paper per metre, which decides how many numbers fit.
+        theme: colours of the plot.
 
     Returns:
-        The floor's corner of least x and y, (2,), on lines of the grid.
+        The corner of the floor with the least x and y, (2,) m, where lines of the grid cross.
     """
     step = round_step(float((high - low).max()) / 9)
     first = np.floor(low[:2] / step - 0.05)
@@ -61,7 +61,7 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
             ends = np.array([[*begin, z], [*end, z]])
             ends[:, axis] = line * step
             axes.plot(*seen(ends).T, color=theme.faint, linewidth=0.5, alpha=0.7, zorder=0)
-    # The corner is left to y.
+    # The number at the corner belongs to y.
     across = range(int(first[0]), int(last[0]))
     room = _longest(line * step for line in across) + _APART[0]
     for line in _labelled(across[0], across[-1], room / (step * scale * VIEW[0, 0])):
@@ -83,7 +83,7 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
         axes,
         seen(np.array([end[0], (begin[1] + end[1]) / 2, z])),
         "y (m)",
-        # The floor's side leans to the right, and so do its numbers.
+        # The side of the floor leans to the right, and so does the column of its numbers.
         (3 + _longest(line * step for line in deep) + 6, -4),
         ha="left",
         va="center",
@@ -92,7 +92,7 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
 
 
 def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
-    """Draw a scale of heights that stands on a point of the floor, (3,), up to `top` metres."""
+    """Draw a height scale at a point of the floor, (3,) m, up to `top`, m."""
     step = round_step((top - float(foot[2])) / 5)
     first, last = math.ceil(foot[2] / step - 1e-6), math.ceil(top / step - 1e-6)
     ends = np.array([foot, [*foot[:2], last * step]])
@@ -119,13 +119,13 @@ def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
 
 
 def _labelled(first: int, last: int, least: float) -> range:
-    """Return the lines of a grid to label, far enough apart, 0 among them."""
+    """Return the indices of the lines of a grid to label, at least `least` apart; 0 is included."""
     every = int(round_step(max(1.0, least)))
     return range(math.ceil(first / every) * every, last + 1, every)
 
 
 def _longest(numbers: Iterable[float]) -> float:
-    """Return the width of the longest of some numbers, in points."""
+    """Return the width of the longest number, in points."""
     from matplotlib.textpath import TextPath
 
     paths = [TextPath((0, 0), f"{number:g}".replace("-", "−"), size=_SIZE) for number in numbers]

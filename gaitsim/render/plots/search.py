@@ -1,4 +1,4 @@
-"""Plot what a search says of itself, over the evaluations."""
+"""Plot the figures of a search, such as coverage, over the evaluations."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -19,25 +19,25 @@ from gaitsim.runs.files.history import FIGURE, figures_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_LOGARITHMIC = 100  # largest over smallest value of a curve on a logarithmic axis
+_LOGARITHMIC = 100  # ratio of largest to smallest value above which an axis is logarithmic
 
 
 def require_figures(individual: Individual) -> None:
-    """Refuse the run of an individual whose search has no figures.
+    """Check that the search of an individual's run has figures.
 
     Raises:
-        NothingToPlotError: it has none.
+        NothingToPlotError: the search has no figures.
     """
     if type(individual.experiment.search).figures is Search.figures:
         name = individual.experiment.entries["search"].name
         raise NothingToPlotError(
             f"the search {name!r} has no figures",
-            allowed="a search that has some, such as cma-es, nsga-2 or map-elites",
+            allowed="a search with figures, such as cma-es, nsga-2 or map-elites",
         )
 
 
 def search_figure(request: Request) -> "Figure":
-    """Plot the figures of the search, such as coverage, a panel each, over the evaluations.
+    """Plot each figure of the search, such as coverage, in a panel over the evaluations.
 
     Raises:
         NothingToPlotError: the search has no figures.

@@ -18,13 +18,13 @@ _MILLIMETRES = 1000.0
 
 
 def stability_figure(request: Request) -> "Figure":
-    """Plot the margin in millimetres and the number of feet on the ground; shaded below zero.
+    """Plot the margin in millimetres, shaded below zero, and the number of feet on the ground.
 
-    The margin is `gaitsim.gait.margin_of`.
+    The margin is that of `gaitsim.gait.margin_of`.
 
     Raises:
         NothingToPlotError: the body has no feet.
-        GaitsimError: the window holds none of the motion.
+        GaitsimError: the window holds no part of the motion.
     """
     from matplotlib.figure import Figure
 
@@ -59,7 +59,7 @@ def stability_figure(request: Request) -> "Figure":
         unsupported = intervals(~(shown >= 0), times[0], rate)
         if unsupported:
             share = float(np.mean(~(shown >= 0)))
-            shade(axes, unsupported, theme, label=f"not held by its feet: {share:.0%} of the time")
+            shade(axes, unsupported, theme, label=f"unsupported: {share:.0%} of the time")
         axes.set_ylabel("stability\nmargin (mm)")
         below.step(times, touching[part].sum(axis=1), where="post", **theme.line(0))
         below.set_ylim(0, touching.shape[1] + 0.3)

@@ -1,4 +1,4 @@
-"""The style of plots, and how to write them to files; needs no display."""
+"""The style of plots, and functions that write them to files without a display."""
 
 import io
 import warnings
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = get_args(PlotFormat)
-WIDTH = 3.4  # inches: a column of a journal, 86 mm
-RESOLUTION = 300  # dots an inch of a PNG
+WIDTH = 3.4  # inches: the column of a journal, 86 mm
+RESOLUTION = 300  # dots per inch of a PNG
 _UNDATED: dict[str, dict[str, Any]] = {
     "png": {},
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
 }
-# They tell lines apart in grey, too.
+# These distinguish lines in greyscale.
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 1)))
 
 
@@ -46,11 +46,11 @@ class Theme:
 
     Attributes:
         name: value of `--theme`.
-        background: of the figure.
-        ink: text, axes and single lines.
-        faint: grids and backgrounds.
-        left, right: of left and right feet.
-        colours: of lines, in order: neither of the two.
+        background: colour of the background.
+        ink: colour of text, axes and single lines.
+        faint: colour of grids and shaded areas.
+        left, right: colours of left and right feet.
+        colours: colours of lines in order, which differ from those of feet.
     """
 
     name: str
@@ -62,14 +62,14 @@ class Theme:
     colours: tuple[str, ...]
 
     def line(self, index: int) -> dict[str, Any]:
-        """Return colour and dashes of the line of an index; the first 35 all differ."""
+        """Return the colour and dashes of a line by its index; the first 35 are distinct."""
         return {
             "color": self.colours[index % len(self.colours)],
             "linestyle": STYLES[index % len(STYLES)],
         }
 
     def foot_colours(self, names: Sequence[str]) -> list[str]:
-        """Return the colours of feet by their names: of the left, the right, or neither."""
+        """Return the colours of feet, by the side in their names."""
         of = {LEFT: self.left, RIGHT: self.right, MIDDLE: self.ink}
         return [of[side] for side in sides(tuple(names)).tolist()]
 
@@ -81,7 +81,7 @@ THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
 
 @contextmanager
 def styled(theme: Theme) -> Iterator[None]:
-    """Give figures that are built and drawn in the block gaitsim's style, not the user's."""
+    """Apply gaitsim's style, not the user's, to figures created and drawn in the block."""
     from matplotlib import style
 
     settings = {
@@ -109,13 +109,13 @@ def styled(theme: Theme) -> Iterator[None]:
         "legend.frameon": False,
         "lines.linewidth": 1.0,
         "lines.solid_capstyle": "round",
-        "lines.dash_capstyle": "butt",  # gaps stay open where a line covers another
-        "pdf.fonttype": 42,  # Journals refuse Type 3 fonts.
+        "lines.dash_capstyle": "butt",  # keep gaps open where lines cross
+        "pdf.fonttype": 42,  # journals reject Type 3 fonts
         "savefig.facecolor": theme.background,
-        "svg.fonttype": "none",  # text stays text, to search and to edit
-        "svg.hashsalt": "gaitsim",  # else names in it are at random
+        "svg.fonttype": "none",  # keep text searchable and editable
+        "svg.hashsalt": "gaitsim",  # otherwise names in the file are random
         "text.color": theme.ink,
-        "text.parse_math": False,  # Names are no mathematics, whatever dollar signs they hold.
+        "text.parse_math": False,  # dollar signs in names are not mathematics
         **{f"{axis}tick.{key}": value for axis in "xy" for key, value in _ticks(theme).items()},
     }
     with style.context(settings, after_reset=True):
@@ -130,14 +130,15 @@ def picture(figure: "Figure", format: str, theme: Theme, resolution: float = RES
     """Return a figure as the content of a file; equal figures give equal bytes.
 
     Args:
-        figure: made within `styled(theme)`.
-        format: one of `FORMATS`.
-        theme: of the figure; matplotlib makes some artists, such as ticks, only when it draws.
-        resolution: dots an inch of a PNG.
+        figure: figure created within `styled(theme)`.
+        format: file format, one of `FORMATS`.
+        theme: theme of the figure, needed because Matplotlib creates some artists, such as ticks,
+            only when it draws.
+        resolution: dots per inch of a PNG.
     """
     drawn = io.BytesIO()
     with styled(theme), warnings.catch_warnings():
-        # A name may be in a script that the font lacks; it is drawn as boxes.
+        # Characters of a name that the font lacks are drawn as boxes.
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
         figure.savefig(drawn, format=format, dpi=resolution, metadata=_UNDATED[format])
     return drawn.getvalue()
@@ -148,7 +149,7 @@ def save(figure: "Figure", path: Path, theme: Theme = LIGHT) -> None:
 
     Raises:
         GaitsimError: the file's suffix is not a known format.
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     check_target(path)
     format = path.suffix.removeprefix(".").lower()
@@ -159,12 +160,12 @@ def check_target(path: Path) -> None:
     """Check the path of a plot before drawing it.
 
     Raises:
-        GaitsimError: its suffix is not a known format.
-        RunError: its folder does not exist, or it is a folder itself.
+        GaitsimError: the suffix is not a known format.
+        RunError: the folder of the file does not exist, or the path is a folder.
     """
     if path.suffix.removeprefix(".").lower() not in FORMATS:
         raise GaitsimError(
-            f"{path} does not end with a format that can be drawn",
+            f"{path} does not have the extension of a plot format",
             allowed=", ".join(f".{known}" for known in FORMATS),
         )
     check_folder(path)

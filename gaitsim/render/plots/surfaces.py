@@ -1,4 +1,4 @@
-"""Plot the surfaces of a study: mean best score over an axis and the generations."""
+"""Plot the surfaces of a study: the mean best score over an axis and the generations."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ from gaitsim.study.running import Best, recorded
 
 
 def surface_axis(study: Study) -> str | None:
-    """Return the axis of a study that has only one, and of numbers; else None."""
+    """Return the only axis of a study, if its values are numbers; else None."""
     if len(study.axes) != 1 or {*study.axes} & {"evolution.generations", "seed"}:
         return None
     (axis,) = study.axes
@@ -23,7 +23,7 @@ def surface_axis(study: Study) -> str | None:
 
 
 def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best]]) -> None:
-    """Draw the surface of each experiment into a folder, and remove the surfaces it held.
+    """Draw the surface of each experiment into a folder, after removing old surfaces.
 
     Raises:
         RunError: a file cannot be written.
@@ -42,7 +42,7 @@ def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best
 def _plot_surface(
     study: Study, axis: str, experiment: str, results: Sequence[tuple[Cell, Best]], path: Path
 ) -> None:
-    """Draw one experiment's surface; nothing where one generation or no score is recorded."""
+    """Draw the surface of an experiment, unless it has only one generation or no scores."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
@@ -50,12 +50,12 @@ def _plot_surface(
     generations = recorded(mine[0][0].experiment, study.record_every)
     along = np.array([cell.point[axis] for cell, _ in mine], dtype=float)
     means = np.stack([best.mean(axis=0) for _, best in mine])
-    means[~np.isfinite(means)] = np.nan  # where a repeat has no score, the surface has a hole
+    means[~np.isfinite(means)] = np.nan  # a repeat without a score leaves a hole in the surface
     if means.shape[1] < 2 or np.isnan(means).all():
         return
     with styled(LIGHT):
         figure = Figure(figsize=(5.4, 4.2))
-        figure.set_layout_engine("none")  # it cannot place axes in 3D
+        figure.set_layout_engine("none")  # the layout engine cannot place 3D axes
         axes = figure.add_axes((0.0, -0.02, 0.96, 1.0), projection="3d")
         x, y = np.meshgrid(generations, along)
         axes.plot_surface(  # type: ignore[attr-defined]

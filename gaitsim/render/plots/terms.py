@@ -14,13 +14,13 @@ from gaitsim.runs.files.history import COLUMNS, MEAN
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST = 40  # panels: each takes 0.1 s
+MOST = 40  # maximum number of panels, each of which takes 0.1 s
 
 
 def terms_figure(request: Request) -> "Figure":
-    """Plot a panel for each term: that of each generation's best, and the mean.
+    """Plot a panel for each term, with the best individual's term and the population's mean.
 
-    Each panel has its own scale, and a line at zero where it is near.
+    Each panel has its own scale, and a line at zero if zero is within it.
 
     Raises:
         RunError: no generation is finished yet, or there are too many terms.

@@ -5,17 +5,17 @@ from numpy.typing import NDArray
 
 
 def polygons(centres: NDArray[np.float64], ends: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Return the cell of each centre, cut off at the sides of a rectangle.
+    """Return the cell of each centre, clipped to a rectangle.
 
-    Distances are in shares of the rectangle's sides. Mirror images of the centres at the four sides
-    make the sides the borders of cells.
+    Distances are relative to the sides of the rectangle. Mirroring the centres at the four sides
+    makes the sides borders of cells.
 
     Args:
-        centres: (cells, 2), inside the rectangle.
+        centres: centres of the cells, inside the rectangle, (cells, 2).
         ends: low and high end of both axes, (2, 2).
 
     Returns:
-        Corners of each cell in order, (corners, 2).
+        The corners of each cell in order, (corners, 2) each.
     """
     from scipy.spatial import Voronoi
 

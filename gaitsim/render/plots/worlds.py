@@ -1,4 +1,4 @@
-"""Plot what became of a gait in unseen worlds: the distribution, and against each condition."""
+"""Plot the results of a gait in unseen worlds: sorted, and against each condition."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLUMNS = (4, 3, 5)  # the first of those that leave the fewest places empty
-_HEIGHT = 1.55  # inches of a row of panels
-_DOT = 7.0  # points², the area of a world's mark
+COLUMNS = (4, 3, 5)  # numbers of columns to try; the one with the fewest empty places is chosen
+_HEIGHT = 1.55  # height of a row of panels, inches
+_DOT = 7.0  # area of a world's mark, points²
 
 
 def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figure":
-    """Draw the sorted results, and the results over each condition, the one that hurts most first.
+    """Draw the sorted results, and the results over each condition, the most harmful one first.
 
-    All panels have the results as their vertical axis.
+    The vertical axis of every panel shows the results.
     """
     from matplotlib.figure import Figure
 
@@ -54,12 +54,12 @@ def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figu
 
 
 def heading_of_worlds(found: Judgement, title: str) -> str:
-    """Return the heading of the figure: whose gait, how many worlds, and how often it fell."""
+    """Return the heading of the figure: the title, the number of worlds and of falls."""
     return f"{title}: {len(found.worlds):,} unseen worlds, {falls(found)}"
 
 
 def _distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
-    """Draw the results in order over the share of worlds with lower ones."""
+    """Draw the sorted results over the share of worlds with lower results."""
     order = np.argsort(found.results, kind="stable")
     share = 100 * (np.arange(len(order)) + 0.5) / len(order)
     _worlds(axes, share, found, theme, order)
@@ -85,7 +85,7 @@ def _distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
 
 
 def _condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
-    """Draw the results over a condition, with the means of its thirds, and where it hurts."""
+    """Draw the results over a condition, with the means of its thirds and its harmful range."""
     values, (low, high) = found.conditions[name], found.ranges[name]
     effect = next((one for one in found.effects if one.condition == name), None)
     for start, end in effect.hurting if effect else ():
@@ -117,7 +117,7 @@ def _condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
 def _worlds(
     axes: "Axes", across: Floats, found: Judgement, theme: Theme, order: np.ndarray
 ) -> None:
-    """Mark each world at its place, falls by crosses; failed motions lie on the axis."""
+    """Mark each world; falls are crosses, and failed motions are crosses on the axis."""
     results, fell = found.results[order], found.fell[order]
     nominal, colours = found.nominal.result, theme.colours
     if np.isfinite(nominal):
