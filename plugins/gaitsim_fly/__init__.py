@@ -1,1 +1,1 @@
-"""The fly: a rigid body with two wings, steered by a network, for gaitsim."""
+"""The fly for gaitsim: a rigid body with two wings, controlled by a neural network."""

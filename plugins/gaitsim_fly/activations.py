@@ -1,4 +1,4 @@
-"""Activation functions inside the compiled flight, free of branches so that they vectorise."""
+"""Activation functions for the compiled flight, without branches so that they vectorise."""
 
 from typing import Any
 
@@ -13,10 +13,10 @@ _SATURATED = 20.0  # tanh differs from 1 by less than half a unit in the last pl
 
 @njit(inline="always", error_model="numpy")
 def tanh(x: Any) -> Any:
-    """The hyperbolic tangent to 1e-13.
+    """Return the hyperbolic tangent to 1e-13.
 
-    Lambert's continued fraction at x/16, then tanh 2y = 2 tanh y / (1 + tanh² y) four
-    times. The system's own takes four times as long and differs between systems.
+    Uses Lambert's continued fraction at x/16, then tanh 2y = 2 tanh y / (1 + tanh² y) four
+    times. The system's tanh takes four times as long and differs between systems.
     """
     x = min(max(x, -_SATURATED), _SATURATED)
     y = 0.0625 * x
@@ -34,7 +34,7 @@ _activated = njit(inline="always", error_model="numpy")(activation_with(tanh))
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def activate(code: int, x: NDArray[np.float64]) -> None:
-    """Apply an activation to every number of a vector, in place. One loop each, for speed."""
+    """Apply an activation to every number of a vector, in place; separate loops for speed."""
     if code == TANH:
         for i in range(len(x)):
             x[i] = _activated(TANH, x[i])

@@ -1,4 +1,4 @@
-"""Fitness functions that reward height."""
+"""Fitness functions that reward altitude."""
 
 from typing import ClassVar
 
@@ -14,7 +14,7 @@ class MeanAltitude(Fitness):
     unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Metres above the start, mean over time and trials."""
+        """Return the metres above the start, as a mean over time and trials."""
         return {"altitude": _climbed(motion).mean(axis=(1, 2))}
 
 
@@ -25,7 +25,7 @@ class FinalAltitude(Fitness):
     unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Metres above the start at the end, mean over trials."""
+        """Return the metres above the start at the end, as a mean over trials."""
         return {"altitude": _climbed(motion)[:, -1].mean(axis=1)}
 
 
@@ -33,14 +33,17 @@ class Climb(Fitness):
     """Altitude at the end, minus a penalty for the mean distance from the vertical."""
 
     drift_weight: float = option(
-        0.2, "price of a metre of mean |x| and of mean |y|, in metres of altitude", ge=0
+        0.2, "penalty per metre of mean |x| and of mean |y|, in metres of altitude", ge=0
     )
 
     needs: ClassVar[tuple[str, ...]] = ("altitude", "position")
     unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Altitude at the end and −(mean |x| + mean |y|)/5, both from the start, in metres."""
+        """Return the final altitude and −drift_weight · (mean |x| + mean |y|), from the start, m.
+
+        Both terms are means over trials.
+        """
         position = motion["position"]
         away = np.abs(position[..., :2] - position[:, :1, :, :2])
         return {
@@ -50,6 +53,6 @@ class Climb(Fitness):
 
 
 def _climbed(motion: Motion) -> Array:
-    """Metres above the start, (population, frames, trials)."""
+    """Return the metres above the start, (population, frames, trials)."""
     altitude = motion["altitude"]
     return np.asarray(altitude - altitude[:, :1])

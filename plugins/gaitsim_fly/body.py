@@ -1,7 +1,8 @@
-"""The fly in homogeneous coordinates: wings and body as points, moved by M = T · R.
+"""The fly's points in homogeneous coordinates, placed in the world by M = T · R.
 
-Frame of the body: x forward, y left, z up, origin in the centre of mass. The left wing is
-turned about its hinge by Rx(flap) · Rz(−sweep) · Ry(−pitch); the right one is its mirror image.
+In the body's frame, x points forward, y left and z up; the origin is the centre of mass. The left
+wing is rotated about its hinge by Rx(flap) · Rz(−sweep) · Ry(−pitch); the right wing is its mirror
+image.
 """
 
 import numpy as np
@@ -11,14 +12,14 @@ Floats = NDArray[np.float64]
 
 
 def translation(offsets: Floats) -> Floats:
-    """Homogeneous matrices (…, 4, 4) of translations (…, 3)."""
+    """Return the homogeneous matrices (…, 4, 4) of translations (…, 3)."""
     matrices = np.broadcast_to(np.eye(4), (*offsets.shape[:-1], 4, 4)).copy()
     matrices[..., :3, 3] = offsets
     return matrices
 
 
 def axis_rotation(axis: int, angles: Floats) -> Floats:
-    """Homogeneous matrices (…, 4, 4) of right-handed turns (…) about axis 0, 1 or 2, rad."""
+    """Return the homogeneous matrices (…, 4, 4) of rotations (…), rad, about axis 0, 1 or 2."""
     matrices = np.broadcast_to(np.eye(4), (*angles.shape, 4, 4)).copy()
     first, second = (axis + 1) % 3, (axis + 2) % 3
     matrices[..., first, first] = matrices[..., second, second] = np.cos(angles)
@@ -28,7 +29,7 @@ def axis_rotation(axis: int, angles: Floats) -> Floats:
 
 
 def rotation(quaternions: Floats) -> Floats:
-    """Homogeneous matrices (…, 4, 4) of unit quaternions w, x, y, z, (…, 4)."""
+    """Return the homogeneous matrices (…, 4, 4) of unit quaternions w, x, y, z, (…, 4)."""
     w, x, y, z = np.moveaxis(quaternions, -1, 0)
     matrices = np.broadcast_to(np.eye(4), (*w.shape, 4, 4)).copy()
     matrices[..., 0, 0] = 1 - 2 * (y * y + z * z)
@@ -44,18 +45,18 @@ def rotation(quaternions: Floats) -> Floats:
 
 
 def moved(matrices: Floats, points: Floats) -> Floats:
-    """Points (…, points, 3) moved by homogeneous matrices (…, 4, 4)."""
+    """Apply homogeneous matrices (…, 4, 4) to points (…, points, 3)."""
     homogeneous = np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1)
     result: Floats = (homogeneous @ np.swapaxes(matrices, -1, -2))[..., :3]
     return result
 
 
 def wing_matrix(angles: Floats, side: int, hinge: float) -> Floats:
-    """From a wing's own frame to the body's, (…, 4, 4).
+    """Return the transformation from a wing's frame to the body's, (…, 4, 4).
 
     Args:
-        angles: flap, pitch and sweep, (…, 3) rad: up, leading edge up, forward.
-        side: +1 for the left wing, −1 for the right one.
+        angles: flap, pitch and sweep, (…, 3) rad; positive is up, leading edge up and forward.
+        side: +1 for the left wing, −1 for the right wing.
         hinge: distance of the hinge from the middle of the body, m.
     """
     flap, pitch, sweep = np.moveaxis(angles, -1, 0)
@@ -66,14 +67,14 @@ def wing_matrix(angles: Floats, side: int, hinge: float) -> Floats:
 
 
 def wing_points(side: int, span: float, chord: float) -> Floats:
-    """A wing's triangle in its own frame, (3, 3): its apex at the hinge, its far edge's ends."""
+    """Return a wing's triangle in its frame, (3, 3) m: the apex at the hinge, then the far edge."""
     return np.array(
         [[0.0, 0.0, 0.0], [chord / 2, side * span, 0.0], [-chord / 2, side * span, 0.0]]
     )
 
 
 def cuboid(length: float, width: float, height: float) -> Floats:
-    """Both ends of a cuboid's edges, (12, 2, 3)."""
+    """Return the ends of a cuboid's edges, (12, 2, 3) m."""
     corners = np.array([[x, y, z] for x in (1, -1) for y in (1, -1) for z in (1, -1)], float)
     edges = [
         (a, b)

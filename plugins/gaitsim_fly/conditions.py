@@ -1,4 +1,4 @@
-"""Conditions of the fly's world, and what the world's seed draws."""
+"""Conditions of the fly's world, and the random draws from the world's seed."""
 
 import math
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from gaitsim.legged import conditions, drawn_push, joint_errors, stream
 
 
 def fly_conditions(air_density: float) -> dict[str, Condition]:
-    """Return what may vary for a fly, by name, around the air density of its options, kg/m³."""
+    """Return the conditions of a fly by name; `air_density`, kg/m³, is that of its options."""
     own = conditions("mass", "latency", "servo_speed", "joint_offset", "push")
     return {
         **own,
@@ -24,25 +24,26 @@ def fly_conditions(air_density: float) -> dict[str, Condition]:
             1.1 * air_density,
             0.0,
             10 * air_density,
-            "of the air",
+            "density of the air",
         ),
-        "wind": Condition("m/s", 0.0, 0.0, 1.0, 0.0, 30.0, "steady and horizontal"),
+        "wind": Condition("m/s", 0.0, 0.0, 1.0, 0.0, 30.0, "steady horizontal wind"),
     }
 
 
 def wing_offsets(world: Mapping[str, float], *, planar: bool) -> NDArray[np.float64]:
-    """Return by how much each wing angle is off its command, (6,) rad.
+    """Return the constant error of each wing angle, (6,) rad.
 
     Args:
         world: values by the names of conditions.
-        planar: whether both wings are off alike: wings that move alike could not correct the rest.
+        planar: whether both wings have the same errors; wings with equal commands could not
+            correct a difference.
     """
     drawn = joint_errors(world, "joint_offset", 6)
     return np.tile(drawn[:3], 2) if planar else drawn
 
 
 def wind(world: Mapping[str, float], *, planar: bool) -> tuple[float, float]:
-    """Return the velocity of the air along x and y, m/s; forward or backward if `planar`."""
+    """Return the velocity of the air along x and y, m/s; only along x if `planar`."""
     direction = 2 * math.pi * float(stream(world, "wind").random())
     return _horizontal(world.get("wind", 0.0), direction, planar)
 
@@ -50,7 +51,7 @@ def wind(world: Mapping[str, float], *, planar: bool) -> tuple[float, float]:
 def push(
     world: Mapping[str, float], frames: int, *, planar: bool
 ) -> tuple[int, NDArray[np.float64]]:
-    """Return the frame after which the velocity changes, and by how much, (3,) m/s."""
+    """Return the frame of a push and the change of velocity, (3,) m/s."""
     frame, direction = drawn_push(world, frames)
     return frame, np.array([*_horizontal(world.get("push", 0.0), direction, planar), 0.0])
 

@@ -1,4 +1,4 @@
-"""Inputs and commands of the network, and the flight that it controls; compiled."""
+"""Inputs and commands of the network, and the flight that it controls; compiled code."""
 
 from typing import Any
 
@@ -39,7 +39,7 @@ from gaitsim_fly.flight import (
 )
 
 SEEN = 12
-"""What the network sees before the wing angles: position, rotation, velocity, spin, 3 each."""
+"""Inputs of the network before the wing angles: position, rotation, velocity, spin, 3 each."""
 
 
 @njit(inline="always", error_model="numpy")
@@ -49,10 +49,10 @@ def within(x: Any) -> Any:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def see(b: Buffer, g: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
-    """Fill the first layer, (inputs, LANES), with the inputs of the network, within ±1.
+    """Fill `seen`, (inputs, LANES), with the inputs of the network, within ±1.
 
-    Each is relative to the lane's course, (COURSE, LANES). Relative to a course that rests in
-    the origin and heads along x, they are the world's to the bit.
+    Inputs are relative to the lane's course, (COURSE, LANES). Relative to a course that rests at
+    the origin and heads along x, they are exactly those in the world frame.
     """
     for i in range(LANES):
         half_cos, half_sin = g[HALF_COS, i], g[HALF_SIN, i]
@@ -82,7 +82,7 @@ def see(b: Buffer, g: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _add_product(total: Buffer, weight: Buffer, value: Buffer) -> None:
-    """Add weight · value, lane by lane. A function of its own, so that it vectorises."""
+    """Add weight · value, lane by lane; a separate function, so that it vectorises."""
     for i in range(len(total)):
         total[i] += weight[i] * value[i]
 
@@ -105,7 +105,7 @@ def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int
 def _answer(
     weights: Buffer, layers: Any, code: int, seen: Buffer, here: Buffer, there: Buffer
 ) -> Any:
-    """Return the outputs of every lane's network, (outputs, LANES), a part of a scratch buffer."""
+    """Return the outputs of every lane's network, (outputs, LANES), a view of a scratch buffer."""
     last = len(layers) - 1
     here[: layers[0]] = seen
     gene = 0
@@ -123,10 +123,10 @@ def _answer(
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _mirror(seen: Buffer, mirrored: Buffer) -> None:
-    """Fill what a fly in a mirror between left and right would see, (18, LANES)."""
+    """Fill `mirrored`, (18, LANES), with the inputs of the fly's mirror image, left for right."""
     for i in range(LANES):
         for axis in range(3):
-            side = -1.0 if axis == 1 else 1.0  # vectors of rotation turn the other way
+            side = -1.0 if axis == 1 else 1.0  # rotation vectors change sign the other way
             mirrored[axis, i] = side * seen[axis, i]
             mirrored[3 + axis, i] = -side * seen[3 + axis, i]
             mirrored[6 + axis, i] = side * seen[6 + axis, i]
@@ -137,15 +137,15 @@ def _mirror(seen: Buffer, mirrored: Buffer) -> None:
 
 @njit(inline="always", error_model="numpy")
 def answer(weights: Buffer, layers: Any, code: int, seen: Buffer, outputs: Buffer) -> None:
-    """Fill what the wings are told by every lane's network, ±1 at their limits.
+    """Fill `outputs` with the wing commands of every lane's network, ±1 at the limits.
 
     Args:
-        weights: (genes, LANES).
+        weights: weights and biases, (genes, LANES).
         layers: units of each layer, inputs first.
-        code: activation of the hidden layers; the outputs go through tanh.
-        seen: (inputs, LANES).
-        outputs: filled, (3, LANES) for both wings or (6, LANES). Where the network has half as
-            many, the right wing has a copy of it, which sees the fly in a mirror.
+        code: activation of the hidden layers; the outputs always use tanh.
+        seen: inputs, (inputs, LANES).
+        outputs: output, (3, LANES) for both wings or (6, LANES). If the network has only half of
+            the outputs, a copy of it with mirrored inputs commands the right wing.
     """
     widest = layers.max()
     here, there = np.empty((widest, LANES)), np.empty((widest, LANES))
@@ -161,11 +161,11 @@ def answer(weights: Buffer, layers: Any, code: int, seen: Buffer, outputs: Buffe
 def command(
     b: Buffer, outputs: Buffer, limits: Buffer, offsets: Buffer, interval: float, speed: float
 ) -> None:
-    """Turn the wings to their commands, at rates that bring them there in time."""
+    """Set the rates that turn the wings to their commands within `interval`, up to `speed`."""
     for angle in range(6):
         limit = limits[angle % 3]
         for i in range(LANES):
-            wanted = limit * outputs[angle % outputs.shape[0], i]  # with three, both do the same
+            wanted = limit * outputs[angle % outputs.shape[0], i]  # three outputs command both
             wanted += offsets[angle]
             rate = (wanted - b[WINGS + angle, i]) / interval
             b[RATES + angle, i] = min(max(rate, -speed), speed)
@@ -173,7 +173,7 @@ def command(
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _follow(courses: Any, frame: int, first: int, count: int, g: Buffer) -> None:
-    """Fill the courses of `count` lanes, (COURSE, LANES), from the one with number `first` on."""
+    """Fill the courses of `count` lanes, (COURSE, LANES), starting with lane number `first`."""
     for i in range(LANES):
         trial = (first + min(i, count - 1)) % len(courses)
         for k in range(COURSE):
@@ -182,13 +182,13 @@ def _follow(courses: Any, frame: int, first: int, count: int, g: Buffer) -> None
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _arrived(sent: Any, frame: int, late: float, outputs: Buffer) -> None:
-    """Replace the outputs of the network by those that have arrived, `late` commands ago.
+    """Replace the network's outputs by the delayed outputs, sent `late` commands ago.
 
     Args:
-        sent: the latest outputs, in a ring, (at least late + 2, outputs, LANES).
-        frame: of the newest outputs.
-        late: how many commands late they arrive; a part of one mixes the two before and after.
-        outputs: replaced, (outputs, LANES).
+        sent: ring buffer of the latest outputs, (at least late + 2, outputs, LANES).
+        frame: frame of the newest outputs.
+        late: delay in commands; a fraction interpolates between two commands.
+        outputs: outputs to replace, (outputs, LANES).
     """
     size, whole = len(sent), int(late)
     share = late - whole
@@ -218,25 +218,25 @@ def fly(
     angles: NDArray[np.float64],
     lasted: NDArray[np.int64],
 ) -> None:
-    """Fly lanes, one for each start state of an individual, controlled by their networks.
+    """Simulate one lane for each trial of each individual, controlled by its network.
 
     Args:
         genes: weights of each individual, (individuals, genes).
         start: state of each trial at the start, (trials, STATE), see `flight`.
-        courses: that each trial follows, (trials, frames, COURSE), see `course`.
+        courses: course of each trial, (trials, frames, COURSE), see `course`.
         layers: units of each layer, inputs first.
-        code: activation of the hidden layers; the outputs go through tanh.
-        limits: of flap, pitch and sweep, (3,) rad.
+        code: activation of the hidden layers; the outputs always use tanh.
+        limits: limits of flap, pitch and sweep, (3,) rad.
         dt: time step, s.
-        steps: time steps between two commands.
-        c: the constants, see `flight`.
-        offsets: by which each wing angle is off its command, (6,) rad.
-        late: how many commands late each arrives; none has before the first.
-        pushed: the frame after which the velocity changes.
-        push: by how much, (3,) m/s.
-        states: filled, (individuals × trials, frames, STATE): at every command, start first.
-        angles: filled, (individuals × trials, frames, 6): the wing angles, rad.
-        lasted: filled, (individuals × trials,): number of frames that were stable.
+        steps: time steps between commands.
+        c: constants, see `flight`.
+        offsets: constant error of each wing angle, (6,) rad.
+        late: delay in commands; before the first command arrives, outputs are 0.
+        pushed: frame after which the velocity changes.
+        push: change of the velocity, (3,) m/s.
+        states: output, (individuals × trials, frames, STATE): states at every command and the end.
+        angles: output, (individuals × trials, frames, 6): wing angles, rad.
+        lasted: output, (individuals × trials,): number of stable frames.
     """
     lanes, frames, trials = states.shape[0], states.shape[1], start.shape[0]
     b = np.zeros((BUFFER, LANES))

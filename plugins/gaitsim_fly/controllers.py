@@ -1,4 +1,4 @@
-"""The trained controllers that come with the package."""
+"""Trained controllers included in the package."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -15,8 +15,8 @@ class Trained:
 
     Attributes:
         layers: units of each layer, inputs first.
-        genomes: (genes,) by command.
-        experiments: by command, how it was trained, as TOML.
+        genomes: genomes (genes,) by command.
+        experiments: experiments in TOML that trained the networks, by command.
     """
 
     layers: tuple[int, ...]

@@ -1,8 +1,8 @@
-"""The course that a fly follows: a point and a heading that move as it is told; compiled.
+"""The course that a fly follows, a point and a heading that commands move; compiled code.
 
-A network sees the fly from its course: position, attitude, velocity and spin relative to those
-of the course, along the course's heading. So a controller that holds the fly at a point at rest
-sees nothing new on a course that moves, and neither distance nor turns add up in what it sees.
+The inputs of a network are the fly's position, attitude, velocity and spin relative to its course,
+in the frame of the course's heading. A controller that holds the fly at a fixed point therefore
+sees familiar inputs on a moving course: the distance and turns flown do not accumulate in them.
 """
 
 from typing import Any
@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 
 from gaitsim_fly.flight import _cos, _sin
 
-# Rows of a course: its point, m; cosine and sine of half its heading, a quaternion's w and z; its
-# speed along its heading and upwards, m/s; its turn to the left, rad/s.
+# Rows of a course: its point, m; cosine and sine of half its heading, as in a quaternion's w and z;
+# its speed along its heading and upwards, m/s; its turn rate to the left, rad/s.
 X, Y, Z, HALF_COS, HALF_SIN, SPEED, CLIMB, TURN, COURSE = range(9)
 
 
 @njit(inline="always", error_model="numpy")
 def heading_of(half_cos: Any, half_sin: Any) -> Any:
-    """Cosine and sine of a heading from those of its half."""
+    """Return the cosine and sine of a heading, given those of half the heading."""
     return half_cos * half_cos - half_sin * half_sin, 2.0 * half_cos * half_sin
 
 
 @njit(cache=True, error_model="numpy")
 def advance(course: NDArray[np.float64], seconds: float) -> None:
-    """Move a course, (COURSE,), on in place: ahead, then around by less than half a turn."""
+    """Advance a course, (COURSE,), in place: move it, then turn it by less than half a turn."""
     cos, sin = heading_of(course[HALF_COS], course[HALF_SIN])
     ahead = course[SPEED] * seconds
     course[X] += ahead * cos
@@ -47,9 +47,10 @@ def paths(
     """Return courses over time, (trials, frames, COURSE).
 
     Args:
-        starts: (trials, COURSE).
-        speeds: ahead, m/s, upwards, m/s, and around, rad/s, in each frame, (trials, frames, 3).
-        seconds: from one frame to the next.
+        starts: courses in the first frame, (trials, COURSE).
+        speeds: speeds ahead, m/s, and upwards, m/s, and turn rate, rad/s, in each frame, (trials,
+            frames, 3).
+        seconds: time between frames, s.
     """
     trials, frames, _ = speeds.shape
     path = np.empty((trials, frames, COURSE))
@@ -69,16 +70,16 @@ def changing(
     mean: float,
     seed: int,
 ) -> NDArray[np.float64]:
-    """Return the speeds of courses that change to another one and back, (trials, frames, 3).
+    """Return the speeds of a course that alternates with random others, (trials, frames, 3).
 
-    Between two changes lie from a half to one and a half of their mean.
+    The frames between two changes are drawn uniformly from half to one and a half of their mean.
 
     Args:
-        own: speeds of the course that every second part follows, the first one included, (3,).
-        others: those of the courses among which the other parts draw, (courses, 3).
-        shape: trials and frames.
-        mean: number of frames between two changes.
-        seed: of the draws.
+        own: speeds of the main course, which comes first, (3,).
+        others: speeds of the courses that alternate with it, (courses, 3).
+        shape: numbers of trials and frames.
+        mean: mean number of frames between two changes.
+        seed: seed of the draws.
     """
     speeds = np.empty((*shape, 3))
     for trial in range(shape[0]):
@@ -92,11 +93,11 @@ def changing(
 
 
 def start(headings: NDArray[np.float64], speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return courses, (trials, COURSE), that begin in the origin.
+    """Return courses, (trials, COURSE), that begin at the origin.
 
     Args:
-        headings: (trials,) rad.
-        speeds: ahead, m/s, upwards, m/s, and around, rad/s, (3,).
+        headings: headings of the trials, (trials,) rad.
+        speeds: speeds ahead, m/s, and upwards, m/s, and turn rate, rad/s, (3,).
     """
     courses = np.zeros((len(headings), COURSE))
     courses[:, HALF_COS], courses[:, HALF_SIN] = np.cos(headings / 2), np.sin(headings / 2)

@@ -1,4 +1,4 @@
-"""The motion of flies: channels from what the compiled flight recorded."""
+"""The motion of flies, from the arrays that the compiled flight records."""
 
 from collections.abc import Mapping
 
@@ -21,13 +21,13 @@ def flights(
     """Return the motion of a population.
 
     Args:
-        frame_rate: frames a second, Hz.
-        states: (population, frames, trials, STATE), see `gaitsim_fly.flight`.
+        frame_rate: frames per second, Hz.
+        states: states, (population, frames, trials, STATE), see `gaitsim_fly.flight`.
         angles: wing angles, (population, frames, trials, 6) rad.
-        courses: that they followed, (frames, trials, COURSE), see `gaitsim_fly.course`.
+        courses: courses of the trials, (frames, trials, COURSE), see `gaitsim_fly.course`.
         inertia: moments of inertia, (3,) kg·m².
-        failures: why a flight became unstable, by individual.
-        further: channels by name.
+        failures: reasons why flights failed, by individual.
+        further: more channels, by name.
     """
     from gaitsim_fly import course, flight
 

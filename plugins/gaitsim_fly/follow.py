@@ -1,4 +1,4 @@
-"""The fitness `follow-course`: stay with a course, upright and along its heading."""
+"""The fitness `follow-course`, which rewards following a course upright and along its heading."""
 
 from typing import ClassVar
 
@@ -8,10 +8,10 @@ from gaitsim.contracts import Array, Fitness, Motion, option
 
 
 class FollowCourse(Fitness):
-    """Nearness to the course, less what a fly loses that leans or looks another way.
+    """Nearness to the course, minus a loss for leaning or pointing away from the heading.
 
-    A product, so that neither a fly that falls upright nor one that tumbles in place scores. A fly
-    that follows its course perfectly scores 1.
+    The score is a product: neither a fly that falls upright nor a fly that tumbles in place
+    scores. A fly that follows its course perfectly scores 1.
     """
 
     radius: float = option(
@@ -21,10 +21,11 @@ class FollowCourse(Fitness):
     needs: ClassVar[tuple[str, ...]] = ("position", "rotation", "course")
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Nearness radius / (radius + distance), and its loss; means over time and trials.
+        """Return nearness and loss, as means over time and trials.
 
-        Of the nearness remains the share (1 + u)/2 · (1 + a)/2, where u and a are the cosines of
-        the angles from the back to the vertical and from the nose to the heading.
+        Nearness is radius / (radius + distance). The loss leaves the share (1 + u)/2 · (1 + a)/2
+        of it, where u and a are the cosines of the angles between the back and the vertical and
+        between the nose and the heading.
         """
         course = motion["course"]
         away = np.linalg.norm(motion["position"] - course[..., :3], axis=-1)

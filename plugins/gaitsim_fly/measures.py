@@ -1,4 +1,4 @@
-"""Measures of how a fly flew, for people."""
+"""Measures of a fly's flight."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from gaitsim.contracts import Array, Measure, Motion
 
 
 def measures(motion: Motion) -> Mapping[str, Measure]:
-    """Return altitude, horizontal distance, tilt and wing beat; means over the trials."""
+    """Return altitudes, horizontal distance, tilt and wing beats, as means over the trials."""
     position, rotation = motion["position"], motion["rotation"]
     seconds = (position.shape[1] - 1) / motion.frame_rate
     altitude = motion["altitude"] - motion["altitude"][:, :1]
@@ -17,20 +17,26 @@ def measures(motion: Motion) -> Mapping[str, Measure]:
     away = np.linalg.norm(position[..., :2] - position[:, :1, :, :2], axis=-1)
     return {
         "final altitude": Measure(
-            altitude[:, -1].mean(axis=1), "m", f"above the start after {seconds:g} s"
+            altitude[:, -1].mean(axis=1), "m", f"altitude above the start after {seconds:g} s"
         ),
-        "mean altitude": Measure(altitude.mean(axis=(1, 2)), "m", "above the start"),
+        "mean altitude": Measure(altitude.mean(axis=(1, 2)), "m", "mean altitude above the start"),
         "lowest": Measure(altitude.min(axis=(1, 2)), "m", "lowest altitude above the start"),
-        "horizontal distance": Measure(away[:, -1].mean(axis=1), "m", "from the start, at the end"),
-        "largest tilt": Measure(tilt.max(axis=(1, 2)), "°", "of the body's axis to upright"),
+        "horizontal distance": Measure(
+            away[:, -1].mean(axis=1), "m", "distance from the start at the end"
+        ),
+        "largest tilt": Measure(
+            tilt.max(axis=(1, 2)), "°", "largest angle between the back and the vertical"
+        ),
         "wing beats": Measure(
-            _beats(motion["wing_angles"][..., 0]) / seconds, "Hz", "strokes of the left wing"
+            _beats(motion["wing_angles"][..., 0]) / seconds,
+            "Hz",
+            "strokes of the left wing per second",
         ),
     }
 
 
 def _beats(flap: Array) -> Array:
-    """Strokes of a wing: half its changes of direction, mean over trials, (population,)."""
+    """Return a wing's strokes, half its changes of direction; mean over trials, (population,)."""
     direction = np.sign(np.diff(flap, axis=1))
     turned: Array = (direction[:, 1:] * direction[:, :-1] < 0).sum(axis=1) / 2
     return np.asarray(turned.mean(axis=1))

@@ -1,4 +1,4 @@
-"""The fly's mass, air and wings: what they are in its world, and what follows from them."""
+"""The fly's mass, air and wings in a world, and quantities derived from them."""
 
 import math
 from dataclasses import dataclass
@@ -12,15 +12,15 @@ class Mechanics:
     """A body with two wings in the air.
 
     Attributes:
-        mass: kg.
+        mass: mass of the body, kg.
         size: length, width and height of the body, m.
-        span: of a wing, m.
-        chord: of a wing, m.
+        span: span of a wing, m.
+        chord: chord of a wing, m.
         wing_speed: largest angular speed of a wing, rad/s.
         wing_drag: drag coefficient of a wing face on.
         body_drag: drag coefficient of the body.
-        air_density: kg/m³.
-        gravity: m/s².
+        air_density: density of the air, kg/m³.
+        gravity: acceleration of gravity, m/s².
         wind: velocity of the air along x and y, m/s.
     """
 
@@ -44,11 +44,11 @@ class Mechanics:
 
     @property
     def stable_step(self) -> float:
-        """Longest time step with which wings at full speed damp the body, s.
+        """Longest time step, s, that is stable with the wings at full speed.
 
-        The midpoint rule is stable while the step times the rate of decay is below 2. The
-        fastest decay is that of a turn about the body's axis of least inertia, with both
-        wings at their largest speed: torque per spin 2 · 2 (½ ρ C_D A) v r².
+        The midpoint rule is stable while the step times the rate of decay is below 2. Rotation
+        about the axis of least inertia decays fastest, with both wings at their largest speed:
+        torque per spin 2 · 2 (½ ρ C_D A) v r².
         """
         arm = 2 / 3 * self.span
         speed = math.sqrt(2) * arm * self.wing_speed
@@ -62,7 +62,7 @@ class Mechanics:
         return 0.5 * self.air_density * self.wing_drag * (self.span * self.chord / 2)
 
     def fill(self, c: NDArray[np.float64]) -> None:
-        """Set the constants of the compiled code, (CONSTANTS,), that follow from these."""
+        """Set the mechanical constants in those of the compiled code, (CONSTANTS,)."""
         from gaitsim_fly import flight
 
         length, width, height = self.size

@@ -1,4 +1,4 @@
-"""The fly's options, what they allow, and what follows from them alone."""
+"""The fly's options, their validation, and quantities derived from them."""
 
 import math
 from collections.abc import Mapping
@@ -16,39 +16,40 @@ Course = Literal["none", "hover", "climb", "left", "right", "forward"]
 COURSES = get_args(Course)[1:]
 Layer = Annotated[int, Field(ge=1, le=256)]
 
-MOST_STEPS = 2_000_000  # of the simulation, in all trials: about 7 s an individual
+MOST_STEPS = 2_000_000  # of the simulation, in all trials: about 7 s per individual
 
 
 class FlyOptions(Organism):
-    """A cuboid with two triangular wings in still air: its options."""
+    """Options of the fly, a cuboid with two triangular wings in air."""
 
     wings: Literal["symmetric", "asymmetric", "mirrored"] = option(
         "symmetric",
-        "whether both wings do the same, by a network of 15 inputs and 3 outputs; each its own, by "
-        "one of 18 and 6; or each its own, by two copies of one of 18 and 3, of which the right "
-        "wing's sees the fly in a mirror",
+        "control of the wings: symmetric moves both alike, with a network of 15 inputs and 3 "
+        "outputs; asymmetric moves each independently, with 18 inputs and 6 outputs; mirrored "
+        "moves each with its own copy of a network of 18 inputs and 3 outputs, where the right "
+        "wing's copy gets mirrored inputs",
     )
     hidden: tuple[Layer, ...] = option((20, 20), "units of each hidden layer, at most four layers")
     activation: Literal["tanh", "sigmoid", "relu", "leaky-relu"] = option(
-        "tanh", "activation of the hidden layers; the outputs always go through tanh"
+        "tanh", "activation of the hidden layers; the outputs always use tanh"
     )
     weight_sigma: float = option(
-        0.5, "standard deviation of the first weights and biases", gt=0, le=10
+        0.5, "standard deviation of the initial weights and biases", gt=0, le=10
     )
-    weight_limit: float = option(5.0, "largest weight and bias", gt=0, le=100)
+    weight_limit: float = option(5.0, "largest absolute weight and bias", gt=0, le=100)
 
     duration: float = option(3.0, "length of a flight", unit="s", ge=1e-3, le=600)
     dt: float = option(0.001, "time step of the simulation", unit="s", ge=1e-6, le=0.1)
     control_step: float = option(
-        0.01, "time between two commands of the network, a multiple of dt", unit="s", ge=1e-6, le=10
+        0.01, "time between commands of the network, a multiple of dt", unit="s", ge=1e-6, le=10
     )
-    trials: int = option(1, "flights of each individual, from as many start states", ge=1, le=100)
-    trial_seed: int = option(0, "seed of the start states but the first, at rest", ge=0)
+    trials: int = option(1, "flights of each individual, from different starts", ge=1, le=100)
+    trial_seed: int = option(0, "seed of all starts but the first, which is at rest", ge=0)
     start_offset: float = option(
         0.3, "largest distance of a start from the origin along each axis", unit="m", ge=0, le=10
     )
     start_tilt: float = option(
-        15.0, "largest turn of a start about each axis", unit="°", ge=0, le=90
+        15.0, "largest tilt of a start about each axis", unit="°", ge=0, le=90
     )
     start_speed: float = option(
         0.5, "largest speed of a start along each axis", unit="m/s", ge=0, le=10
@@ -63,12 +64,12 @@ class FlyOptions(Organism):
 
     course: Course = option(
         "none",
-        "what the network sees the fly from: none is the world; otherwise a point and a heading "
-        "that stay, rise, turn or move ahead from where the flight begins",
+        "reference of the network's inputs: none is the world; the others are a point and a "
+        "heading that stay, climb, turn or move forward from the start of the flight",
     )
     course_changes: float = option(
         0.0,
-        "mean time between changes to another of the courses or back, as under command; 0 for none",
+        "mean time between changes to another course or back, as in steering; 0 for no changes",
         unit="s",
         ge=0,
         le=600,
@@ -79,32 +80,32 @@ class FlyOptions(Organism):
     )
     course_speed: float = option(1.5, "speed of the course forward", unit="m/s", ge=0, le=20)
 
-    mass: float = option(0.2, "mass, all of it in the body", unit="kg", ge=1e-6, le=100)
+    mass: float = option(0.2, "mass of the body; the wings have none", unit="kg", ge=1e-6, le=100)
     length: float = option(0.3, "length of the body", unit="m", ge=1e-3, le=10)
     width: float = option(0.1, "width of the body", unit="m", ge=1e-3, le=10)
     height: float = option(0.1, "height of the body", unit="m", ge=1e-3, le=10)
     span: float = option(0.5, "span of a wing, hinge to far edge", unit="m", ge=1e-3, le=10)
-    chord: float = option(0.3, "far edge of a wing's triangle", unit="m", ge=1e-3, le=10)
+    chord: float = option(0.3, "length of a wing's far edge", unit="m", ge=1e-3, le=10)
     wing_speed: float = option(
-        40.0, "largest angular speed of a wing; 0 locks them", unit="rad/s", ge=0, le=1000
+        40.0, "largest angular speed of a wing; 0 locks the wings", unit="rad/s", ge=0, le=1000
     )
     flap_limit: float = option(60.0, "largest flap, up and down", unit="°", ge=0, le=90)
-    pitch_limit: float = option(80.0, "largest pitch, either way", unit="°", ge=0, le=90)
-    sweep_limit: float = option(30.0, "largest sweep, to front and back", unit="°", ge=0, le=90)
+    pitch_limit: float = option(80.0, "largest pitch, up and down", unit="°", ge=0, le=90)
+    sweep_limit: float = option(30.0, "largest sweep, forward and backward", unit="°", ge=0, le=90)
     wing_drag: float = option(1.2, "drag coefficient of a wing face on", ge=0, le=10)
     body_drag: float = option(1.2, "drag coefficient of the body", ge=0, le=10)
     air_density: float = option(1.2, "density of the air", unit="kg/m³", ge=0, le=2000)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
 
     position_scale: float = option(
-        2.0, "distance that the network sees as 1, the most that it sees", unit="m", ge=1e-3, le=1e6
+        2.0, "distance at which an input of the network reaches 1", unit="m", ge=1e-3, le=1e6
     )
     velocity_scale: float = option(
-        5.0, "speed that the network sees as 1, the most that it sees", unit="m/s", ge=1e-3, le=1e6
+        5.0, "speed at which an input of the network reaches 1", unit="m/s", ge=1e-3, le=1e6
     )
     spin_scale: float = option(
         10.0,
-        "angular speed that the network sees as 1, the most that it sees",
+        "angular speed at which an input of the network reaches 1",
         unit="rad/s",
         ge=1e-3,
         le=1e6,
@@ -116,7 +117,7 @@ class FlyOptions(Organism):
     def _check(self) -> Self:
         check_world(self.world, self.conditions())
         if len(self.hidden) > 4:
-            raise ValueError(f"hidden has {len(self.hidden)} layers, at most four are allowed")
+            raise ValueError(f"hidden has {len(self.hidden)} layers, but at most 4 are allowed")
         if not _divides(self.dt, self.control_step):
             raise ValueError(
                 f"control_step {self.control_step:g} s is not a multiple of dt {self.dt:g} s"
@@ -128,18 +129,19 @@ class FlyOptions(Organism):
             )
         if self.frames * self.trials > 1_000_000:
             raise ValueError(
-                f"{self.trials:,} trials of {self.frames:,} commands are more than a million"
+                f"{self.trials:,} trials of {self.frames:,} commands exceed the limit of 1,000,000 "
+                "commands"
             )
         steps = self.trials * round(self.duration / self.dt)
         if steps > MOST_STEPS:
             raise ValueError(
                 f"{self.trials:,} trials of {self.duration:g} s in steps of {self.dt:g} s are "
-                f"{steps:,} steps, at most {MOST_STEPS:,} are allowed"
+                f"{steps:,} steps, but at most {MOST_STEPS:,} are allowed"
             )
         stable = self.mechanics({}).stable_step
         if self.dt > stable:
             raise ValueError(
-                f"dt {self.dt:g} s is not stable with these wings: at most "
+                f"dt {self.dt:g} s is unstable with these wings: choose at most "
                 f"{math.floor(stable * 1e6) / 1e6:g} s"
             )
         return self
@@ -152,11 +154,11 @@ class FlyOptions(Organism):
 
     @property
     def frames(self) -> int:
-        """Number of commands in a flight, its end included."""
+        """Number of frames of a flight, one per command and one at its end."""
         return round(self.duration / self.control_step) + 1
 
     def mechanics(self, world: Mapping[str, float]) -> Mechanics:
-        """Return mass, air and wings in a world, by the names of conditions."""
+        """Return mass, air and wings in a world, given as values by the names of conditions."""
         return Mechanics(
             mass=world.get("mass", 1.0) * self.mass,
             size=(self.length, self.width, self.height),
@@ -172,15 +174,15 @@ class FlyOptions(Organism):
 
     @property
     def planar(self) -> bool:
-        """Whether both wings do the same."""
+        """Whether both wings get the same commands, so that the fly cannot leave its plane."""
         return self.wings == "symmetric"
 
     def conditions(self) -> Mapping[str, Condition]:
-        """What may vary: mass, air, wind, pushes, and how the wings follow their commands."""
+        """Return the conditions: mass, air, wind, pushes and errors of the wings."""
         return fly_conditions(self.air_density)
 
     def course_speeds(self, course: str) -> NDArray[np.float64]:
-        """Return how a course moves: ahead, m/s, upwards, m/s, and to the left, rad/s, (3,)."""
+        """Return a course's speeds: forward and upwards, m/s, and turn to the left, rad/s, (3,)."""
         turns = {"left": self.course_turn, "right": -self.course_turn}
         return np.array(
             [

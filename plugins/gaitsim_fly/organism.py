@@ -1,4 +1,4 @@
-"""The fly: a rigid body with two wings, steered by a network."""
+"""The fly: a rigid body with two wings, controlled by a neural network."""
 
 import math
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ WINGS = ("left flap", "left pitch", "left sweep", "right flap", "right pitch", "
 
 
 class Fly(FlyOptions):
-    """A cuboid with two triangular wings in still air; a network commands the wings."""
+    """A cuboid with two triangular wings in air; a neural network commands the wings."""
 
     threads: ClassVar[bool] = True
     dynamic: ClassVar[bool] = True
@@ -47,21 +47,21 @@ class Fly(FlyOptions):
         "course": Channel(
             (*STARTS, ("x", "y", "z", "heading")),
             ("m", "m", "m", "rad"),
-            "of the course; zero without one",
+            "point and heading of the course; zero without a course",
         ),
-        "velocity": Channel((*STARTS, XYZ), "m/s", "in the world"),
-        "angular_velocity": Channel((*STARTS, XYZ), "rad/s", "in the world"),
+        "velocity": Channel((*STARTS, XYZ), "m/s", "velocity in the world frame"),
+        "angular_velocity": Channel((*STARTS, XYZ), "rad/s", "spin in the world frame"),
         "wing_angles": Channel((*STARTS, WINGS), "rad", "angles of the wings"),
     }
 
     def genome_space(self) -> RealSpace:
-        """A gene a weight and bias: W1 row by row, b1, W2, b2 …"""
+        """Return the space of weights and biases: W1 row by row, b1, W2, b2 …"""
         labels = gene_labels(self.layers)
         limit = np.full(len(labels), self.weight_limit)
         return RealSpace(-limit, limit, labels, np.full(len(labels), self.weight_sigma))
 
     def starts(self) -> NDArray[np.float64]:
-        """State at the start of each trial, (trials, STATE), see `gaitsim_fly.flight`."""
+        """Return the state at the start of each trial, (trials, STATE), see `flight`."""
         return starts(
             self.trials,
             self.trial_seed,
@@ -78,7 +78,7 @@ class Fly(FlyOptions):
         return headings(self.trials, self.trial_seed, math.radians(self.start_heading))
 
     def _courses(self) -> NDArray[np.float64]:
-        """Return what each trial's network sees the fly from, (trials, frames, COURSE)."""
+        """Return the course of each trial, (trials, frames, COURSE)."""
         from gaitsim_fly import course
 
         headings = np.zeros(self.trials) if self.course == "none" else self._headings()
@@ -94,7 +94,7 @@ class Fly(FlyOptions):
         )
 
     def move(self, genomes: Genomes) -> Motion:
-        """Fly every trial of every individual."""
+        """Simulate every trial of every individual."""
         from gaitsim_fly import flight
         from gaitsim_fly.control import fly
 
@@ -118,7 +118,7 @@ class Fly(FlyOptions):
         )
 
         def by_trial(values: Array) -> Array:
-            """(lanes, frames, …) -> (population, frames, trials, …)."""
+            """Reshape (lanes, frames, …) to (population, frames, trials, …)."""
             return values.reshape(population, self.trials, *values.shape[1:]).swapaxes(1, 2)
 
         return flights(
@@ -131,27 +131,26 @@ class Fly(FlyOptions):
         )
 
     def _failures(self, lasted: NDArray[np.int64]) -> dict[int, str]:
-        """Return the reasons of unstable flights, by individual."""
+        """Return the reasons why flights failed, by individual."""
         failures = {}
         for lane in np.flatnonzero(lasted < self.frames)[::-1].tolist():  # the first trial counts
             individual, trial = divmod(lane, self.trials)
             failures[individual] = (
                 f"its flight became unstable within {lasted[lane] * self.control_step:.4g} s"
                 + (f" in trial {trial + 1}" if self.trials > 1 else "")
-                + f"; a dt below {self.dt:g} s may follow it"
+                + f"; try a dt below {self.dt:g} s"
             )
         return failures
 
     def controlled(self, own: Mechanics) -> Controlled:
-        """Return what the compiled flight takes of the network and of the fly's mechanics.
+        """Return the arguments of the compiled flight for the network and the fly's mechanics.
 
         Returns:
             Units of each layer; the activation's code; limits of flap, pitch and sweep, (3,) rad;
-            the time step, s; time steps between two commands; the constants, see
-            `gaitsim_fly.flight`.
+            the time step, s; time steps between commands; the constants, see `gaitsim_fly.flight`.
         """
         nominal = round(self.control_step / self.dt)
-        # A world may make the time step of the options unstable.
+        # The time step of the options may be unstable in a denser world.
         steps = max(nominal, math.ceil(self.control_step / own.stable_step))
         return (
             np.array(self.layers),
@@ -175,22 +174,22 @@ class Fly(FlyOptions):
         return c
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Altitude, horizontal distance, tilt and wing beat; means over the trials."""
+        """Return altitudes, horizontal distance, tilt and wing beats, as means over the trials."""
         return measures(motion)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Body and wings in the world, in the first trial."""
+        """Return body and wings in the world frame, in the first trial."""
         size = (self.length, self.width, self.height)
         return skeleton(motion, individual, size, self.span, self.chord)
 
     def commands(self) -> tuple[Command, ...]:
-        """Return hover, climb, left, right and forward; () where wings cannot differ."""
+        """Return hover, climb, left, right and forward; () for symmetric wings."""
         from gaitsim_fly.steering import COMMANDS
 
         return () if self.planar else COMMANDS
 
     def controllers(self) -> Mapping[str, Genomes]:
-        """Return the trained networks that come with the package, mirrored, 18-12-3."""
+        """Return the package's trained networks, mirrored and 18-12-3, or {} if they do not fit."""
         from gaitsim_fly.controllers import trained
 
         found = trained()
@@ -198,13 +197,13 @@ class Fly(FlyOptions):
         return found.genomes if fit and self.activation == "tanh" else {}
 
     def steer(self, controllers: Mapping[str, Genomes]) -> Steered:
-        """Return the fly under command, at rest and level, 2 m above the ground, z = 0."""
+        """Return a steered fly, at rest and level, 2 m above the ground, z = 0."""
         from gaitsim_fly.steering import SteeredFly
 
         return SteeredFly(self, controllers)
 
     def steering_page(self, controllers: Mapping[str, Genomes]) -> SteeringPage:
-        """Return script and data by which a page flies it as Python does, to the bit."""
+        """Return script and data with which a page simulates the fly exactly as Python does."""
         from gaitsim_fly.page import page
 
         return page(self, controllers)

@@ -1,4 +1,4 @@
-"""A fly as data, for the scripts in `assets` that fly it in a web page."""
+"""Data of a fly for the scripts in `assets`, which simulate it in a web page."""
 
 from collections.abc import Mapping
 from importlib import resources
@@ -18,11 +18,11 @@ REGISTER = "gaitsim.registerSteering(steeredFly);"
 
 
 def page(fly: "Fly", controllers: Mapping[str, Genomes]) -> SteeringPage:
-    """Return what a web page needs to fly a fly under command.
+    """Return the script and the data with which a web page simulates a steered fly.
 
     Args:
-        fly: the body.
-        controllers: a genome (genes,) for each command.
+        fly: body and network.
+        controllers: genome (genes,) of each command.
     """
     from gaitsim_fly.steering import BLEND, COMMANDS, LEASH, NAMES, START, fitting
 
@@ -43,13 +43,13 @@ def page(fly: "Fly", controllers: Mapping[str, Genomes]) -> SteeringPage:
 
 
 def scripts() -> str:
-    """Return the scripts of `assets` in the order in which they run."""
+    """Return the scripts of `assets`, joined in the order in which they run."""
     files = resources.files(assets)
     return "\n".join(files.joinpath(name).read_text("utf-8") for name in assets.SCRIPTS)
 
 
 def mechanics_data(own: Mechanics) -> dict[str, Any]:
-    """Return mass, air and wings as the type `Mechanics` of flight.js."""
+    """Return mass, air and wings as a `Mechanics` of flight.js."""
     constants = np.zeros(flight.CONSTANTS)
     own.fill(constants)
     c = constants.tolist()
@@ -67,7 +67,7 @@ def mechanics_data(own: Mechanics) -> dict[str, Any]:
 
 
 def control_data(fly: "Fly") -> dict[str, Any]:
-    """Return what the networks see and command as the type `Control` of control.js."""
+    """Return the networks' layers, limits, time steps and scales as a `Control` of control.js."""
     return {
         "layers": list(fly.layers),
         "activation": fly.activation,

@@ -1,4 +1,4 @@
-"""The fly as segments to draw."""
+"""The fly's skeleton: segments to draw."""
 
 import numpy as np
 
@@ -9,14 +9,14 @@ from gaitsim_fly import body
 def skeleton(
     motion: Motion, individual: int, size: tuple[float, float, float], span: float, chord: float
 ) -> Skeleton:
-    """Return body and wings in the world, in the first trial.
+    """Return body and wings in the world frame, in the first trial.
 
     Args:
-        motion: of the population.
-        individual: index of the one to draw.
+        motion: motion of the population.
+        individual: index of the individual to draw.
         size: length, width and height of the body, m.
-        span: of a wing, m.
-        chord: of a wing, m.
+        span: span of a wing, m.
+        chord: chord of a wing, m.
     """
     position, rotation, angles = (
         motion[name][individual, :, 0] for name in ("position", "rotation", "wing_angles")

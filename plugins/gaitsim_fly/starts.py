@@ -22,15 +22,15 @@ def starts(
 
     Args:
         trials: number of trials.
-        seed: of the other states, which differ along each axis by uniform draws.
+        seed: seed of the other states, which are drawn uniformly along each axis.
         inertia: moments of inertia, (3,) kg·m².
         offset: largest distance from the origin along each axis, m.
-        tilt: largest part of the rotation vector, rad.
-        headings: of the trials, (trials,) rad.
-        speed: largest speed, m/s.
-        spin: largest angular speed, rad/s.
-        planar: whether to draw symmetric starts only: wings that move alike cannot correct
-            anything else.
+        tilt: largest component of the rotation vector, rad.
+        headings: headings of the trials, (trials,) rad.
+        speed: largest speed along each axis, m/s.
+        spin: largest angular speed about each axis, rad/s.
+        planar: whether to draw only symmetric starts, as wings with equal commands cannot correct
+            others.
     """
     states = np.zeros((trials, STATE))
     states[:, ROTATION] = 1.0
@@ -51,13 +51,13 @@ def starts(
 
 
 def headings(trials: int, seed: int, largest: float) -> NDArray[np.float64]:
-    """Return the heading of each trial, (trials,): 0 for the first, drawn for the others, rad."""
+    """Return the heading of each trial, (trials,) rad: 0 for the first, random for the others."""
     drawn = np.random.default_rng([seed, 1]).uniform(-1, 1, trials - 1)
     return np.concatenate([[0.0], largest * drawn])
 
 
 def _headed(quaternions: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Turn attitudes about the vertical by twice an angle, (trials,) rad."""
+    """Turn attitudes about the vertical by twice the angles `half`, (trials,) rad."""
     w, x, y, z = quaternions.T
     c, s = np.cos(half), np.sin(half)
     return np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], axis=1)

@@ -1,9 +1,9 @@
-"""The fly under a person's command: a controller for each command, and its course.
+"""The fly as users steer it: one controller for each command, and a course.
 
-The fly follows one course all the time. A new command changes how the course moves and which
-network is in command, both within `BLEND` seconds: networks see the same fly from the same
-course, and the mean of their outputs, weighted by their shares, commands the wings. So neither
-what the networks see nor what the wings are told has a jump.
+The fly follows a single course. A new command changes the motion of the course and the network in
+control, both within `BLEND` seconds. All networks get the same inputs, relative to this course, and
+the mean of their outputs, weighted by their shares, commands the wings. Neither the inputs of the
+networks nor the commands of the wings therefore jump.
 """
 
 from collections.abc import Mapping
@@ -20,26 +20,26 @@ from gaitsim_fly.steps import steer
 if TYPE_CHECKING:
     from gaitsim_fly.organism import Fly
 
-BLEND = 0.2  # s, from one controller wholly in command to another
-LEASH = 1.0  # m, by which the fly's course is away from it at most, level and in height
-START = 2.0  # m above the ground, z = 0
+BLEND = 0.2  # s, time in which control passes from one controller to another
+LEASH = 1.0  # m, largest horizontal and vertical distance of the course from the fly
+START = 2.0  # m, altitude of the start above the ground, z = 0
 
 COMMANDS = (
-    Command("hover", "down", "stay at the place"),
-    Command("climb", "space", "rise"),
-    Command("left", "left", "turn left at the place"),
-    Command("right", "right", "turn right at the place"),
-    Command("forward", "up", "fly ahead"),
+    Command("hover", "down", "hover in place"),
+    Command("climb", "space", "climb"),
+    Command("left", "left", "turn left in place"),
+    Command("right", "right", "turn right in place"),
+    Command("forward", "up", "fly forward"),
 )
 NAMES = tuple(command.name for command in COMMANDS)
 
 
 class SteeredFly(Steered):
-    """A fly that follows commands from rest, level, 2 m above the ground.
+    """A fly that follows commands; it starts at rest, level and 2 m above the ground.
 
     Args:
         fly: body and network.
-        controllers: a genome (genes,) for each command.
+        controllers: genome (genes,) of each command.
 
     Raises:
         GaitsimError: a controller is missing or does not fit the network.
@@ -63,11 +63,11 @@ class SteeredFly(Steered):
         self._flown = 0
 
     def advance(self, command: str, frames: int) -> Motion:
-        """Fly on for some frames, control steps of the network, under a command."""
+        """Return the next `frames` frames, control steps of the network, under a command."""
         if command not in NAMES:
-            raise GaitsimError(f"no command {command!r}", allowed=", ".join(NAMES))
+            raise GaitsimError(f"unknown command {command!r}", allowed=", ".join(NAMES))
         if frames < 1:
-            raise GaitsimError(f"{frames} frames to advance", allowed="1 or more")
+            raise GaitsimError(f"cannot advance by {frames} frames", allowed="1 or more")
         states = np.empty((frames, flight.STATE))
         angles = np.empty((frames, 6))
         courses = np.empty((frames, course.COURSE))
@@ -107,7 +107,7 @@ def fitting(fly: "Fly", controllers: Mapping[str, Genomes]) -> Genomes:
     """Return the genomes in the order of the commands, (commands, genes)."""
     if fly.planar:
         raise GaitsimError(
-            "a fly with symmetric wings cannot turn, so nobody can steer it",
+            "a fly with symmetric wings cannot turn, so it cannot be steered",
             key="organism.wings",
             allowed='organism.wings = "asymmetric"',
         )
@@ -118,7 +118,7 @@ def fitting(fly: "Fly", controllers: Mapping[str, Genomes]) -> Genomes:
         shape = np.shape(controllers[name])
         if shape != (genes,):
             raise GaitsimError(
-                f"the controller {name!r} has the shape {shape}, expected ({genes},)",
+                f"the controller {name!r} has shape {shape}, expected ({genes},)",
                 allowed=f"genomes of networks of {'-'.join(map(str, fly.layers))} units",
             )
     return np.array([controllers[name] for name in NAMES], dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Frames of a fly under command; compiled."""
+"""Frames of a steered fly; compiled code."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from gaitsim_fly.flight import ALIVE, LANES, STATE, WING_SPEED, WINGS, Buffer, s
 
 @njit(cache=True, error_model="numpy")
 def _hand_over(shares: NDArray[np.float64], to: int, part: float) -> None:
-    """Raise one share by a part, up to 1; the others keep their proportions, and the sum is 1."""
+    """Raise one share by `part`, at most to 1; scale the others so that the sum stays 1."""
     before = shares[to]
     if before < 1.0:
         after = min(1.0, before + part)
@@ -24,7 +24,7 @@ def _hand_over(shares: NDArray[np.float64], to: int, part: float) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _mean(shares: NDArray[np.float64], values: Any) -> Any:
-    """Mean of the first values, one for each controller, weighted by their shares."""
+    """Return the mean of the controllers' values, weighted by their shares."""
     total = 0.0
     for k in range(len(shares)):
         total += shares[k] * values[k]
@@ -33,7 +33,7 @@ def _mean(shares: NDArray[np.float64], values: Any) -> Any:
 
 @njit(cache=True, error_model="numpy")
 def _hold(course: NDArray[np.float64], b: Buffer, leash: float) -> None:
-    """Pull the course to within a distance of the fly, level and in height."""
+    """Pull the course to within `leash` of the fly, horizontally and vertically."""
     x, y, z = course[X] - b[X, 0], course[Y] - b[Y, 0], course[Z] - b[Z, 0]
     away = np.sqrt(x * x + y * y)
     if away > leash:
@@ -62,36 +62,37 @@ def steer(
     courses: NDArray[np.float64],
     blends: NDArray[np.float64],
 ) -> Any:
-    """Fly one fly on under a command; its lanes differ in their networks alone.
+    """Simulate one fly under a command; its lanes differ only in their networks.
 
     Args:
-        commanded: index of the command in force, k.
-        weights: of the networks, (genes, LANES): in lane i that of command i modulo commands.
+        commanded: index of the command in force.
+        weights: weights of the networks, (genes, LANES); lane i holds the network of command
+            i modulo commands.
         layers: units of each layer, inputs first.
-        code: activation of the hidden layers; the outputs go through tanh.
-        limits: of flap, pitch and sweep, (3,) rad.
+        code: activation of the hidden layers; the outputs always use tanh.
+        limits: limits of flap, pitch and sweep, (3,) rad.
         dt: time step, s.
-        steps: time steps in a frame.
-        c: the constants, see `flight`.
-        speeds: of the course under each command, (commands, 3), see `course`.
-        part: of the command that goes to the commanded network in a frame.
-        leash: m, by which the course is away from the fly at most.
-        b: the fly, the same in all lanes, (BUFFER, LANES), advanced in place.
-        course: that it follows, (COURSE,), advanced in place.
-        shares: of the networks in the command, (commands,), sum 1, advanced in place.
-        states: filled, (frames, STATE): at the end of each frame.
-        angles: filled, (frames, 6): the wing angles, rad.
-        courses: filled, (frames, COURSE).
-        blends: filled, (frames, commands): the shares.
+        steps: time steps per frame.
+        c: constants, see `flight`.
+        speeds: speeds of the course under each command, (commands, 3), see `course`.
+        part: share that passes to the commanded network in each frame.
+        leash: largest distance of the course from the fly, m.
+        b: state of the fly, the same in all lanes, (BUFFER, LANES); advanced in place.
+        course: course of the fly, (COURSE,); advanced in place.
+        shares: shares of the networks in the command, (commands,), with sum 1; advanced in place.
+        states: output, (frames, STATE): state at the end of each frame.
+        angles: output, (frames, 6): wing angles, rad.
+        courses: output, (frames, COURSE).
+        blends: output, (frames, commands): shares.
 
     Returns:
-        The number of frames that were stable.
+        The number of stable frames.
     """
     frames, commands = len(states), len(shares)
     seen = np.empty((layers[0], LANES))
     outputs = np.empty((layers[0] - SEEN, LANES))
     g = np.empty((COURSE, LANES))
-    right = np.zeros(6)  # wings are where they are told to be
+    right = np.zeros(6)  # wings without constant errors
     interval = steps * dt
     lasted = 0
     for frame in range(frames):

@@ -1,3 +1,3 @@
-"""JavaScript by which a web page flies a fly: the scripts in the order in which they run."""
+"""JavaScript that simulates a fly in a web page, and the order of the scripts."""
 
 SCRIPTS = ("flight.js", "control.js", "steering.js")

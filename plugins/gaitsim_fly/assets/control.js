@@ -1,24 +1,24 @@
 "use strict";
 
-// What the network sees and commands: `control.py` and `activations.py` operation by operation.
+// Inputs and commands of the network: the operations of `control.py` and `activations.py`.
 
 /**
- * A network and what it sees and commands.
+ * A network with the limits of its commands and the scales of its inputs.
  * @typedef {Object} Control
  * @property {number[]} layers - units of each layer, inputs first
- * @property {string} activation - of the hidden layers; the outputs go through tanh
- * @property {Vector} limits - of flap, pitch and sweep, rad
+ * @property {string} activation - activation of the hidden layers; the outputs always use tanh
+ * @property {Vector} limits - limits of flap, pitch and sweep, rad
  * @property {number} dt - time step of the simulation, s
- * @property {number} steps - time steps between two commands
- * @property {number} positionScale - distance that the network sees as 1, m
- * @property {number} velocityScale - m/s
- * @property {number} spinScale - rad/s
+ * @property {number} steps - time steps between commands
+ * @property {number} positionScale - distance at which an input reaches 1, m
+ * @property {number} velocityScale - speed at which an input reaches 1, m/s
+ * @property {number} spinScale - angular speed at which an input reaches 1, rad/s
  */
 
-const SEEN = 12; // numbers that a network sees before the wing angles
+const SEEN = 12; // inputs of a network before the wing angles
 const LEAK = 0.01; // slope of the leaky ReLU below zero
 
-/** The hyperbolic tangent to 1e-13, as `activations.py`: Math.tanh differs between browsers. */
+/** Return tanh to 1e-13 as in `activations.py`, because Math.tanh differs between browsers. */
 function tanh(x) {
   const y = 0.0625 * Math.min(Math.max(x, -20.0), 20.0);
   const z = y * y;
@@ -42,23 +42,23 @@ const ACTIVATIONS = {
 const within = (x) => Math.min(Math.max(x, -1.0), 1.0);
 
 /**
- * What the network sees the fly from: `course.py`.
+ * The course that a fly follows, see `course.py`: the reference of the network's inputs.
  * @typedef {Object} Course
  * @property {Vector} point
- * @property {[number, number]} half - cosine and sine of half its heading
- * @property {Vector} speeds - ahead, m/s, upwards, m/s, and around to the left, rad/s
+ * @property {[number, number]} half - cosine and sine of half the heading
+ * @property {Vector} speeds - forward, m/s, upwards, m/s, and turn to the left, rad/s
  */
 
-/** A course that rests in the origin and heads along x: what it sees is the world. */
+/** A course that rests at the origin and heads along x: inputs are in the world frame. */
 const WORLD = { point: [0, 0, 0], half: [1, 0], speeds: [0, 0, 0] };
 
-/** Cosine and sine of a heading from those of its half. */
+/** Return the cosine and sine of a heading, given those of half the heading. */
 function headingOf([cos, sin]) {
   return [cos * cos - sin * sin, 2.0 * cos * sin];
 }
 
 /**
- * The inputs of the network, relative to a course, within ±1.
+ * Return the inputs of the network, relative to a course, within ±1.
  * @param {State} state
  * @param {Course} course
  * @param {Control} control
@@ -94,7 +94,7 @@ function see(state, course, control, own) {
   ];
 }
 
-/** The outputs of a network for its inputs; genes are W1 row by row, b1, W2, b2 … */
+/** Return the outputs of a network; genes are W1 row by row, b1, W2, b2 … */
 function outputsOf(genes, seen, control) {
   let gene = 0;
   let here = seen;
@@ -117,11 +117,11 @@ function outputsOf(genes, seen, control) {
   return here;
 }
 
-/** What a fly in a mirror between left and right would see. */
+/** Return the inputs of the fly's mirror image, left for right. */
 function mirrored(seen) {
   const inMirror = (first, flipped) => [0, 1, 2].map((axis) =>
     ((axis === 1) === flipped ? -seen[first + axis] : seen[first + axis]));
-  // Vectors of rotation turn the other way.
+  // Rotation vectors change sign the other way.
   return [
     ...inMirror(0, true), ...inMirror(3, false), ...inMirror(6, true), ...inMirror(9, false),
     ...seen.slice(SEEN + 3), ...seen.slice(SEEN, SEEN + 3),
@@ -129,8 +129,8 @@ function mirrored(seen) {
 }
 
 /**
- * What the wings are told by a network, ±1 at their limits. Where it has half as many outputs as
- * there are angles, the right wing has a copy of it, which sees the fly in a mirror.
+ * Return a network's wing commands, ±1 at the limits. If it has outputs for one wing only, a copy
+ * with mirrored inputs commands the right wing.
  */
 function answer(genes, seen, control) {
   const outputs = outputsOf(genes, seen, control);
@@ -138,11 +138,11 @@ function answer(genes, seen, control) {
   return missing ? [...outputs, ...outputsOf(genes, mirrored(seen), control)] : outputs;
 }
 
-/** Turn the wings to what the outputs command, at rates that bring them there in time. */
+/** Set the rates that turn the wings to their commands in time, up to the largest speed. */
 function command(state, outputs, control, own) {
   const interval = control.steps * control.dt;
   state.rates = state.wings.map((angle, i) => {
-    const wanted = control.limits[i % 3] * outputs[i % outputs.length]; // with three, both alike
+    const wanted = control.limits[i % 3] * outputs[i % outputs.length]; // three command both
     return Math.min(Math.max((wanted - angle) / interval, -own.wingSpeed), own.wingSpeed);
   });
 }

@@ -1,7 +1,7 @@
 "use strict";
 
-// Flight of one fly: `flight.py` and `mechanics.py` operation by operation. JavaScript's numbers
-// are doubles too, and both round each operation alike, so that a page flies what Python flies.
+// Flight of one fly: the operations of `flight.py` and `mechanics.py`. Numbers are doubles in
+// JavaScript too, with the same rounding, so the page reproduces Python's flights exactly.
 
 /** @typedef {[number, number, number]} Vector */
 /** @typedef {[number, number, number, number]} Quaternion w, x, y, z */
@@ -10,8 +10,8 @@
  * A fly in its air, in SI units.
  * @typedef {Object} Mechanics
  * @property {number} inverseMass
- * @property {Vector} inverseInertia - of the principal moments
- * @property {Vector} faces - ½ ρ C_D A of the body's faces that look along its own axes
+ * @property {Vector} inverseInertia - inverse principal moments of inertia
+ * @property {Vector} faces - ½ ρ C_D A of the body's faces across its own axes
  * @property {number} wing - ½ ρ C_D A of a wing
  * @property {number} hinge - distance of the hinges from the centre of mass
  * @property {number} arm - distance of a wing's centroid from its hinge
@@ -21,41 +21,41 @@
  */
 
 /**
- * The state of a flight, in the world's frame: x forward, y left, z up.
+ * The state of a flight in the world frame: x forward, y left, z up.
  * @typedef {Object} State
  * @property {Vector} position
  * @property {Quaternion} rotation
  * @property {Vector} velocity
- * @property {Vector} momentum - angular, about the centre of mass
- * @property {number[]} wings - flap, pitch and sweep of the left wing, then of the right one
- * @property {number[]} rates - of those six angles
- * @property {boolean} alive - false from where the flight became unstable
+ * @property {Vector} momentum - angular momentum about the centre of mass
+ * @property {number[]} wings - flap, pitch and sweep of the left wing, then of the right wing
+ * @property {number[]} rates - rates of those six angles
+ * @property {boolean} alive - false once the flight is unstable
  */
 
-const FASTEST = 300.0; // m/s, above which a flight counts as unstable
-const LARGEST_TURN = 0.5; // rad a step, above which the midpoint rule is inaccurate
+const FASTEST = 300.0; // m/s, speed above which a flight counts as unstable
+const LARGEST_TURN = 0.5; // rad per step, above which the midpoint rule is inaccurate
 
-// Taylor's coefficients.
+// Taylor coefficients.
 const S3 = -1 / 6, S5 = 1 / 120, S7 = -1 / 5040, S9 = 1 / 362880;
 const S11 = -1 / 39916800, S13 = 1 / 6227020800, S15 = -1 / 1307674368000;
 const C4 = 1 / 24, C6 = -1 / 720, C8 = 1 / 40320, C10 = -1 / 3628800;
 const C12 = 1 / 479001600, C14 = -1 / 87178291200, C16 = 1 / 20922789888000;
 
-/** Sine for |x| ≤ π/2, of whose 1e-11 every browser has the same digits. */
+/** Return the sine to 1e-11 for |x| ≤ π/2, with the same digits in every browser. */
 function sine(x) {
   const y = x * x;
   const high = S9 + y * (S11 + y * (S13 + y * S15));
   return x * (1.0 + y * (S3 + y * (S5 + y * (S7 + y * high))));
 }
 
-/** Cosine for |x| ≤ π/2, as `sine`. */
+/** Return the cosine for |x| ≤ π/2, like `sine`. */
 function cosine(x) {
   const y = x * x;
   const high = C10 + y * (C12 + y * (C14 + y * C16));
   return 1.0 + y * (-0.5 + y * (C4 + y * (C6 + y * (C8 + y * high))));
 }
 
-/** A wing's direction, normal and the direction's rate in the body's frame, nine numbers. */
+/** Return a wing's direction, normal and rate of direction in the body's frame, nine numbers. */
 function wing(flap, pitch, sweep, flapping, sweeping, side) {
   const sf = sine(flap), cf = cosine(flap);
   const sp = sine(pitch), cp = cosine(pitch);
@@ -73,7 +73,7 @@ function wing(flap, pitch, sweep, flapping, sweeping, side) {
   ];
 }
 
-/** The nine numbers of the rotation matrix of a unit quaternion, row by row. */
+/** Return the rotation matrix of a unit quaternion, row by row, nine numbers. */
 function rotationMatrix([w, x, y, z]) {
   return [
     1.0 - 2.0 * (y * y + z * z),
@@ -88,7 +88,7 @@ function rotationMatrix([w, x, y, z]) {
   ];
 }
 
-/** A vector of the body's frame in the world's. */
+/** Rotate a vector from the body's frame to the world frame. */
 function turned(r, x, y, z) {
   return [
     r[0] * x + r[1] * y + r[2] * z,
@@ -97,7 +97,7 @@ function turned(r, x, y, z) {
   ];
 }
 
-/** Angular velocity from angular momentum, both in the world's frame: R I⁻¹ Rᵀ L. */
+/** Return the angular velocity R I⁻¹ Rᵀ L of an angular momentum L, both in the world frame. */
 function spinOf(r, momentum, inverse) {
   const [lx, ly, lz] = momentum;
   return turned(
@@ -109,8 +109,9 @@ function spinOf(r, momentum, inverse) {
 }
 
 /**
- * Force on a wing and its moment about the centre of mass, in the world's frame.
- * F_axis = −½ ρ C_D A_axis |v| v_axis with A_axis = A |n_axis| and C_D as |cos(n, v)|.
+ * Return the force on a wing and its moment about the centre of mass, in the world frame.
+ * F_axis = −½ ρ C_D A_axis |v| v_axis, where A_axis = A |n_axis| and C_D is proportional to
+ * |cos(n, v)|.
  */
 function wingLoad(r, v, s, angles, rates, from, side, own) {
   const d = wing(
@@ -127,7 +128,7 @@ function wingLoad(r, v, s, angles, rates, from, side, own) {
   return [fx, fy, fz, ay * fz - az * fy, az * fx - ax * fz, ax * fy - ay * fx];
 }
 
-/** Acceleration, torque and spin in the world's frame. */
+/** Return acceleration, torque and spin in the world frame. */
 function load(rotation, velocity, momentum, angles, rates, own) {
   const r = rotationMatrix(rotation);
   const s = spinOf(r, momentum, own.inverseInertia);
@@ -149,7 +150,7 @@ function load(rotation, velocity, momentum, angles, rates, own) {
   };
 }
 
-/** A unit quaternion turned for `dt` by a spin in the world's frame: exp(½ dt s) q. */
+/** Rotate a unit quaternion for `dt` by a spin s in the world frame: exp(½ dt s) q. */
 function rotated(q, spin, dt) {
   let x = 0.5 * dt * spin[0], y = 0.5 * dt * spin[1], z = 0.5 * dt * spin[2];
   const h = x * x + y * y + z * z;
@@ -166,7 +167,7 @@ function rotated(q, spin, dt) {
   return [a * n, b * n, c * n, d * n];
 }
 
-/** A vector and its rate, `dt` later. */
+/** Return a vector after `dt` at a constant rate. */
 function later(vector, rate, dt) {
   return vector.map((number, i) => number + dt * rate[i]);
 }
@@ -174,8 +175,8 @@ function later(vector, rate, dt) {
 const dot = (v) => v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 
 /**
- * Advance a flight while the wings turn at constant rates, by the midpoint rule. If the body
- * would turn or move too fast for the step, it keeps its state and is no longer alive.
+ * Advance a flight with the midpoint rule while the wings turn at constant rates. A body that
+ * would turn or move too fast for the step keeps its state and is no longer alive.
  * @param {State} state - advanced in place
  * @param {number} dt - time step, s
  * @param {number} steps
@@ -192,7 +193,7 @@ function step(state, dt, steps, own) {
       rotated(rotation, here.spin, half), midway, later(momentum, here.torque, half),
       later(wings, rates, half), rates, own);
     const next = later(velocity, there.acceleration, dt);
-    // Written so that a comparison with NaN fails.
+    // Comparisons with NaN are false, so NaN counts as unstable.
     if (state.alive && dot(next) < FASTEST * FASTEST && dot(there.spin) < turnLimit) {
       state.position = later(state.position, midway, dt);
       state.rotation = rotated(rotation, there.spin, dt);

@@ -1,8 +1,8 @@
 "use strict";
 
-// The fly under command: `steps.py`, `course.py` and `skeleton.py`.
+// The steered fly: the operations of `steps.py`, `course.py` and `skeleton.py`.
 
-/** Raise one share by a part, up to 1; the others keep their proportions, and the sum is 1. */
+/** Raise one share by `part`, at most to 1; scale the others so that the sum stays 1. */
 function handOver(shares, to, part) {
   const before = shares[to];
   if (before < 1.0) {
@@ -14,7 +14,7 @@ function handOver(shares, to, part) {
   }
 }
 
-/** Mean of values, one for each controller, weighted by their shares. */
+/** Return the mean of the controllers' values, weighted by their shares. */
 function mean(shares, value) {
   let total = 0.0;
   for (let k = 0; k < shares.length; k += 1) {
@@ -25,7 +25,7 @@ function mean(shares, value) {
   return total;
 }
 
-/** Move a course on: ahead, then around by less than half a turn. */
+/** Advance a course: move it, then turn it by less than half a turn. */
 function advanceCourse(course, seconds) {
   const [cos, sin] = headingOf(course.half);
   const [speed, climb, turn] = course.speeds;
@@ -41,7 +41,7 @@ function advanceCourse(course, seconds) {
   course.half = [w * scale, z * scale];
 }
 
-/** Pull a course to within a distance of the fly, level and in height. */
+/** Pull a course to within `leash` of the fly, horizontally and vertically. */
 function hold(course, place, leash) {
   const x = course.point[0] - place[0], y = course.point[1] - place[1];
   const z = course.point[2] - place[2];
@@ -53,7 +53,7 @@ function hold(course, place, leash) {
   course.point[2] = place[2] + Math.min(Math.max(z, -leash), leash);
 }
 
-/** Both ends of the edges of a cuboid, in the order of `body.cuboid`. */
+/** Return the ends of a cuboid's edges, in the order of `body.cuboid`. */
 function cuboid([length, width, height]) {
   const corners = [];
   for (const x of [1, -1]) {
@@ -74,12 +74,12 @@ function cuboid([length, width, height]) {
   return ends;
 }
 
-/** Both ends of a wing's edges in the body's frame: its apex is at the hinge. */
+/** Return the ends of a wing's edges in the body's frame; the apex is at the hinge. */
 function wingEnds(angles, side, { width, span, chord }) {
   const [flap, pitch, sweep] = angles;
   const sf = sine(flap), cf = cosine(flap), ss = sine(sweep), cs = cosine(sweep);
   const sp = sine(pitch), cp = cosine(pitch);
-  // Rx(side flap) · Rz(−side sweep) · Ry(−pitch), of a point with z = 0 in the wing's frame
+  // Rx(side flap) · Rz(−side sweep) · Ry(−pitch), for a point with z = 0 in the wing's frame
   const placed = (x, y) => {
     const alongX = cp * x, alongZ = sp * x;
     const turnedX = cs * alongX + side * ss * y, turnedY = cs * y - side * ss * alongX;
@@ -94,7 +94,7 @@ function wingEnds(angles, side, { width, span, chord }) {
   return [apex, front, front, back, back, apex];
 }
 
-/** The ends of all segments in the world, in the order of the fly's skeleton. */
+/** Return the ends of all segments in the world frame, in the order of the fly's skeleton. */
 function endsOf(state, shape, edges) {
   const r = rotationMatrix(state.rotation);
   const all = [
@@ -112,7 +112,7 @@ function endsOf(state, shape, edges) {
 }
 
 /**
- * A fly that follows commands, as the script contract of a steering page has it.
+ * Create a steered fly with the interface that a steering page expects.
  * @param {Object} data - see `page.py`
  */
 function steeredFly(data) {
