@@ -15,10 +15,10 @@ class Candidates:
     """Evaluated genomes that may enter an archive.
 
     Attributes:
-        cells: the cell of each, (candidates,) int64; −1 for one that has none.
-        genomes: (candidates, genes).
-        scores: (candidates,); one of −inf does not enter.
-        values: value of each axis, (candidates, axes).
+        cells: cell of each candidate, (candidates,) int64; −1 for none.
+        genomes: genomes, (candidates, genes).
+        scores: scores, (candidates,); a candidate with −inf cannot enter.
+        values: values on the axes, (candidates, axes).
     """
 
     cells: NDArray[np.int64]
@@ -28,7 +28,7 @@ class Candidates:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """Whether each can enter an archive at all, (candidates,)."""
+        """Whether each candidate can enter an archive at all, (candidates,)."""
         return (self.cells >= 0) & np.isfinite(self.scores)
 
 
@@ -37,12 +37,12 @@ class Archive:
     """The elites of the occupied cells, in ascending order of the cells.
 
     Attributes:
-        cells: (elites,) int64.
-        genomes: (elites, genes).
-        scores: (elites,).
-        values: value of each axis, (elites, axes).
-        thresholds: score that a candidate has to exceed for CMA-MAE to count it as an
-            improvement, (elites,); the elite's score for all others.
+        cells: cells, (elites,) int64.
+        genomes: genomes, (elites, genes).
+        scores: scores, (elites,).
+        values: values on the axes, (elites, axes).
+        thresholds: score that a candidate must exceed to count as an improvement, (elites,); the
+            elite's score except with CMA-MAE.
     """
 
     cells: NDArray[np.int64]
@@ -53,7 +53,7 @@ class Archive:
 
     @classmethod
     def empty(cls, genomes: Genomes, axes: int) -> Self:
-        """Return an archive without elites, of genomes such as these."""
+        """Return an archive without elites, for genomes with the dtype and genes of `genomes`."""
         none = np.empty(0)
         return cls(np.empty(0, np.int64), genomes[:0], none, np.empty((0, axes)), none)
 
@@ -63,11 +63,11 @@ class Archive:
         return cls(**{field.name: state[field.name] for field in fields(cls)})
 
     def arrays(self) -> Mapping[str, Array]:
-        """Return its arrays by name, for a state."""
+        """Return the arrays by name, for a state."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def consistent(self, cells: int, axes: int) -> bool:
-        """Return whether the arrays fit each other, and an archive of so many cells and axes."""
+        """Return whether the arrays are consistent and fit these numbers of cells and axes."""
         elites = len(self.cells)
         bounds = np.concatenate([[-1], self.cells, [cells]]) if self.cells.ndim == 1 else [0, 0]
         return (
@@ -80,7 +80,13 @@ class Archive:
     def held(
         self, cells: NDArray[np.int64], numbers: NDArray[np.float64], otherwise: float
     ) -> NDArray[np.float64]:
-        """Return the number of each cell's elite, (cells,); `otherwise` where there is none."""
+        """Return a number of each cell's elite, (cells,), or `otherwise` for an empty cell.
+
+        Args:
+            cells: cells to look up, (cells,).
+            numbers: number of each elite, (elites,).
+            otherwise: number for an empty cell.
+        """
         if not len(self.cells):
             return np.full(len(cells), otherwise)
         slots = np.minimum(np.searchsorted(self.cells, cells), len(self.cells) - 1)
@@ -89,9 +95,9 @@ class Archive:
     def inserted(self, candidates: Candidates) -> "Archive":
         """Return the archive after the insertion of a batch.
 
-        A candidate takes an empty cell, or one whose elite scores less. Of several in one cell
-        the best enters, of equals the first. The thresholds of cells that change become the
-        scores of their elites.
+        A candidate enters an empty cell, or a cell whose elite has a lower score. Of several
+        candidates for a cell the best enters; ties go to the first. The thresholds of changed
+        cells become the scores of their elites.
         """
         better = candidates.scores > self.held(candidates.cells, self.scores, -np.inf)
         rows = np.flatnonzero(candidates.valid & better)

@@ -1,4 +1,4 @@
-"""The box of a real space as a place without bounds: each gene in widths, folded at its bounds."""
+"""Maps between a real space with bounds and points without: genes in widths, folded at bounds."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,20 +6,20 @@ from numpy.typing import NDArray
 from gaitsim.contracts import RealSpace
 
 MARGIN = 0.025
-"""Widths before and beyond a bound in which the fold is a parabola."""
+"""Distance from a bound, in widths, within which the fold is a parabola."""
 
 
 def genomes(points: NDArray[np.float64], space: RealSpace) -> NDArray[np.float64]:
     """Return the genomes at points without bounds, (points, genes) in widths above `lower`.
 
-    Equal to the points inside the box, and mirrored at its bounds along a parabola, so that the
-    fold is smooth; periodic genes wrap (`BoundTransform` of pycma).
+    Genomes equal their points inside the box. Points are mirrored at the bounds along a parabola,
+    so that the fold is smooth; periodic genes wrap (`BoundTransform` of pycma).
     """
     period = 2 + 4 * MARGIN
-    # From the middle of the fold at the lower bound: 0 to half a period, there and back.
+    # The distance from the middle of the fold at the lower bound is at most half a period.
     distance = np.mod(points + MARGIN, period)
     distance = np.minimum(distance, period - distance)
-    # Distances to the nearer bound, of which the first ones are flattened.
+    # Distances to the nearer bound; short ones are flattened.
     near = np.minimum(distance, period / 2 - distance)
     inside = np.where(near < 2 * MARGIN, near**2 / (4 * MARGIN), near - MARGIN)
     folded = np.where(distance < period / 4, inside, 1 - inside)
@@ -29,7 +29,7 @@ def genomes(points: NDArray[np.float64], space: RealSpace) -> NDArray[np.float64
 
 
 def point(genome: NDArray[np.float64], space: RealSpace) -> NDArray[np.float64]:
-    """Return a point of a genome, (genes,): the inverse of `genomes`."""
+    """Return a point that `genomes` maps to a genome, (genes,)."""
     share = np.clip((genome - space.lower) / space.width, 0, 1)
     near = np.minimum(share, 1 - share)
     inside = np.where(near < MARGIN, np.sqrt(4 * MARGIN * near) - MARGIN, near)

@@ -1,4 +1,4 @@
-"""Crossover and mutation of NSGA-II: simulated binary and polynomial, or of bits."""
+"""Crossover and mutation of NSGA-II, for real genes and for bits."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,23 +13,22 @@ def simulated_binary(
     space: RealSpace,
     rng: np.random.Generator,
 ) -> Genomes:
-    """Place two children about the middle of their parents, mostly near them.
+    """Place two children symmetrically about the middle of their parents, mostly near the parents.
 
-    SBX between bounds: Deb and Agrawal 1995, with the bounds of Deb 2000, "An efficient
-    constraint handling method for genetic algorithms". Which child gets the
-    lower value is drawn gene by gene. A gene of a cycle has no bounds, and its middle is
-    that of the shorter way round.
+    SBX of Deb and Agrawal 1995, with the bounds of Deb 2000, "An efficient constraint handling
+    method for genetic algorithms". For each gene, a random child gets the lower value. A periodic
+    gene has no bounds, and the middle of its parents is on the shorter way round.
 
     Args:
-        parents: (2, pairs, genes).
-        crossed: genes to cross, (pairs, genes); children have the others of their parents.
-        eta: distribution index: the greater, the nearer children are to parents.
+        parents: genomes of the parents, (2, pairs, genes).
+        crossed: genes to cross, (pairs, genes); children inherit the other genes unchanged.
+        eta: distribution index; larger values place children nearer to their parents.
         space: bounds of the genes.
         rng: source of randomness.
 
     Returns:
-        Children, (2, pairs, genes), to be repaired: cycles may be left and bounds, by
-        rounding, too.
+        Children, (2, pairs, genes), to be repaired: periodic genes may be outside their period,
+        and rounding may push others past a bound.
     """
     mothers, fathers = parents
     way = fathers - mothers
@@ -55,14 +54,14 @@ def simulated_binary(
 def _spread(
     draws: NDArray[np.float64], room: NDArray[np.float64], eta: float
 ) -> NDArray[np.float64]:
-    """Return how far apart children are, in distances of their parents.
+    """Return the distance between the children, in distances between the parents.
 
     Args:
-        draws: uniform in [0, 1).
-        room: from the nearest parent to the bound, in distances of the parents.
+        draws: uniform draws in [0, 1).
+        room: distance from the nearest parent to the bound, in distances between the parents.
         eta: distribution index.
     """
-    # Rounding in `low + distance` may put a parent past its bound by the last bit.
+    # Rounding in `low + distance` may put a parent just past its bound.
     share = draws * (2 - (1 + 2 * np.maximum(room, 0)) ** -(eta + 1))
     return np.where(share <= 1, share, 1 / (2 - share)) ** (1 / (eta + 1))
 
@@ -74,19 +73,19 @@ def polynomial(
     space: RealSpace,
     rng: np.random.Generator,
 ) -> Genomes:
-    """Move genes by polynomially distributed steps that stay between the bounds.
+    """Move genes by polynomially distributed steps that stay within the bounds.
 
-    Deb and Agrawal 1999, in the form with bounds. Genes of a cycle have none.
+    Deb and Agrawal 1999, in the form with bounds. Periodic genes have no bounds.
 
     Args:
-        genomes: (individuals, genes).
-        mutated: genes to move, in that shape.
-        eta: distribution index: the greater, the shorter the steps.
+        genomes: genomes, (individuals, genes).
+        mutated: genes to move, (individuals, genes).
+        eta: distribution index; larger values make steps shorter.
         space: bounds of the genes.
         rng: source of randomness.
 
     Returns:
-        New genomes in that shape, to be repaired.
+        New genomes, (individuals, genes), to be repaired.
     """
     sites = np.nonzero(mutated)
     gene = sites[1]
@@ -108,10 +107,10 @@ def polynomial(
 def exchange_segment(
     parents: Genomes, crossed: NDArray[np.bool_], rng: np.random.Generator
 ) -> Genomes:
-    """Exchange what lies between two random cuts, which may be at the ends; De Jong 1975.
+    """Exchange the genes between two random cuts, which may be at the ends; De Jong 1975.
 
     Args:
-        parents: (2, pairs, genes).
+        parents: genomes of the parents, (2, pairs, genes).
         crossed: pairs to cross, (pairs,).
         rng: source of randomness.
 

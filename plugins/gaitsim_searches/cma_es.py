@@ -1,4 +1,4 @@
-"""CMA-ES: samples around a mean, along axes and with a step size that it learns."""
+"""CMA-ES: samples from a normal distribution with adaptive mean, covariance and step size."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
@@ -14,14 +14,14 @@ from gaitsim_searches.cma_stops import converged, history
 from gaitsim_searches.real import real
 
 LARGEST_DEVIATION = 1 / 3
-"""Standard deviation of a gene at most, in widths: a wider one draws from the whole box anyway."""
+"""Largest standard deviation of a gene, in widths; larger ones already sample the whole range."""
 
 
 class CmaEs(Search):
-    """Learns which changes of all genes together raise the score, from ranks alone.
+    """Learns which joint changes of the genes raise the score, from the ranks of scores alone.
 
-    Samples are drawn from a normal distribution whose mean, covariance and step size follow the
-    best ones. Where it has converged, it restarts at a random place with twice the samples.
+    Samples come from a normal distribution whose mean, covariance and step size adapt to the best
+    samples. After convergence, the search restarts from a random genome with twice the samples.
 
     Hansen 2016, "The CMA evolution strategy: a tutorial"; Auger and Hansen 2005, "A restart CMA
     evolution strategy with increasing population size"; Ros and Hansen 2008 for `separable`;
@@ -29,12 +29,12 @@ class CmaEs(Search):
     """
 
     covariance: Literal["full", "separable"] = option(
-        "full", "learn dependencies between genes too, or their variances alone, which is faster"
+        "full", "full learns dependencies between genes; separable learns only variances, faster"
     )
     step: float = option(
         0.2,
-        "standard deviation of the first samples, as a share of the gene's width, where the body "
-        "has none of its own",
+        "standard deviation of the first samples, as a share of the gene's width, for bodies that "
+        "do not define one",
         gt=0,
         le=1,
     )
@@ -45,7 +45,8 @@ class CmaEs(Search):
 
     tolerance: float = option(
         1e-12,
-        "standard deviation of all genes, as a share of their widths, that counts as convergence",
+        "standard deviation of all genes below which the search has converged, as a share of their "
+        "widths",
         gt=0,
         lt=0.1,
     )
@@ -53,7 +54,7 @@ class CmaEs(Search):
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def objection(self, space: GenomeSpace, population: int) -> str:
-        """Return why not, or ''."""
+        """Return why the population is too small, or ''."""
         if population < 4:
             return f"cma-es needs a population of at least 4, not {population}"
         return ""
@@ -63,7 +64,7 @@ class CmaEs(Search):
         return self._begun(context, 0, context.start)
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Draw samples, (population, genes); they are parts of the mean's next step."""
+        """Draw samples, (population, genes), for the next update of the distribution."""
         space = real(context.space)
         drawn = context.rng.standard_normal((context.population, space.genes)) * state["lengths"]
         if self.covariance == "full":
@@ -72,7 +73,7 @@ class CmaEs(Search):
         return box.genomes(points, space), {**state, "drawn": drawn}
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Update the distribution once it has all samples of its own population."""
+        """Collect results, and update the distribution once all samples of an update are in."""
         steps = np.concatenate([state["steps"], state["drawn"]])
         scores = np.concatenate([state["scores"], results.scores])
         told = {**state, "steps": steps, "scores": scores, "drawn": state["drawn"][:0]}
@@ -85,7 +86,7 @@ class CmaEs(Search):
         return updated
 
     def figures(self, state: State) -> Mapping[str, float]:
-        """Return the step size in widths, the condition number and the restarts."""
+        """Return the step size in widths, the condition number and the number of restarts."""
         lengths = state["lengths"]
         return {
             "step size": float(state["step"]),
@@ -94,14 +95,14 @@ class CmaEs(Search):
         }
 
     def remembered(self, state: State) -> Genomes | None:
-        """Return None: of the scores, only ranks within an update count."""
+        """Return None: scores matter only as ranks within an update."""
         return None
 
     def mismatch(self, state: State, context: Context) -> str:
-        """Return why a state is of another space or covariance, or ''."""
+        """Return why a state does not fit the space or the covariance, or ''."""
         genes = context.space.genes
         if state["mean"].shape != (genes,):
-            return f"its distribution has {state['mean'].size} genes, the body {genes}"
+            return f"its distribution has {state['mean'].size} genes, but the body has {genes}"
         expected = (genes, genes) if self.covariance == "full" else (genes,)
         if state["covariance"].shape != expected:
             return f"its covariance is not {self.covariance}"
@@ -143,7 +144,7 @@ class CmaEs(Search):
         updates = int(state["updates"]) + 1
 
         steps = state["steps"][np.argsort(-scores, kind="stable")]
-        # The samples in the coordinates in which they were standard normal.
+        # The samples in coordinates in which they are standard normal.
         white = np.einsum("ki,ji->kj", steps, state["axes"]) if full else steps
         white = white / lengths
         best = rate.weights[: rate.parents]

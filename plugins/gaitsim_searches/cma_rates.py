@@ -1,4 +1,4 @@
-"""Weights and learning rates of CMA-ES, from the numbers of genes and samples alone."""
+"""Weights and learning rates of CMA-ES for given numbers of genes and samples."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Rates:
-    """Hansen 2016, "The CMA evolution strategy: a tutorial", table 1, equations 49 to 58.
+    """Parameters of Hansen 2016, "The CMA evolution strategy: a tutorial", table 1, eq. 49 to 58.
 
     Attributes:
-        weights: of the samples from the best to the worst, (samples,); the positive ones sum to 1.
+        weights: weights of the samples from best to worst, (samples,); positive weights sum to 1.
         parents: number of positive weights, µ.
         mass: variance effective selection mass, µ_eff.
         step: learning rate of the path of the step size, c_σ.
-        damping: of the step size, d_σ.
+        damping: damping of the step size, d_σ.
         path: learning rate of the path of the covariance, c_c.
-        one: learning rate of its rank-one update, c_1.
-        many: learning rate of its rank-µ update, c_µ.
+        one: learning rate of the covariance's rank-one update, c_1.
+        many: learning rate of the covariance's rank-µ update, c_µ.
         length: expected length of a vector of standard normal numbers.
     """
 
@@ -36,14 +36,14 @@ class Rates:
 
 @lru_cache
 def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
-    """Return the default setting.
+    """Return the default parameters.
 
     Args:
-        genes: number of them, n.
-        samples: in each update, λ.
-        separable: learn variances alone, (n + 2) / 3 times as fast (Ros and Hansen 2008, "A simple
-            modification in CMA-ES achieving linear time and space complexity").
-        active: let bad samples shrink the covariance (Jastrebski and Arnold 2006, "Improving
+        genes: number of genes, n.
+        samples: number of samples in each update, λ.
+        separable: whether to learn only variances, (n + 2) / 3 times as fast (Ros and Hansen 2008,
+            "A simple modification in CMA-ES achieving linear time and space complexity").
+        active: whether bad samples shrink the covariance (Jastrebski and Arnold 2006, "Improving
             evolution strategies through active covariance matrix adaptation").
     """
     raw = np.log((samples + 1) / 2) - np.log(np.arange(1, samples + 1))
@@ -52,7 +52,8 @@ def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
     mass = good.sum() ** 2 / (good**2).sum()
     bad_mass = bad.sum() ** 2 / (bad**2).sum()
 
-    # 3 as in pycma: with 5, as in the tutorial, the area on BBOB of two genes is 3 % smaller.
+    # 3 as in pycma. With the tutorial's 5, the area under the ECDF on BBOB with two genes is 3 %
+    # smaller.
     step = (mass + 2) / (genes + mass + 3)
     damping = 1 + 2 * max(0.0, np.sqrt((mass - 1) / (genes + 1)) - 1) + step
     path = (4 + mass / genes) / (genes + 4 + 2 * mass / genes)
@@ -65,9 +66,9 @@ def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
     total = 0.0
     if active:
         total = min(
-            1 + one / many,  # the covariance neither grows nor shrinks in all
+            1 + one / many,  # the covariance neither grows nor shrinks overall
             1 + 2 * bad_mass / (mass + 2),
-            (1 - one - many) / (genes * many),  # it stays positive definite
+            (1 - one - many) / (genes * many),  # the covariance stays positive definite
         )
     weights = np.concatenate([good / good.sum(), total * bad / np.abs(bad).sum()])
     length = np.sqrt(genes) * (1 - 1 / (4 * genes) + 1 / (21 * genes**2))

@@ -1,4 +1,4 @@
-"""When CMA-ES has nothing more to find where it is, and should restart."""
+"""Stopping criteria of CMA-ES, after which it restarts."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SMALLEST_DIFFERENCE = 1e-11  # of scores
-LARGEST_CONDITION = 1e14  # of the covariance
+LARGEST_CONDITION = 1e14  # condition number of the covariance
 LONGEST_HISTORY = 20_000  # updates
 
 
@@ -17,8 +17,8 @@ def converged(
     """Return whether to restart (Hansen 2016, appendix B.3).
 
     Args:
-        state: after the update.
-        scores: of the samples of the update.
+        state: state after the update.
+        scores: scores of the samples of the update.
         tolerance: smallest standard deviation worth sampling, in widths.
     """
     genes, samples, updates = len(state["mean"]), len(scores), int(state["updates"])
@@ -48,7 +48,7 @@ def converged(
 def history(
     scores: NDArray[np.float64], latest: float, genes: int, samples: int, updates: int
 ) -> NDArray[np.float64]:
-    """Return a history with its latest score, no longer than `converged` needs."""
+    """Append the latest score to a history, and drop scores that `converged` no longer needs."""
     return np.append(scores, latest)[-_remembered(genes, samples, updates) :]
 
 
@@ -59,4 +59,4 @@ def _remembered(genes: int, samples: int, updates: int) -> int:
 
 def _range(scores: NDArray[np.float64]) -> float:
     lowest, highest = scores.min(), scores.max()
-    return 0.0 if lowest == highest else float(highest - lowest)  # also where all are −inf
+    return 0.0 if lowest == highest else float(highest - lowest)  # 0 even if all are −inf

@@ -1,4 +1,4 @@
-"""Differential evolution whose scale factor and crossover rate adapt: SHADE."""
+"""Differential evolution with adaptive scale factor and crossover rate: SHADE."""
 
 from collections.abc import Mapping
 from math import ceil
@@ -11,13 +11,13 @@ from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
 from gaitsim.contracts.search import Context, Results, Search, State
 from gaitsim_searches.real import differences, halved_past_bounds, real
 
-SMALLEST = 4  # individuals: one to change, one of the best, and two others
-SPREAD = 0.1  # of F and CR around the memory; Tanabe and Fukunaga 2013, equations 1 and 2
-# The paper begins with 0.5 for both. On BBOB in 2 dimensions, three instances, beginning with a CR
-# of 0.9 raised the area under the ECDF from 0.308 to 0.326.
+SMALLEST = 4  # individuals: the one to change, one of the best, and two others
+SPREAD = 0.1  # spread of F and CR around the memory; Tanabe and Fukunaga 2013, eq. 1 and 2
+# The paper starts with 0.5 for both. On BBOB in 2 dimensions, three instances, an initial CR of
+# 0.9 raised the area under the ECDF from 0.308 to 0.326.
 FIRST_SCALE, FIRST_RATE = 0.5, 0.9
-EQUAL = 1e-12  # scores closer than this share of the best differ by rounding alone
-NARROW = 1e-9  # of a gene's width
+EQUAL = 1e-12  # relative difference of scores that counts as rounding
+NARROW = 1e-9  # largest spread of converged genomes, as a share of a gene's width
 
 Floats = NDArray[np.float64]
 
@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 class DifferentialEvolution(Search):
     """Moves every genome towards one of the best and along the difference of two others.
 
-    SHADE: the scale factor F and the crossover rate CR of each trial are drawn around values that
-    worked before. Where all genomes have become equal, it restarts at random.
+    SHADE draws the scale factor F and the crossover rate CR of each trial around values that
+    worked before. Once all genomes are equal, the search restarts from random genomes.
 
     Tanabe and Fukunaga 2013, "Success-history based parameter adaptation for differential
     evolution"; mutation towards the p best, archive and bounds: Zhang and Sanderson 2009, "JADE:
@@ -35,9 +35,9 @@ class DifferentialEvolution(Search):
     """
 
     greediness: float = option(
-        0.1, "share of the best genomes that others move towards, two at least", gt=0, le=1
+        0.1, "share of the genomes that others move towards, the best, at least two", gt=0, le=1
     )
-    memory: int = option(6, "how many successful pairs of F and CR are remembered", ge=1, le=1000)
+    memory: int = option(6, "number of successful pairs of F and CR remembered", ge=1, le=1000)
     archive: float = option(
         1.0, "size of the archive of replaced genomes, in populations", ge=0, le=10
     )
@@ -53,7 +53,7 @@ class DifferentialEvolution(Search):
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def objection(self, space: GenomeSpace, population: int) -> str:
-        """Return why not, or ''."""
+        """Return why the population is too small, or ''."""
         if population < SMALLEST:
             return (
                 f"differential-evolution needs a population of at least {SMALLEST}, "
@@ -62,7 +62,7 @@ class DifferentialEvolution(Search):
         return ""
 
     def initial(self, context: Context) -> State:
-        """Return a state without genomes, which `tell` adds."""
+        """Return a state without genomes; `tell` adds them."""
         nothing = np.zeros((0, context.space.genes))
         return {
             "genomes": nothing,
@@ -77,7 +77,7 @@ class DifferentialEvolution(Search):
         }
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return one trial for each genome, or the first genomes, (population, genes)."""
+        """Return the first genomes, then one trial for each genome, (population, genes)."""
         space, rng, genomes = real(context.space), context.rng, state["genomes"]
         if not len(genomes):
             start = context.start if last is None else None
@@ -89,7 +89,7 @@ class DifferentialEvolution(Search):
         steps = differences(best, genomes, space) + differences(one, other, space)
         mutants = halved_past_bounds(genomes + scale[:, None] * steps, genomes, space)
         crossed = rng.random(genomes.shape) < rate[:, None]
-        # One gene at least, or the trial would be the genome itself.
+        # At least one gene is crossed; otherwise the trial would equal the genome.
         crossed[np.arange(len(genomes)), rng.integers(space.genes, size=len(genomes))] = True
         trials = np.where(crossed, mutants, genomes)
         return trials, {**state, "trial F": scale, "trial CR": rate}
@@ -103,12 +103,12 @@ class DifferentialEvolution(Search):
         return context.repair(genomes)
 
     def _others(self, state: State, rng: np.random.Generator) -> tuple[Genomes, Genomes, Genomes]:
-        """Draw for each genome one of the best and two others, the last perhaps of the archive."""
+        """Draw one of the best and two others for each genome; the last may be from the archive."""
         genomes, everyone = state["genomes"], np.concatenate([state["genomes"], state["archive"]])
         count, itself = len(genomes), np.arange(len(genomes))
         ranked = np.argsort(-state["scores"], kind="stable")
         best = ranked[rng.integers(max(2, ceil(self.greediness * count)), size=count)]
-        # Draws among fewer numbers, which then skip those that are taken.
+        # Draw from a smaller range, then skip the indices that are taken.
         one = rng.integers(count - 1, size=count)
         one += one >= itself
         other = rng.integers(len(everyone) - 2, size=count)
@@ -117,7 +117,7 @@ class DifferentialEvolution(Search):
         return genomes[best], genomes[one], everyone[other]
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Keep the trials that are as good as their genomes, and remember what made them better."""
+        """Keep trials at least as good as their genomes, and remember F and CR of better trials."""
         genomes, scores = state["genomes"], state["scores"]
         if not len(genomes):
             return self.rescored(state, results, context)
@@ -138,7 +138,7 @@ class DifferentialEvolution(Search):
         return told
 
     def _remembering(self, state: State, scores: Floats, better: NDArray[np.bool_]) -> State:
-        """Return the memory with F and CR of the better trials in its oldest place."""
+        """Return the memory after replacing its oldest entry by F and CR of the better trials."""
         if not better.any():
             return {}
         weights, place = gains(state["scores"][better], scores[better]), int(state["next"])
@@ -149,7 +149,7 @@ class DifferentialEvolution(Search):
         return {"memory F": scale, "memory CR": rate, "next": following}
 
     def figures(self, state: State) -> Mapping[str, float]:
-        """Return the means of the memory, and the restarts."""
+        """Return the means of the memory, and the number of restarts."""
         return {
             "mean F": float(state["memory F"].mean()),
             "mean CR": float(state["memory CR"].mean()),
@@ -165,22 +165,25 @@ class DifferentialEvolution(Search):
         return {**state, "genomes": results.genomes.copy(), "scores": results.scores.copy()}
 
     def mismatch(self, state: State, context: Context) -> str:
-        """Return why a state is of other genes, another population or another memory, or ''."""
+        """Return why a state does not fit the genes, the population or the memory, or ''."""
         genomes, memory = state["genomes"], len(state["memory F"])
         if genomes.shape[1:] != (context.space.genes,):
-            return f"its genomes have {genomes.shape[-1]} genes, the body {context.space.genes}"
+            return (
+                f"its genomes have {genomes.shape[-1]} genes, but the body has "
+                f"{context.space.genes}"
+            )
         if len(genomes) not in (0, context.population):
-            return f"it holds {len(genomes)} genomes, the population is {context.population}"
+            return f"it holds {len(genomes)} genomes, but the population is {context.population}"
         if memory != self.memory:
-            return f"it remembers {memory} pairs of F and CR, the option 'memory' is {self.memory}"
+            return f"it holds {memory} pairs of F and CR, but the option 'memory' is {self.memory}"
         return ""
 
 
 def draw_scales(middle: Floats, rng: np.random.Generator) -> Floats:
-    """Draw scale factors around `middle`, Cauchy with scale 0.1, above 0 and at most 1.
+    """Draw scale factors above 0 and at most 1, Cauchy distributed around `middle` with scale 0.1.
 
-    Tanabe and Fukunaga draw again until a factor is above 0; the distribution above 0, inverted,
-    gives the same in one draw.
+    Tanabe and Fukunaga repeat draws until a factor is above 0; inverting the distribution above 0
+    gives the same result with one draw.
     """
     below = 0.5 - np.arctan(middle / SPREAD) / np.pi
     share = 1 - (1 - below) * rng.random(len(middle))  # above `below`, at most 1
@@ -190,9 +193,9 @@ def draw_scales(middle: Floats, rng: np.random.Generator) -> Floats:
 
 
 def gains(before: Floats, after: Floats) -> Floats:
-    """Return weights in proportion to what scores gained; their sum is 1.
+    """Return weights in proportion to the gains of scores; their sum is 1.
 
-    A success after a failure, with its score of −inf, counts as the largest other gain.
+    The gain over a failed genome, whose score is −inf, counts as the largest other gain.
     """
     gained = after - before
     finite = np.isfinite(gained)
@@ -201,12 +204,12 @@ def gains(before: Floats, after: Floats) -> Floats:
 
 
 def lehmer_mean(values: Floats, weights: Floats) -> float:
-    """Return Σ w v² / Σ w v, above the arithmetic mean, as small steps succeed most easily."""
+    """Return Σ w v² / Σ w v, which favours large values because small steps succeed more often."""
     return float(np.sum(weights * values**2) / np.sum(weights * values))
 
 
 def converged(genomes: Genomes, scores: Floats, space: RealSpace) -> bool:
-    """Return whether scores or genomes differ by no more than rounding."""
+    """Return whether all scores or all genomes are equal up to rounding."""
     best = scores.max()
     if (scores >= best - EQUAL * abs(best)).all():
         return True

@@ -1,7 +1,7 @@
-"""Non-dominated sorting and crowding: which individuals of a population a front is made of.
+"""Non-dominated sorting and crowding distance of individuals, for costs to minimise.
 
 Deb, Pratap, Agarwal and Meyarivan 2002, "A fast and elitist multiobjective genetic algorithm:
-NSGA-II", IEEE Transactions on Evolutionary Computation 6(2). Costs are minimised here.
+NSGA-II", IEEE Transactions on Evolutionary Computation 6(2).
 """
 
 import numpy as np
@@ -9,25 +9,25 @@ from numpy.typing import NDArray
 
 
 def front_ranks(costs: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the front of each individual: 0 where no other dominates it.
+    """Return the front of each individual: 0 if no other individual dominates it.
 
-    Front 1 is what nobody dominates once front 0 is taken away, and so on.
+    Front 1 holds the individuals that are not dominated once front 0 is removed, and so on.
 
     Args:
-        costs: (individuals, objectives), less is better; ∞ in all of them for a failed one.
+        costs: costs, (individuals, objectives); all ∞ for an individual that failed.
 
     Returns:
         (individuals,) int64, from 0.
     """
-    # Two objectives need no comparison of all pairs: half the time at 200 individuals.
+    # Two objectives need no comparison of all pairs, which halves the time for 200 individuals.
     return _ranks_of_two(costs) if costs.shape[1] == 2 else _ranks_of_many(costs)
 
 
 def _ranks_of_two(costs: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Peel fronts off a list sorted by the first cost: each takes the second's new minima."""
+    """Rank individuals sorted by the first cost; each front takes new minima of the second."""
     order = np.lexsort(costs.T[::-1])
     ordered = costs[order]
-    # Equal individuals share a front, so only the first of them is compared.
+    # Equal individuals share a front, so only the first is compared.
     fresh = np.ones(len(costs), np.bool_)
     fresh[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
     left = np.flatnonzero(fresh)
@@ -45,7 +45,7 @@ def _ranks_of_two(costs: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _ranks_of_many(costs: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Peel fronts off the matrix of who dominates whom."""
+    """Rank individuals by removing fronts from the matrix of dominance."""
     dominates = dominating(costs)
     ranks = np.full(len(costs), -1, np.int64)
     above = dominates.sum(axis=0)
@@ -59,13 +59,13 @@ def _ranks_of_many(costs: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def dominating(costs: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return whether one dominates another: nowhere worse and somewhere better.
+    """Return which individuals dominate which: worse in no cost and better in at least one.
 
     Args:
-        costs: (individuals, objectives), less is better.
+        costs: costs, (individuals, objectives).
 
     Returns:
-        (individuals, individuals) bool, true where the row's individual dominates the column's.
+        (individuals, individuals) bool, true if the row's individual dominates the column's.
     """
     no_worse = np.ones((len(costs), len(costs)), np.bool_)
     for cost in costs.T:
@@ -74,15 +74,15 @@ def dominating(costs: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def crowding(costs: NDArray[np.float64], ranks: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return how far apart the neighbours of each individual are in its front.
+    """Return the crowding distance of each individual in its front, (individuals,).
 
-    The sum over the objectives of the distance between the individual before and the one
-    after it, in ranges of that front; ∞ at its ends. An objective in which a whole
-    front is equal adds nothing.
+    It is the sum over the objectives of the distance between the two neighbours of the individual,
+    as a share of the front's range; ∞ at the ends of a front. An objective that is equal
+    throughout a front adds nothing.
 
     Args:
-        costs: (individuals, objectives), finite.
-        ranks: front of each, (individuals,).
+        costs: costs, (individuals, objectives), finite.
+        ranks: front of each individual, (individuals,).
     """
     distance = np.zeros(len(costs))
     for cost in costs.T:

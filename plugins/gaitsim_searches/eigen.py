@@ -1,11 +1,11 @@
-"""Axes of a covariance matrix, the same to the bit wherever they are computed."""
+"""Principal axes of a covariance matrix, with identical bits on every machine."""
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 MOST_SWEEPS = 30  # about eight are needed
-NEGLIGIBLE = 1e-14  # of the geometric mean of two variances, their covariance
+NEGLIGIBLE = 1e-14  # covariance, as a share of the geometric mean of the two variances
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -14,12 +14,13 @@ def principal_axes(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the variances along the axes, (genes,), and the axes as rows, (genes, genes).
 
-    Cyclic Jacobi (Demmel and Veselić 1992, "Jacobi's method is more accurate than QR"). The result
-    of LAPACK depends on the processor and on the number of threads, and its threads wait for one
-    another on a busy machine: 48 genes take 0.3 ms with one and 50 ms with two. Jacobi takes 1 ms.
+    Uses cyclic Jacobi rotations (Demmel and Veselić 1992, "Jacobi's method is more accurate than
+    QR"). LAPACK's results depend on the processor and the number of threads, and its threads wait
+    for one another on a busy machine: 48 genes take 0.3 ms with one thread and 50 ms with two,
+    against 1 ms here.
 
     Args:
-        covariance: symmetric and positive definite, (genes, genes).
+        covariance: symmetric, positive definite matrix, (genes, genes).
     """
     genes = len(covariance)
     matrix, axes = covariance.copy(), np.eye(genes)

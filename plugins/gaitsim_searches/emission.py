@@ -1,4 +1,4 @@
-"""A generation of emitters: its genomes, and what the emitters learn from them."""
+"""A generation of emitters: draw genomes, and adapt the emitters to the results."""
 
 from typing import Any
 
@@ -33,16 +33,16 @@ def climbed(
     """Adapt each emitter to the improvement that its genomes brought.
 
     Args:
-        emitters: those that drew the genomes.
-        genomes: (population, genes), from `emitted` and repaired.
-        found: what they improved.
-        space: of the genomes.
-        two_stages: CMA-ME: genomes that discover cells rank before those that improve one, all of
-            which are parents, and an emitter without any ends. Otherwise CMA-MAE: genomes rank by
-            gain alone, and the better half are parents.
+        emitters: emitters that drew the genomes.
+        genomes: repaired genomes from `emitted`, (population, genes).
+        found: improvement of the archive by each genome.
+        space: space of the genomes.
+        two_stages: whether to follow CMA-ME: genomes that discover a cell rank before genomes that
+            improve a cell, all of these are parents, and an emitter without parents ends.
+            Otherwise CMA-MAE: genomes rank by gain alone, and the better half are parents.
 
     Returns:
-        The emitters, and which of them have to start anew, (emitters,).
+        The adapted emitters, and whether each must restart, (emitters,).
     """
     count = len(emitters.mean)
 

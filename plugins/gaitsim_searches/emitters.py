@@ -1,4 +1,4 @@
-"""Emitters: several CMA-ES at once, each of which climbs the improvement of the archive.
+"""Emitters: several parallel CMA-ES, each climbing the improvement of the archive.
 
 Hansen 2016, "The CMA evolution strategy: a tutorial", with positive weights; restarts and
 selection of Fontaine et al. 2020 as in pyribs (Tjanaka et al. 2023). All lengths are in widths of
@@ -28,11 +28,11 @@ class Emitters:
     """Normal distributions of genomes, one for each emitter.
 
     Attributes:
-        mean: genome in the centre, in the genes' units, (emitters, genes).
+        mean: genome at the centre, in the genes' units, (emitters, genes).
         step: step size, (emitters,).
-        covariance: (emitters, genes, genes).
-        basis: eigenvectors of the covariance as it was at `decomposed`, (emitters, genes, genes).
-        lengths: square roots of its eigenvalues, (emitters, genes).
+        covariance: covariance matrix, (emitters, genes, genes).
+        basis: eigenvectors of the covariance at age `decomposed`, (emitters, genes, genes).
+        lengths: square roots of the eigenvalues, (emitters, genes).
         path: evolution path, (emitters, genes).
         conjugate: conjugate evolution path, (emitters, genes).
         age: generations since the start, (emitters,) int64.
@@ -51,7 +51,7 @@ class Emitters:
 
     @classmethod
     def begun(cls, mean: Floats, step: float) -> Self:
-        """Return emitters that begin around these genomes, (emitters, genes)."""
+        """Return new emitters around these genomes, (emitters, genes)."""
         count, genes = mean.shape
         unit = np.tile(np.eye(genes), (count, 1, 1))
         none, zeros = np.zeros(count, np.int64), np.zeros((count, genes))
@@ -77,7 +77,7 @@ class Emitters:
         return {_PREFIX + field.name: getattr(self, field.name) for field in fields(self)}
 
     def consistent(self, genes: int) -> bool:
-        """Return whether the arrays fit each other, and genomes of so many genes."""
+        """Return whether the arrays are consistent and fit this number of genes."""
         count = len(self.mean)
         return (
             self.mean.shape
@@ -98,7 +98,7 @@ class Emitters:
         return (self.mean[:, None] + self.step[:, None, None] * spread * width).swapaxes(0, 1)
 
     def replaced(self, which: NDArray[np.bool_], by: Self) -> Self:
-        """Return the emitters with those of another set where `which` is true."""
+        """Return the emitters after replacing those where `which` is true by others."""
         return replace(
             self,
             **{
@@ -112,7 +112,7 @@ class Emitters:
         )
 
     def exhausted(self) -> NDArray[np.bool_]:
-        """Whether each emitter has contracted or degenerated, (emitters,)."""
+        """Return whether each emitter has contracted or degenerated, (emitters,)."""
         longest, shortest = self.lengths.max(1), self.lengths.min(1)
         ended: NDArray[np.bool_] = longest**2 > _CONDITION * shortest**2
         ended |= self.step * longest < _SMALLEST
@@ -122,8 +122,8 @@ class Emitters:
         """Return the emitters after a generation.
 
         Args:
-            changes: the genomes minus the mean in widths, the best first, (emitters, each, genes).
-            parents: how many of the best are parents, (emitters,); 0 changes nothing but the age.
+            changes: genomes minus the mean in widths, best first, (emitters, each, genes).
+            parents: number of best genomes that are parents, (emitters,); 0 changes only the age.
             width: distance between the bounds of each gene, (genes,).
         """
         genes, each = self.mean.shape[1], changes.shape[1]
@@ -158,7 +158,7 @@ class Emitters:
         return replace(self.replaced(parents > 0, adapted), age=age)._decomposed(each)
 
     def _decomposed(self, each: int) -> Self:
-        """Decompose covariances, as often as keeps the cost per genome in the square of genes."""
+        """Decompose covariances, rarely enough that the cost per genome grows as genes²."""
         genes = self.mean.shape[1]
         _, mass = _weights(np.array([each // 2]), each)
         _, rank_one, rank_mu, _, _ = _rates(mass, genes)
@@ -168,8 +168,8 @@ class Emitters:
             return self
         basis, lengths = self.basis.copy(), self.lengths.copy()
         for emitter in np.flatnonzero(due):
-            # Along its axes of some generations before, a covariance is nearly diagonal, and
-            # takes a third of the sweeps.
+            # Along the axes of the last decomposition, a covariance is nearly diagonal and needs
+            # a third of the sweeps.
             before = basis[emitter]
             variances, turns = principal_axes(before.T @ self.covariance[emitter] @ before)
             basis[emitter] = before @ turns.T
@@ -180,12 +180,12 @@ class Emitters:
 
 
 def rank_one_update(path: Floats, rate: Floats) -> Floats:
-    """Return what the path, (emitters, genes), adds to the covariances at a rate, (emitters,)."""
+    """Return the rank-one update of covariances for paths, (emitters, genes), and rates."""
     return rate[:, None, None] * path[:, :, None] * path[:, None]
 
 
 def _weights(parents: NDArray[np.int64], each: int) -> tuple[Floats, Floats]:
-    """Return the weight of each rank, (emitters, each), and their effective number, (emitters,)."""
+    """Return the weights of the ranks, (emitters, each), and the effective mass, (emitters,)."""
     ranks = np.arange(1, each + 1)
     raw = np.maximum(np.log(parents[:, None] + 0.5) - np.log(ranks), 0)
     raw[parents == 0, 0] = 1
@@ -194,7 +194,7 @@ def _weights(parents: NDArray[np.int64], each: int) -> tuple[Floats, Floats]:
 
 
 def _rates(mass: Floats, genes: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Return the learning rates of path, rank one, rank µ and step size, and its damping."""
+    """Return the learning rates of path, rank one, rank µ and step size, and the step's damping."""
     path = (4 + mass / genes) / (genes + 4 + 2 * mass / genes)
     rank_one = 2 / ((genes + 1.3) ** 2 + mass)
     rank_mu = np.minimum(1 - rank_one, 2 * (mass - 2 + 1 / mass) / ((genes + 2) ** 2 + mass))

@@ -1,4 +1,4 @@
-"""The genetic algorithm: selection, crossover and mutation from one generation to the next."""
+"""The genetic algorithm: selection, crossover and mutation in each generation."""
 
 from typing import ClassVar
 
@@ -19,8 +19,8 @@ from gaitsim.contracts import (
 class Genetic(Search):
     """A generational genetic algorithm with elitism, Holland 1975, De Jong 1975.
 
-    The best are copied. Parents are selected and crossed, and their children mutated, by the
-    experiment's operators. A warm start is one genome and mutations of it.
+    The best individuals are copied. The experiment's operators select and cross parents and mutate
+    their children. A warm start consists of one genome and mutants of it.
     """
 
     elites: int = option(1, "best individuals carried over unchanged", ge=0)
@@ -29,7 +29,7 @@ class Genetic(Search):
     several: ClassVar[bool] = True
 
     def objection(self, space: GenomeSpace, population: int) -> str:
-        """Refuse more elites than the population has room for."""
+        """Return why the population has no room for the elites, or ''."""
         if self.elites < population:
             return ""
         return f"{self.elites:,} elites leave no room in a population of {population:,}"
@@ -44,9 +44,9 @@ class Genetic(Search):
             raise ValueError("a genetic algorithm needs operators")
         if last is None:
             return _first(context, operators), state
-        if self.elites == 1:  # in a fiftieth of the time
+        if self.elites == 1:  # fifty times as fast as sorting
             best = last.scores.argmax(axis=-1)[..., None]
-        else:  # stable, so that of equal scores the first stays first
+        else:  # a stable sort keeps the order of equal scores
             best = np.argsort(-last.scores, axis=-1, kind="stable")[..., : self.elites]
         wanted = context.population - self.elites
         parents = operators.parents(last.scores, wanted)

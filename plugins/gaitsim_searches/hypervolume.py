@@ -1,4 +1,4 @@
-"""Hypervolume: how much of the space of objectives a front dominates, exactly."""
+"""Exact hypervolume: the volume of the objective space that a front dominates."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,23 +9,22 @@ from gaitsim_searches.domination import dominating
 def hypervolume(costs: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
     """Return the volume between a reference point and the front of a set of points.
 
-    Zitzler and Thiele 1998. Two and three objectives are summed over the grid that the points
-    span; with more of them, slices along the last objective, and from each the part that others
-    dominate is taken away, as in WFG (While, Bradstreet and Barone 2012, "A fast way of
-    calculating exact hypervolumes"). It takes milliseconds for 100 points and four objectives,
-    seconds with six.
+    Zitzler and Thiele 1998. With two and three objectives, it sums over the grid that the points
+    span. With more, it sums slices along the last objective without the parts that other points
+    dominate, as in WFG (While, Bradstreet and Barone 2012, "A fast way of calculating exact
+    hypervolumes"). For 100 points it takes milliseconds with four objectives, seconds with six.
 
     Args:
-        costs: (points, objectives), less is better. Points that are not better than the
+        costs: costs to minimise, (points, objectives). Points that are not better than the
             reference in every objective add nothing.
-        reference: (objectives,), finite.
+        reference: reference point, (objectives,), finite.
     """
     inside = costs[(costs < reference).all(axis=1)]
     return _volume(reference - inside)
 
 
 def _volume(sides: NDArray[np.float64]) -> float:
-    """Return the volume of a union of boxes with one corner in common, (boxes, sides)."""
+    """Return the volume of a union of boxes, (boxes, sides), that share one corner."""
     if not len(sides):
         return 0.0
     if sides.shape[1] <= 3:
@@ -34,17 +33,18 @@ def _volume(sides: NDArray[np.float64]) -> float:
     front = front[np.argsort(-front[:, -1], kind="stable")]
     total = 0.0
     for index, side in enumerate(front):
-        # All before it are at least as long here, so they hide of it what they do without
-        # the last objective.
+        # All boxes before it are at least as long along the last objective, so their overlap with
+        # it does not depend on that objective.
         base = side[:-1]
         total += side[-1] * (np.prod(base) - _volume(np.minimum(front[:index, :-1], base)))
     return float(total)
 
 
 def _on_a_grid(sides: NDArray[np.float64]) -> float:
-    """Return the volume of two or three objectives: each cell as high as the highest box over it.
+    """Return the volume with two or three objectives, summed over the cells of a grid.
 
-    The cells are those between the sides of all boxes but the last one.
+    The sides of all boxes, except those along the last objective, span the grid. A cell is as high
+    as the highest box over it.
     """
     *axes, heights = sides.T
     edges = [np.sort(axis) for axis in axes]

@@ -1,4 +1,4 @@
-"""How far candidates improve an archive: what the emitters of CMA-ME and CMA-MAE climb."""
+"""Improvement of an archive by candidates, which the emitters of CMA-ME and CMA-MAE climb."""
 
 from dataclasses import dataclass, replace
 
@@ -10,11 +10,11 @@ from gaitsim_searches.archive import Archive, Candidates
 
 @dataclass(frozen=True)
 class Soft:
-    """Thresholds that rise slowly, so that a cell rewards improvement more than once.
+    """Thresholds that rise slowly, so that a cell can reward improvement several times.
 
     Attributes:
         minimum: threshold of an empty cell.
-        rate: the archive's learning rate, 0 to 1.
+        rate: learning rate of the archive, 0 to 1.
     """
 
     minimum: float
@@ -23,11 +23,12 @@ class Soft:
 
 @dataclass(frozen=True, eq=False)
 class Improvement:
-    """What each candidate is to an archive as it was before the batch.
+    """Effect of each candidate on an archive in its state before the batch.
 
     Attributes:
-        status: 2 discovers a cell, 1 improves one, 0 does neither, (candidates,) int64.
-        gain: score above the threshold of its cell, (candidates,); −inf for an invalid candidate.
+        status: 2 if a candidate discovers a cell, 1 if it improves a cell, otherwise 0,
+            (candidates,) int64.
+        gain: score minus the threshold of the cell, (candidates,); −inf for an invalid candidate.
     """
 
     status: NDArray[np.int64]
@@ -35,7 +36,7 @@ class Improvement:
 
 
 def improvement(archive: Archive, candidates: Candidates, soft: Soft | None) -> Improvement:
-    """Return what the candidates improve.
+    """Return the improvement by each candidate.
 
     Without soft thresholds, the gain of a candidate that discovers a cell is its score, as in
     Fontaine, Togelius, Nikolaidis and Hoover 2020, "Covariance matrix adaptation for the rapid
@@ -52,10 +53,11 @@ def improvement(archive: Archive, candidates: Candidates, soft: Soft | None) -> 
 
 
 def softened(before: Archive, after: Archive, candidates: Candidates, soft: Soft) -> Archive:
-    """Return the archive after an insertion with the thresholds of CMA-MAE.
+    """Return the archive after an insertion, with the thresholds of CMA-MAE.
 
-    Every candidate above the threshold of its cell moves it towards its score, all of a batch at
-    once: Fontaine and Nikolaidis 2023, "Covariance matrix adaptation MAP-annealing", appendix.
+    Every candidate above the threshold of its cell moves the threshold towards its score; a whole
+    batch is applied at once (Fontaine and Nikolaidis 2023, "Covariance matrix adaptation
+    MAP-annealing", appendix).
     """
     thresholds = before.held(after.cells, before.thresholds, soft.minimum)
     accepted = improvement(before, candidates, soft).status > 0

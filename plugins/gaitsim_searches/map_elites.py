@@ -1,4 +1,4 @@
-"""MAP-Elites: the best genome for each way to behave."""
+"""MAP-Elites: an archive of the best genome for each kind of behaviour."""
 
 import math
 from dataclasses import replace
@@ -38,20 +38,20 @@ class MapElites(Search):
     """Keeps the best genome found in each cell of a space of measures.
 
     Mouret and Clune 2015, "Illuminating search spaces by mapping elites". The variations are the
-    isotropic one of that article, the line of Vassiliades and Mouret 2018, and the emitters CMA-ME
-    (Fontaine et al. 2020) and CMA-MAE (Fontaine and Nikolaidis 2023), as pyribs has them.
+    article's isotropic variation, the line variation of Vassiliades and Mouret 2018, and the
+    emitters CMA-ME (Fontaine et al. 2020) and CMA-MAE (Fontaine and Nikolaidis 2023) as in pyribs.
     """
 
     axes: dict[str, tuple[float, float]] = option(
         ...,
-        "measures, or terms of the score, that span the archive, each with its low and high end",
+        "measures or terms of the score that span the archive, each with its low and high end",
     )
     cells: (
         Annotated[int, Field(ge=2, le=_MOST_CENTROIDS)]
         | tuple[Annotated[int, Field(ge=1, le=_MOST_CELLS)], ...]
-    ) = option(1_000, "cells of each axis of a grid, or one number of evenly spread Voronoi cells")
+    ) = option(1_000, "cells along each axis of a grid, or one number of even Voronoi cells")
     variation: Literal["isotropic", "line", "cma-me", "cma-mae"] = option(
-        "line", "how new genomes arise from elites"
+        "line", "method that creates new genomes from elites"
     )
     sigma: float = option(
         0.03,
@@ -60,24 +60,24 @@ class MapElites(Search):
         le=10,
     )
     line_sigma: float = option(
-        0.2, "standard deviation of the share of the way to another elite", ge=0, le=10
+        0.2, "standard deviation of the step to another elite, as a share of the way", ge=0, le=10
     )
-    flips: float = option(1.0, "bits that isotropic and line variation flip, on average", gt=0)
+    flips: float = option(1.0, "mean number of bits that isotropic and line variation flip", gt=0)
     step: float = option(0.2, "initial step size of an emitter, in widths", gt=0, le=10)
     emitters: int = option(5, "emitters that share a generation", ge=1, le=1_000)
     learning_rate: float = option(
-        0.01, "how fast the thresholds of cma-mae rise; 1 at once, 0 never", ge=0, le=1
+        0.01, "rate at which the thresholds of cma-mae rise; 1 at once, 0 never", ge=0, le=1
     )
     threshold: float = option(
         0.0, "score that a genome of cma-mae must exceed in an empty cell", ge=-1e100, le=1e100
     )
     random: int = option(
         1,
-        "generations of random genomes before the first variation; a start replaces the first",
+        "number of random generations before the first variation; a warm start replaces them",
         ge=1,
     )
     offset: float = option(
-        0.0, "subtracted from the score of each elite in the QD score", ge=-1e100, le=1e100
+        0.0, "number subtracted from each elite's score in the QD score", ge=-1e100, le=1e100
     )
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
@@ -94,41 +94,42 @@ class MapElites(Search):
                 )
             if max(-low, high) > _FARTHEST:
                 raise ValueError(
-                    f"the ends of the axis {name!r} are too far apart; at most "
+                    f"the ends of the axis {name!r} are too far apart; allowed: "
                     f"{-_FARTHEST:g} to {_FARTHEST:g}"
                 )
         if isinstance(self.cells, tuple):
             if len(self.cells) != len(self.axes):
                 raise ValueError(
                     f"cells has {len(self.cells)} counts for {len(self.axes)} axes; "
-                    "give one count for each axis, or one number of Voronoi cells"
+                    "give one count per axis, or one number of Voronoi cells"
                 )
             if math.prod(self.cells) > _MOST_CELLS:
                 raise ValueError(
-                    f"a grid of {math.prod(self.cells):,} cells is too large; at most "
-                    f"{_MOST_CELLS:,}: give fewer for each axis, or one number of Voronoi cells"
+                    f"a grid of {math.prod(self.cells):,} cells is too large; allowed: at most "
+                    f"{_MOST_CELLS:,}; give fewer per axis, or one number of Voronoi cells"
                 )
         return self
 
     def objection(self, space: GenomeSpace, population: int) -> str:
-        """Return why the emitters cannot work with these genes or this population, or ''."""
+        """Return why the emitters do not support these genes or this population, or ''."""
         if not self._emits:
             return ""
         if not isinstance(space, RealSpace):
             return (
-                f"the variation {self.variation!r} works on real genes only, not on bits; "
+                f"the variation {self.variation!r} supports only real genes, not bits; "
                 "use 'line' or 'isotropic'"
             )
         if population < 2 * self.emitters:
             return (
                 f"a population of {population} is too small for {self.emitters} emitters, which "
-                f"need two genomes each: at least {2 * self.emitters}, or fewer emitters"
+                f"need two genomes each; use at least {2 * self.emitters}, or fewer emitters"
             )
         held = 2 * self.emitters * space.genes**2 * 8
         if held > _MOST_BYTES:
             return (
                 f"the covariances of {self.emitters} emitters with {space.genes:,} genes would "
-                f"take {held / 1e6:,.0f} MB of every checkpoint, above {_MOST_BYTES / 1e6:.0f}; "
+                f"take {held / 1e6:,.0f} MB in every checkpoint, of at most "
+                f"{_MOST_BYTES / 1e6:.0f} MB; "
                 "use fewer emitters, or the variation 'line'"
             )
         return ""
@@ -138,7 +139,7 @@ class MapElites(Search):
         return tuple(self.axes)
 
     def initial(self, context: Context) -> State:
-        """Return an empty archive with its cells."""
+        """Return an empty archive and its cells."""
         ranges = np.array(list(self.axes.values()), float)
         counts, centroids = np.empty(0, np.int64), np.empty((0, len(ranges)))
         if isinstance(self.cells, tuple):
@@ -156,7 +157,7 @@ class MapElites(Search):
         }
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return random genomes first, then variations of elites, or draws of the emitters."""
+        """Return random genomes at first, then variations of elites or samples of the emitters."""
         archive, emitters = Archive.of(state), Emitters.of(state)
         begun = context.start is not None or context.generation > self.random
         if not begun or (context.start is None and not len(archive.cells)):
@@ -175,7 +176,7 @@ class MapElites(Search):
         return context.repair(genomes), state
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Insert the genomes into the archive, and adapt the emitters to what they improved."""
+        """Insert the genomes into the archive, and adapt the emitters to the improvement."""
         before, candidates = Archive.of(state), self._candidates(state, results)
         after = self._inserted(before, candidates)
         emitters = Emitters.of(state)
@@ -195,7 +196,7 @@ class MapElites(Search):
         return {**state, **after.arrays(), **emitters.arrays()}
 
     def figures(self, state: State) -> dict[str, float]:
-        """Return coverage, QD score and the best score; −inf without any elite."""
+        """Return coverage, QD score and the best elite's score, −inf without elites."""
         scores = state["scores"]
         return {
             "coverage": len(scores) / _tessellation(state).total,
@@ -222,24 +223,24 @@ class MapElites(Search):
         return state["genomes"]
 
     def rescored(self, state: State, results: Results, context: Context) -> State:
-        """Return the archive built anew: elites may change cells, or lose theirs to others."""
+        """Return the rebuilt archive; elites may change cells or lose their cell to another."""
         empty = Archive.empty(results.genomes, len(self.axes))
         return {**state, **self._inserted(empty, self._candidates(state, results)).arrays()}
 
     def mismatch(self, state: State, context: Context) -> str:
-        """Return why a state is of other axes, cells or genes, or ''."""
+        """Return why a state does not fit the axes, cells or genes, or ''."""
         names = bytes(state["axes"]).decode(errors="replace").split("\0")
         if names != list(self.axes):
-            return f"an archive of other axes: {', '.join(names)}"
+            return f"an archive with other axes: {', '.join(names)}"
         ranges = np.array(list(self.axes.values()), float)
         if not np.array_equal(state["ranges"], ranges):
-            return "an archive of axes with other ranges"
+            return "an archive with other ranges of the axes"
         counts, centroids = state["counts"], state["centroids"]
         cells = tuple(map(int, counts)) if len(counts) else len(centroids)
         if cells != self.cells:
-            return f"an archive of other cells: {cells}"
+            return f"an archive with other cells: {cells}"
         if not context.space.contains(state["genomes"]):
-            return "an archive of another body, whose genes are others or have other bounds"
+            return "an archive of a body with other genes or other bounds"
         archive, total = Archive.of(state), _tessellation(state).total
         whole = len(counts) > 0 or (
             centroids.shape == (total, len(names)) and bool(np.isfinite(centroids).all())
@@ -249,7 +250,7 @@ class MapElites(Search):
             and archive.consistent(total, len(names))
             and Emitters.of(state).consistent(context.space.genes)
         ):
-            return "an archive whose arrays do not fit each other"
+            return "an archive with inconsistent arrays"
         return ""
 
     @property
@@ -265,7 +266,7 @@ class MapElites(Search):
         return np.frombuffer("\0".join(self.axes).encode(), np.uint8)
 
     def _origins(self, archive: Archive, count: int, context: Context) -> Genomes:
-        """Return elites drawn at random, (count, genes); without any the start or random ones."""
+        """Draw elites, (count, genes); without elites, repeat the start or draw random genomes."""
         if len(archive.cells):
             return archive.genomes[context.rng.integers(0, len(archive.cells), count)]
         if context.start is None:

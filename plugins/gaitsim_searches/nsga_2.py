@@ -1,4 +1,4 @@
-"""NSGA-II: a front of compromises between several objectives."""
+"""NSGA-II: a front of trade-offs between several objectives."""
 
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
@@ -14,55 +14,55 @@ from gaitsim_searches.domination import crowding, front_ranks
 from gaitsim_searches.hypervolume import hypervolume
 
 SCORE = "score"
-"""The objective that is the score itself, beside its terms and the measures of the body."""
+"""Name of the objective that is the score itself, besides terms and measures."""
 
 TRIES = 100
-"""How often children that exist already are bred anew, as in pymoo."""
+"""Largest number of attempts to breed children that do not exist yet, as in pymoo."""
 
 
 class Nsga2(Search):
-    """Evolves a front of individuals of which none is better than another in every objective.
+    """Evolves a front of individuals that no other individual beats in every objective.
 
     Deb, Pratap, Agarwal and Meyarivan 2002, "A fast and elitist multiobjective genetic algorithm:
-    NSGA-II": parents are the winners of binary tournaments by front, then by crowding;
-    parents and children together are sorted into fronts, and the best fronts survive, the last
-    of them where it is least crowded. A child that is there already is bred anew. Defaults
-    are those of pymoo 0.6. Individuals that failed are dominated by all others.
+    NSGA-II". Parents are the winners of binary tournaments by front, then by crowding. Parents and
+    children are sorted into fronts together, and the best fronts survive; the last one keeps its
+    least crowded individuals. Children that duplicate an existing genome are replaced by others.
+    Defaults are those of pymoo 0.6. All other individuals dominate those that failed.
 
-    State: `genomes` (survivors, genes), their `scores` and `values` (survivors, objectives),
-    `ranks` of their fronts and `crowding`; `reference` (objectives,), the point that the
-    hypervolume is measured from; `objectives`, names and directions in UTF-8.
+    State: `genomes` (survivors, genes) with their `scores`, `values` (survivors, objectives),
+    `ranks` of fronts and `crowding`; `reference` (objectives,), the reference point of the
+    hypervolume; `objectives`, names and directions in UTF-8.
     """
 
     objectives: Annotated[dict[str, Literal["max", "min"]], Field(min_length=2)] = option(
         ...,
-        "terms of the score, measures of the body or 'score', two or more, each 'max' or 'min'",
+        "two or more terms of the score, measures of the body or 'score', each 'max' or 'min'",
     )
     reference: dict[str, float] = option(
         {},
-        "value of every objective that the hypervolume is measured from; "
-        "by default the worst of each in the first population",
+        "reference point of the hypervolume, a value for every objective; "
+        "by default the worst values in the first population",
     )
     crossover_probability: float = option(
         0.9, "probability that two parents are crossed", ge=0, le=1
     )
     crossover_gene_probability: float = option(
-        0.5, "probability that a real gene of parents that are crossed is crossed", ge=0, le=1
+        0.5, "probability that a real gene of crossed parents is crossed", ge=0, le=1
     )
     crossover_eta: float = option(
         15.0,
-        "distribution index of the crossover of real genes: the greater, the nearer children "
-        "are to parents",
+        "distribution index of the crossover of real genes; larger values place children nearer "
+        "to their parents",
         ge=0,
         le=1000,
     )
     mutation_probability: float = option(0.9, "probability that a child mutates", ge=0, le=1)
     mutation_gene_probability: float | None = option(
-        None, "probability that a gene of such a child mutates; by default 1/genes", ge=0, le=1
+        None, "probability that a gene of a mutating child mutates; by default 1/genes", ge=0, le=1
     )
     mutation_eta: float = option(
         20.0,
-        "distribution index of the mutation of real genes: the greater, the shorter the steps",
+        "distribution index of the mutation of real genes; larger values make steps shorter",
         ge=0,
         le=1000,
     )
@@ -73,13 +73,13 @@ class Nsga2(Search):
     def _reference_of_objectives(self) -> Self:
         if self.reference and set(self.reference) != set(self.objectives):
             raise ValueError(
-                f"reference has values of {', '.join(self.reference)}; "
-                f"expected one of each objective: {', '.join(self.objectives)}"
+                f"reference has values for {', '.join(self.reference)}; "
+                f"expected one for each objective: {', '.join(self.objectives)}"
             )
         return self
 
     def objection(self, space: GenomeSpace, population: int) -> str:
-        """Refuse populations that have no room for a front."""
+        """Return why the population is too small, or ''."""
         if population < 4:
             return (
                 f"nsga-2 needs a population of at least 4, two pairs of parents, not {population}"
@@ -87,11 +87,11 @@ class Nsga2(Search):
         return ""
 
     def reads(self) -> tuple[str, ...]:
-        """Return the names of the objectives but the score, which results have anyway."""
+        """Return the names of the objectives without the score, which results always have."""
         return tuple(name for name in self.objectives if name != SCORE)
 
     def initial(self, context: Context) -> State:
-        """Return a state without survivors, and a reference point that is not set."""
+        """Return a state without survivors and with an unset reference point."""
         count = len(self.objectives)
         return {
             "genomes": np.empty((0, context.space.genes), context.space.dtype),
@@ -106,7 +106,7 @@ class Nsga2(Search):
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
         """Breed children of the survivors; the first generation is random.
 
-        Half of a warm start's first generation are the genome and mutants of it.
+        With a warm start, half of the first generation is its genome and mutants of it.
         """
         if len(state["genomes"]):
             return self._children(state, context), state
@@ -129,7 +129,7 @@ class Nsga2(Search):
         )
 
     def figures(self, state: State) -> Mapping[str, float]:
-        """Return the hypervolume of the front, and how many individuals it has."""
+        """Return the hypervolume and the size of the front."""
         front = state["values"][_on_front(state)]
         reference = np.array([self.reference[name] for name in self.objectives if self.reference])
         if not len(reference):
@@ -153,13 +153,13 @@ class Nsga2(Search):
         return state["genomes"] if len(state["genomes"]) else None
 
     def rescored(self, state: State, results: Results, context: Context) -> State:
-        """Return the survivors sorted by new values; the reference point may move away."""
+        """Return the survivors sorted by new values; the reference point may get worse."""
         values = self._values(results)
         state = self._referring(state, values)
         return self._survivors(results.genomes, results.scores, values, state, len(results.genomes))
 
     def mismatch(self, state: State, context: Context) -> str:
-        """Return the objectives of a state if they are others, or its array that is damaged."""
+        """Return why a state has other objectives or an array of the wrong shape, or ''."""
         expected, found = self._signature(), state["objectives"]
         if np.array_equal(expected, found):
             count = len(state["genomes"])
@@ -170,7 +170,7 @@ class Nsga2(Search):
             shapes["values"] = (count, len(self.objectives))
             shapes["reference"] = (len(self.objectives),)
             wrong = [name for name, shape in shapes.items() if state[name].shape != shape]
-            return f"{wrong[0]} has the shape {state[wrong[0]].shape}" if wrong else ""
+            return f"{wrong[0]} has shape {state[wrong[0]].shape}" if wrong else ""
         names = bytes(found.astype(np.uint8)).decode(errors="replace").split("\n")
         return (
             f"the objectives of the run are {', '.join(names)}, "
@@ -178,7 +178,7 @@ class Nsga2(Search):
         )
 
     def _children(self, state: State, context: Context) -> Genomes:
-        """Breed until there are enough children that differ from the survivors and each other."""
+        """Breed until enough children differ from the survivors and from each other."""
         wanted, tries = context.population, 0
         children = state["genomes"][:0]
         while len(children) < wanted and tries < TRIES:
@@ -186,12 +186,12 @@ class Nsga2(Search):
             bred = self._bred(state, wanted - len(children), context)
             known = np.concatenate([state["genomes"], children])
             children = np.concatenate([children, bred[_new(known, bred)]])
-        if missing := wanted - len(children):  # a space with hardly more genomes than that
+        if missing := wanted - len(children):  # the space hardly has more genomes
             children = np.concatenate([children, context.random(missing)])
         return children
 
     def _bred(self, state: State, count: int, context: Context) -> Genomes:
-        """Return that many children of the survivors, repaired."""
+        """Return `count` repaired children of the survivors."""
         space, rng = context.space, context.rng
         pairs = -(-count // 2)
         parents = state["genomes"][_tournaments(state, 2 * pairs, rng).reshape(2, pairs)]
@@ -206,7 +206,7 @@ class Nsga2(Search):
         return context.repair(self._mutants(children[:count], context))
 
     def _mutants(self, genomes: Genomes, context: Context) -> Genomes:
-        """Return the genomes with some genes mutated, to be repaired."""
+        """Mutate genes at random; the genomes must be repaired afterwards."""
         space, rng = context.space, context.rng
         rate = self.mutation_gene_probability
         rate = min(0.5, 1 / space.genes) if rate is None else rate
@@ -217,9 +217,9 @@ class Nsga2(Search):
         return genomes ^ mutated
 
     def _values(self, results: Results) -> NDArray[np.float64]:
-        """Return the objectives in their own direction, (individuals, objectives).
+        """Return the values of the objectives, (individuals, objectives).
 
-        NaN in all of them for an individual that failed, or has a value that is not finite.
+        All are NaN for an individual that failed or has a value that is not finite.
         """
         columns = [
             results.scores if name == SCORE else results.values[name] for name in self.objectives
@@ -229,13 +229,13 @@ class Nsga2(Search):
         return np.where(failed[:, None], np.nan, values)
 
     def _costs(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what is minimised; ∞ for an individual that failed."""
+        """Return the costs to minimise; ∞ for an individual that failed."""
         signs = [1.0 if direction == "min" else -1.0 for direction in self.objectives.values()]
         costs = values * signs
         return np.where(np.isnan(costs), np.inf, costs)
 
     def _referring(self, state: State, values: NDArray[np.float64]) -> State:
-        """Return the state with a reference point no better than any of these values."""
+        """Return the state with a reference point at least as bad as all of these values."""
         known = np.concatenate([state["reference"][None], values])
         known = known[np.isfinite(known).all(axis=1)]
         if not len(known):
@@ -251,7 +251,7 @@ class Nsga2(Search):
         state: State,
         count: int,
     ) -> State:
-        """Return the state with the best of these individuals, by front, then by crowding."""
+        """Return the state with the best `count` individuals, by front, then by crowding."""
         costs = self._costs(values)
         ranks = front_ranks(costs)
         room = crowding(np.where(np.isfinite(costs), costs, 0.0), ranks)
@@ -271,17 +271,17 @@ class Nsga2(Search):
 
 
 def _on_front(state: State) -> NDArray[np.bool_]:
-    """Return which survivors nobody dominates, without those that failed, (survivors,)."""
+    """Return whether each survivor is on the first front and did not fail, (survivors,)."""
     first: NDArray[np.bool_] = state["ranks"] == 0
     first &= np.isfinite(state["values"]).all(axis=1)
     return first
 
 
 def _tournaments(state: State, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return the winners of tournaments of two, by front, then by crowding, (count,).
+    """Return the winners of binary tournaments by front, then by crowding, (count,).
 
-    Everybody is in as many tournaments as everybody else, or in one more. Of two equals,
-    one at random wins: the order of entrants is random.
+    The numbers of tournaments of any two survivors differ by at most one. Ties are decided at
+    random, by the order of the two.
     """
     ranks, room = state["ranks"], state["crowding"]
     rounds = -(-2 * count // len(ranks))
@@ -294,7 +294,7 @@ def _tournaments(state: State, count: int, rng: np.random.Generator) -> NDArray[
 
 
 def _new(known: Genomes, genomes: Genomes) -> NDArray[np.bool_]:
-    """Return which genomes are neither known nor repeated, the first of each."""
+    """Return whether each genome is unknown and the first of its duplicates."""
     rows = np.ascontiguousarray(np.concatenate([known, genomes]))
     keys = rows.view(np.dtype((np.void, rows.strides[0]))).reshape(-1)
     first = np.zeros(len(rows), np.bool_)

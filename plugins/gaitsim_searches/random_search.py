@@ -1,4 +1,4 @@
-"""Random search: fresh genomes in each generation, the least that a search has to beat."""
+"""Random search: new random genomes in each generation, the baseline of any search."""
 
 from math import prod
 from typing import ClassVar
@@ -8,7 +8,7 @@ from gaitsim.contracts.search import Context, Results, Search, State
 
 
 class RandomSearch(Search):
-    """Draws all genomes as the body draws its first ones, and learns nothing.
+    """Draws every genome from the body's initial distribution, and learns nothing.
 
     Brooks 1958, "A discussion of random methods for seeking maxima".
     """
@@ -16,7 +16,7 @@ class RandomSearch(Search):
     several: ClassVar[bool] = True
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return fresh genomes; a warm start is the first one of the first generation."""
+        """Return random genomes; a warm start is the first genome of the first generation."""
         shape = (*context.populations, context.population)
         genomes = context.random(prod(shape)).reshape(*shape, context.space.genes)
         if last is None and context.start is not None:

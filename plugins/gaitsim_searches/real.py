@@ -1,4 +1,4 @@
-"""Arithmetic on genomes of real numbers between bounds, some of which are angles of a cycle."""
+"""Arithmetic on genomes of real numbers between bounds, some of which may be periodic."""
 
 from typing import Any
 
@@ -10,22 +10,22 @@ from gaitsim.errors import PluginError
 
 
 def real(space: GenomeSpace) -> RealSpace:
-    """Return the space, typed as one of real numbers.
+    """Return the space with the type `RealSpace`.
 
     Raises:
         PluginError: the space is of another kind.
     """
     if not isinstance(space, RealSpace):
         raise PluginError(
-            f"this search cannot work on genomes of the {space.name} space",
+            f"this search does not support genomes of the {space.name} space",
             allowed="genomes of the real space",
-            remedy="choose a search whose `spaces` has that kind",
+            remedy="choose a search whose `spaces` include that kind",
         )
     return space
 
 
 def differences(to: Genomes, start: Genomes, space: RealSpace) -> NDArray[Any]:
-    """Return `to` − `start`, of periodic genes the shorter way around, at most half a width."""
+    """Return `to` − `start`; periodic genes take the shorter way round, at most half a width."""
     steps = to - start
     if space.periodic is None:
         return steps
@@ -33,10 +33,10 @@ def differences(to: Genomes, start: Genomes, space: RealSpace) -> NDArray[Any]:
 
 
 def halved_past_bounds(moved: Genomes, start: Genomes, space: RealSpace) -> Genomes:
-    """Bring genes back into the space: past a bound, halfway between it and where they started.
+    """Replace genes past a bound by the middle between the bound and their start.
 
-    Zhang & Sanderson 2009 (JADE). The population then comes close to a bound without piling up on
-    it. Periodic genes wrap around.
+    The population then approaches a bound without piling up on it (Zhang and Sanderson 2009,
+    "JADE"). Periodic genes wrap around.
     """
     inside = np.where(moved < space.lower, (space.lower + start) / 2, moved)
     inside = np.where(moved > space.upper, (space.upper + start) / 2, inside)

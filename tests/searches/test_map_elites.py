@@ -192,21 +192,27 @@ def test_an_archive_of_other_axes_does_not_fit(options, word):
 def test_a_state_whose_arrays_do_not_fit_is_refused(name):
     search = MapElites(axes=AXES, cells=(5, 4), variation="cma-me")
     state = _evolve(search, 3)
-    assert "do not fit" in search.mismatch({**state, name: state[name][1:]}, _context(4))
-    assert "do not fit" in search.mismatch({**state, "cells": state["cells"][::-1]}, _context(4))
-    assert "do not fit" in search.mismatch({**state, "cells": state["cells"] + 20}, _context(4))
+    assert "inconsistent arrays" in search.mismatch({**state, name: state[name][1:]}, _context(4))
+    assert "inconsistent arrays" in search.mismatch(
+        {**state, "cells": state["cells"][::-1]}, _context(4)
+    )
+    assert "inconsistent arrays" in search.mismatch(
+        {**state, "cells": state["cells"] + 20}, _context(4)
+    )
     assert "genes" in search.mismatch({**state, "genomes": state["genomes"][:, 1:]}, _context(4))
     assert "genes" in search.mismatch({**state, "genomes": state["genomes"] + 9}, _context(4))
     if name not in {"cells", "genomes"}:
         unknown = {**state, name: np.full_like(state[name], np.nan)}
-        assert "do not fit" in search.mismatch(unknown, _context(4))
+        assert "inconsistent arrays" in search.mismatch(unknown, _context(4))
 
 
 def test_centroids_that_do_not_fit_the_axes_are_refused():
     search = MapElites(axes=AXES, cells=20)
     state = search.initial(_context(0))
     for centroids in (state["centroids"][:, :1], state["centroids"] * np.nan):
-        assert "do not fit" in search.mismatch({**state, "centroids": centroids}, _context(1))
+        assert "inconsistent arrays" in search.mismatch(
+            {**state, "centroids": centroids}, _context(1)
+        )
 
 
 @pytest.mark.parametrize(
