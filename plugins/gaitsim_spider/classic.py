@@ -1,4 +1,4 @@
-"""The fitness `spider-classic`: the seven terms of the source, faults included."""
+"""The fitness `spider-classic`: the seven terms of the original MATLAB project, faults included."""
 
 import math
 from typing import ClassVar
@@ -11,32 +11,32 @@ from gaitsim_spider.layout import time_last
 
 
 class SpiderClassic(Fitness):
-    """Seven weighted terms that look at each leg by itself, as in the source.
+    """Seven weighted terms that consider each leg in isolation, as in the original MATLAB project.
 
-    It rewards feet that move, forwards or backwards, whether or not they carry a
-    standing body. Kept to show what `spider-walk` corrects.
+    The fitness rewards moving feet, forwards or backwards, whether or not they carry a standing
+    body. It remains as a comparison for `spider-walk`, which corrects these faults.
     """
 
     movement_scalar: float = option(
-        1.0, "reward for a metre that a foot travels along x, mean of the feet", ge=0
+        1.0, "reward per metre that a foot travels along x, mean of the feet", ge=0
     )
     band_reward_scalar: float = option(
         2.0, "reward for all feet being in the stance band all the time", ge=0
     )
     low_movement_penalty_scalar: float = option(
-        10.0, "penalty when every foot is frozen; in proportion when some are", ge=0
+        10.0, "penalty if every foot is frozen; in proportion if some are", ge=0
     )
     penetration_scalar: float = option(
-        50.0, "penalty for a metre of mean depth of the feet below the floor", ge=0
+        50.0, "penalty per metre of mean depth of the feet below the floor", ge=0
     )
     variance_scalar: float = option(
-        2000.0, "penalty for a m² of variance of the supporting feet's heights", ge=0
+        2000.0, "penalty per m² of variance of the supporting feet's heights", ge=0
     )
     overlapping_legs_fitness_scalar: float = option(
-        20.0, "penalty for a radian of mean coxa angle beyond the limit at which legs cross", ge=0
+        20.0, "penalty per radian of mean coxa angle beyond the limit at which legs cross", ge=0
     )
     angle_change_scalar: float = option(
-        50.0, "penalty for a rad² of mean squared change of a joint from frame to frame", ge=0
+        50.0, "penalty per rad² of mean squared change of a joint from frame to frame", ge=0
     )
     stance_band: float = option(
         0.01, "half the height of the stance band around the floor", unit="m", gt=0, le=0.1
@@ -51,7 +51,7 @@ class SpiderClassic(Fitness):
     needs: ClassVar[tuple[str, ...]] = ("joint_angles", "feet")
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Movement, band, low movement, penetration, variance, overlap and angle change."""
+        """Return the seven terms: movement, band, low movement, penetration and so on."""
         from gaitsim_spider.leg_by_leg import leg_by_leg
 
         sums = np.empty((motion.population, 7))

@@ -1,4 +1,4 @@
-"""Damaged spiders: legs that are lost, and joints that are stuck or slow."""
+"""Damaged spiders, with lost legs or stuck or slow joints."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ _MASSES = (body.COXA_MASS, body.FEMUR_MASS, body.TIBIA_MASS)
 
 
 class Legs(NamedTuple):
-    """What the kernels know of the legs; a lost leg has no length and no mass.
+    """Data of the legs for the kernels; a lost leg has no length and no mass.
 
     Attributes:
-        lengths: of coxa, femur and tibia, (8, 3) float32, m.
-        shares: of each in the mass of the whole body, (8, 3) float32.
-        hips: first moment of all legs' masses, each at its hip, over the mass of the whole body,
-            (3,) float32, m; exactly 0 for an intact body, whose hips cancel in pairs.
+        lengths: lengths of coxa, femur and tibia, (8, 3) float32, m.
+        shares: shares of coxa, femur and tibia in the mass of the whole body, (8, 3) float32.
+        hips: first moment of the legs' masses, each placed at its hip, over the mass of the whole
+            body, (3,) float32, m; exactly 0 for an intact body, whose hips cancel in pairs.
     """
 
     lengths: NDArray[np.float32]
@@ -35,13 +35,13 @@ class Legs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Anatomy:
-    """What damage leaves of the body.
+    """The body after its damage.
 
     Attributes:
-        legs: for the kernels.
-        lost: legs that are lost, (8,) bool.
+        legs: data of the legs for the kernels.
+        lost: whether each leg is lost, (8,) bool.
         held: angles of the joints that do not move, by index, rad; 0 in lost legs.
-        step_limits: how far each joint can turn in a frame, (24,) rad.
+        step_limits: largest rotation of each joint per frame, (24,) rad.
         damaged: names of the lost legs, and of the stuck and slow joints.
     """
 
@@ -52,7 +52,7 @@ class Anatomy:
     damaged: tuple[str, ...]
 
     def restrict(self, angles: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return `angles`, (population, 24, frames) rad, changed to what damaged joints reach."""
+        """Limit angles, (population, 24, frames) rad, in place to the reach of damaged joints."""
         slow = np.flatnonzero(self.step_limits < body.STEP_LIMIT)
         if len(slow):
             angles[:, slow] = limit_steps(angles[:, slow], self.step_limits[slow])
@@ -63,11 +63,11 @@ class Anatomy:
 
 @lru_cache
 def anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
-    """Return what damage leaves of the body.
+    """Return the body after some damage.
 
     Args:
-        damage: texts, each of a damaged part.
-        leg_mass: share of the masses of the legs.
+        damage: texts, one for each damaged part.
+        leg_mass: scale factor of the legs' masses.
 
     Raises:
         GaitsimError: the damage is invalid or needs forces.
@@ -78,7 +78,7 @@ def anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
                 f"{text!r}: the spider moves without forces, so its joints cannot be weak",
                 key="damage",
                 allowed=", ".join(KINDS),
-                remedy="the spider in rigid-body physics, the preset spider-physics",
+                remedy="use the preset spider-physics, a spider in rigid-body physics",
             )
     found = parse_damage(damage, body.LEG_JOINTS, KINDS, dict.fromkeys(body.JOINTS, _LIMITS))
     lost = np.isin(body.LEGS, [one.part for one in found])

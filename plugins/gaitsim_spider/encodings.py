@@ -1,4 +1,4 @@
-"""How a genome becomes joint angles: the recurrence, sine and cpg encodings."""
+"""The recurrence, sine and cpg encodings, which turn genomes into joint angles."""
 
 import math
 from collections.abc import Callable
@@ -35,7 +35,7 @@ _FOLLOWERS = tuple(joint for joint in body.JOINTS if not joint.endswith("coxa"))
 
 @dataclass(frozen=True)
 class Encoding:
-    """Groups of genes, by frequency in Hz and symmetry, and how they become joint angles."""
+    """The groups of genes for a frequency in Hz and a symmetry, and their decoder."""
 
     groups: Callable[[float, bool], tuple[GeneGroup, ...]]
     decode: Callable[[Genomes, float, tuple[GeneGroup, ...]], Angles]
@@ -45,7 +45,7 @@ class Encoding:
         return genome_space(self.groups(frequency, symmetric))
 
     def angles(self, genomes: Genomes, frequency: float, symmetric: bool) -> Angles:
-        """Return joint angles, the right legs half a stride after the left ones if symmetric."""
+        """Return joint angles; if symmetric, right legs follow half a stride after left legs."""
         return self.decode(genomes, frequency, self.groups(frequency, symmetric))
 
 
@@ -57,7 +57,7 @@ def largest_amplitude(frequency: float) -> float:
 
 @cache
 def _recurrence_groups(_frequency: float, _symmetric: bool) -> tuple[GeneGroup, ...]:
-    """Weight and bias of each joint side by side, so that half a genome is half a spider."""
+    """Return weight and bias of each joint side by side, so half a genome is half a spider."""
     return tuple(
         GeneGroup(name, (joint,), -largest, largest)
         for joint in body.JOINTS
@@ -66,10 +66,10 @@ def _recurrence_groups(_frequency: float, _symmetric: bool) -> tuple[GeneGroup, 
 
 
 def _recurrence(genomes: Genomes, _frequency: float, _groups: tuple[GeneGroup, ...]) -> Angles:
-    """θ ← clip(θ + clip(w θ + b, ±5°), ±30°) from rest, for every frame.
+    """Iterate θ ← clip(θ + clip(w θ + b, ±5°), ±30°) from rest, once per frame.
 
-    A first-order map of one number: every orbit ends at a fixed point or between two
-    values, so its only lasting motion is a flip-flop at half the frame rate.
+    This is a first-order map of one number: every orbit ends at a fixed point or alternates
+    between two values, so the only lasting motion is a flip-flop at half the frame rate.
     """
     from gaitsim_spider.recurrence import recur
 
@@ -85,10 +85,10 @@ def _recurrence(genomes: Genomes, _frequency: float, _groups: tuple[GeneGroup, .
 
 @cache
 def _oscillator_groups(frequency: float, symmetric: bool) -> tuple[GeneGroup, ...]:
-    """An amplitude of every joint, a phase of every leg, a lag of every femur and tibia.
+    """Return an amplitude per joint, a phase per leg, and a lag per femur and tibia.
 
-    Femur and tibia count their phase from their coxa's, as a lag, so that a leg keeps its
-    step while a mutation shifts it against the others.
+    The lags of femur and tibia are relative to the phase of their leg, so that a mutation of that
+    phase shifts the whole step of the leg against the others.
     """
     groups = (
         GeneGroup("amplitude", body.JOINTS, 0.0, largest_amplitude(frequency)),
@@ -109,7 +109,7 @@ def _values(genomes: Genomes, groups: tuple[GeneGroup, ...]) -> tuple[Any, Any, 
 
 
 def _sine(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> Angles:
-    """θ = A sin(2πft + φ + λ), the bits of `Oscillators.sine` in a twentieth of the time."""
+    """Compute θ = A sin(2πft + φ + λ), equal to `Oscillators.sine` and twenty times as fast."""
     from gaitsim_spider.sine import swing
 
     angles = np.empty((len(genomes), len(body.JOINTS), body.FRAMES), dtype=np.float32)
@@ -118,7 +118,7 @@ def _sine(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> 
 
 
 def _cpg(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> Angles:
-    """Every leg is coupled to every other; phases start as those of an alternating tetrapod."""
+    """Couple every leg to every other leg, with the initial phases of an alternating tetrapod."""
     angles = _OSCILLATORS.cpg(*_values(genomes, groups), frequency, start=_TETRAPOD)
     return limit_steps(angles, body.STEP_LIMIT)
 

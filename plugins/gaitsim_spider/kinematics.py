@@ -1,4 +1,4 @@
-"""Forward kinematics: joint angles to feet and centre of mass, whole populations, compiled."""
+"""Forward kinematics of whole populations: feet and centre of mass; compiled code."""
 
 import math
 from typing import Any
@@ -18,8 +18,8 @@ _SIN_FEMUR, _COS_FEMUR = _f(math.sin(body.FEMUR_PITCH)), _f(math.cos(body.FEMUR_
 _SIN_TIBIA, _COS_TIBIA = _f(math.sin(body.TIBIA_PITCH)), _f(math.cos(body.TIBIA_PITCH))
 _HALF, _ONE = _f(0.5), _f(1.0)
 
-# Taylor coefficients; to the last bit of float32 for |x| ≤ 60°, which the joint limits
-# guarantee. The system's own sine takes three times as long and differs between systems.
+# Taylor coefficients, exact to the last bit of float32 for |x| ≤ 60°, which the joint limits
+# guarantee. The system's sine takes three times as long and differs between systems.
 _S3, _S5, _S7, _S9 = _f(-1 / 6), _f(1 / 120), _f(-1 / 5040), _f(1 / 362880)
 _C2, _C4, _C6, _C8, _C10 = _f(-1 / 2), _f(1 / 24), _f(-1 / 720), _f(1 / 40320), _f(-1 / 3628800)
 
@@ -45,16 +45,16 @@ def place_feet(
 ) -> None:
     """Compute feet and centre of mass in the body's frame.
 
-    Time is the last axis of all arrays, so that the innermost loop runs over frames in
-    vector instructions: 0.36 ms for 100 spiders on one core, 3.0 ms with time first.
+    Time is the last axis of all arrays, so that the innermost loop over frames vectorises:
+    0.36 ms for 100 spiders on one core, 3.0 ms with time first.
 
     Args:
-        angles: (population, 24, frames) float32, radians from the pose at rest, each
-            within ±30°.
-        legs: what damage leaves of them.
-        feet: filled, (population, 3, 8, frames) float32, metres: centre of the foot; of a lost
-            leg, the hip.
-        centre: filled, (population, 3, frames) float32, metres: centre of mass.
+        angles: joint angles from the pose at rest, (population, 24, frames) float32, radians,
+            each within ±30°.
+        legs: data of the legs.
+        feet: output, (population, 3, 8, frames) float32, metres: centre of each foot, or the hip
+            of a lost leg.
+        centre: output, (population, 3, frames) float32, metres: centre of mass.
     """
     for individual in range(angles.shape[0]):
         for axis in range(3):
@@ -99,7 +99,7 @@ def leg_points(angles: NDArray[np.float32]) -> NDArray[np.float64]:
     """Return hip, femur joint, knee and foot of every leg, for drawing.
 
     Args:
-        angles: (frames, 24), radians from the pose at rest.
+        angles: joint angles from the pose at rest, (frames, 24), radians.
 
     Returns:
         (frames, 8, 4, 3), metres, in the body's frame.

@@ -1,4 +1,4 @@
-"""The axis of time: second in a motion's channels, last in the compiled kernels."""
+"""The time axis: second in a motion's channels, last in the compiled kernels."""
 
 import numpy as np
 
@@ -11,5 +11,5 @@ def time_second(array: Array) -> Array:
 
 
 def time_last(channel: Array) -> Array:
-    """The inverse of `time_second`, contiguous; a copy only of channels not made by it."""
+    """Invert `time_second`; contiguous, and a copy only if the channel is not such a view."""
     return np.ascontiguousarray(time_second(channel))

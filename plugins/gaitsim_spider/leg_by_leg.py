@@ -1,4 +1,4 @@
-"""Quantities of single feet and joints, for `spider-classic`; compiled."""
+"""Quantities of single feet and joints, for `spider-classic`; compiled code."""
 
 from typing import Any
 
@@ -24,13 +24,13 @@ def leg_by_leg(
     """Compute the seven quantities that `spider-classic` weighs.
 
     Args:
-        feet: (population, 3, 8, frames) float32, metres, body's frame.
-        angles: (population, 24, frames) float32, radians.
+        feet: feet in the body's frame, (population, 3, 8, frames) float32, metres.
+        angles: joint angles, (population, 24, frames) float32, radians.
         floor: height of the floor in the body's frame, metres.
         band: half the height of the stance band around the floor, metres.
         frozen_below: travel along x below which a foot is frozen, metres.
         crossing: coxa angle at which legs cross, radians.
-        sums: filled, (population, 7): travel along x in metres, mean of the feet; share
+        sums: output, (population, 7): travel along x in metres, mean of the feet; share
             of feet and frames in the band; share of frozen feet; mean depth below the
             floor in metres; mean over frames of the variance of heights in the band in
             m²; mean coxa angle beyond crossing in radians; mean squared change of a
@@ -38,7 +38,7 @@ def leg_by_leg(
     """
     population, _, legs, frames = feet.shape
     joints = angles.shape[1]
-    # Sums over legs or joints, frame by frame: in vector instructions, unlike a sum over frames.
+    # Sums over legs or joints in each frame vectorise, unlike sums over frames.
     count, total, squares = np.empty(frames, _f), np.empty(frames, _f), np.empty(frames, _f)
     depth, excess, turned = np.empty(frames, _f), np.empty(frames, _f), np.empty(frames, _f)
     for individual in range(population):

@@ -34,21 +34,21 @@ XYZ = ("x", "y", "z")
 
 
 class Spider(Organism):
-    """An eight-legged spider with three joints a leg, walking on flat ground."""
+    """An eight-legged spider with three joints per leg, walking on flat ground."""
 
     encoding: Literal["sine", "cpg", "recurrence"] = option(
         "sine",
-        "how a genome becomes joint angles: a sine a joint, coupled phase oscillators, or "
+        "conversion of genomes into joint angles: a sine per joint, coupled phase oscillators, or "
         "a linear recurrence",
     )
     frequency: float = option(
-        1.5, "strides a second of the sine and cpg encodings", unit="Hz", ge=0.2, le=5.0
+        1.5, "strides per second of the sine and cpg encodings", unit="Hz", ge=0.2, le=5.0
     )
 
     symmetry: Literal["none", "alternating"] = option(
         "none",
-        "alternating: the right legs do what the left ones do, half a stride later, and the "
-        "genome has half as many genes; not with the recurrence",
+        "symmetry of the gait: with alternating, the right legs repeat the left legs' motion half "
+        "a stride later, and the genome has half as many genes; not with the recurrence",
     )
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
@@ -56,16 +56,18 @@ class Spider(Organism):
     threads: ClassVar[bool] = True
     twin: ClassVar[str] = "spider-physics"
     channels: ClassVar[Mapping[str, Channel]] = {
-        "joint_angles": Channel(("frames", "joints"), "rad", "commanded, from the pose at rest"),
-        "joint_positions": Channel(("frames", "joints"), "rad", "where the joints are"),
+        "joint_angles": Channel(("frames", "joints"), "rad", "commands, from the pose at rest"),
+        "joint_positions": Channel(("frames", "joints"), "rad", "positions of the joints"),
         "feet": Channel(("frames", "feet", XYZ), "m", "feet in the body's frame"),
-        "centre_of_mass": Channel(("frames", XYZ), "m", "in the body's frame"),
+        "centre_of_mass": Channel(("frames", XYZ), "m", "centre of mass in the body's frame"),
         "pose": Channel(
-            ("frames", ("x", "y", "yaw")), ("m", "m", "rad"), "of the body in the world"
+            ("frames", ("x", "y", "yaw")), ("m", "m", "rad"), "pose of the body in the world"
         ),
-        "stance": Channel(("frames", "feet"), "", "whether the foot stays until the next frame"),
+        "stance": Channel(
+            ("frames", "feet"), "", "whether the foot stays in place until the next frame"
+        ),
         "slip": Channel(("frames",), "m", "mean slide of the stance feet until the next frame"),
-        "margin": Channel(("frames",), "m", "static stability margin, negative when unsupported"),
+        "margin": Channel(("frames",), "m", "static stability margin, negative if unsupported"),
         "slope": Channel(("frames",), "rad", "tilt of the plane on which the feet rest"),
     }
 
@@ -78,24 +80,26 @@ class Spider(Organism):
         return self
 
     def genome_space(self) -> GenomeSpace:
-        """48 genes, two a joint in any encoding; 24 in an alternating gait."""
+        """Return the space of 48 genes, two per joint in any encoding; 24 for alternating gaits."""
         return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
 
     def move(self, genomes: Genomes) -> Motion:
-        """Decode to joint angles, as far as damaged joints reach them, and walk."""
+        """Decode genomes to joint angles within reach of damaged joints, and walk."""
         alternating = self.symmetry == "alternating"
         angles = ENCODINGS[self.encoding].angles(genomes, self.frequency, alternating)
         return self._walked(self._left.restrict(angles))
 
     def play(self, joint_angles: Array) -> Motion:
-        """Walk by given joint angles, held to ±30° and, from frame to frame, to 5° or less if slow.
+        """Walk with given joint angles.
+
+        Angles are clipped to ±30°, and their change per frame to 5°, or less for slow joints.
 
         Args:
-            joint_angles: (population, frames, 24), radians from the pose at rest, of any
-                number of frames from 2; the body can begin in any pose within its limits.
+            joint_angles: angles from the pose at rest, (population, frames, 24), radians, with at
+                least 2 frames; the first pose may be any within the limits.
 
         Raises:
-            ValueError: another shape, or angles that are not finite.
+            ValueError: the shape is different, or an angle is not finite.
         """
         check_joint_angles(joint_angles, len(body.JOINTS))
         limit = np.float32(body.ANGLE_LIMIT)
@@ -106,11 +110,11 @@ class Spider(Organism):
 
     @property
     def _left(self) -> Anatomy:
-        """What damage and the world leave of the body."""
+        """The body after its damage and with the world's masses."""
         return anatomy(self.damage, self.world.get(LEG_MASS, 1.0))
 
     def _walked(self, commands: Angles) -> Motion:
-        """Return the motion by commands, (population, 24, frames) rad."""
+        """Return the motion for commands, (population, 24, frames) rad."""
         left = self._left
         positions = joint_positions(commands, self.world, left.step_limits)
         if positions is not commands:
@@ -118,19 +122,19 @@ class Spider(Organism):
         return _walked(commands, positions, left.legs)
 
     def joint_names(self) -> tuple[str, ...]:
-        """'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
+        """Return 'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
         return body.JOINTS
 
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
-        """L1 … R4, each with its coxa, femur and tibia."""
+        """Return the coxa, femur and tibia of each leg, L1 … R4."""
         return body.LEG_JOINTS
 
     def conditions(self) -> Mapping[str, Condition]:
-        """What may vary without forces: how joints follow their commands, and mass of the legs."""
+        """Return the conditions without forces: errors of the joints, and mass of the legs."""
         return CONDITIONS
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Travel, heading, slip, stability and stance over the whole gait."""
+        """Return travel, heading, slip, stability and stance over the whole gait."""
         pose = motion["pose"]
         forward = pose[:, -1, 0]
 
@@ -142,30 +146,30 @@ class Spider(Organism):
             return ratio
 
         return {
-            "forward": Measure(forward, "m", "in the gait's 10 s, along the starting heading"),
-            "body lengths": Measure(forward / body.BODY_LENGTH, "", "forward in body lengths"),
+            "forward": Measure(forward, "m", "distance in 10 s along the initial heading"),
+            "body lengths": Measure(forward / body.BODY_LENGTH, "", "distance in body lengths"),
             "lateral": Measure(pose[:, -1, 1], "m", "displacement to the left"),
             "yaw": Measure(np.degrees(pose[:, -1, 2]), "°", "turn to the left"),
-            "slip ratio": Measure(slip_ratio, "", "distance the stance feet slid, over the path"),
+            "slip ratio": Measure(slip_ratio, "", "slide of the stance feet, over the path"),
             "least margin": Measure(
                 lambda: 1000 * motion["margin"].min(axis=1),
                 "mm",
-                "static stability, worst moment: centre of mass to the edge of support",
+                "least static stability: distance from the centre of mass to the edge of support",
             ),
             BODY_HEIGHT: Measure(
-                partial(_height, motion), "m", "of the body's middle above the ground, mean"
+                partial(_height, motion), "m", "mean height of the body's middle above the ground"
             ),
             **stepping(motion["stance"], body.LEGS, motion.frame_rate, sides=body.SIDES),
         }
 
     def rig(self) -> Rig:
-        """The trunk's outline, and coxa, femur and tibia of each leg."""
+        """Return the trunk's outline, and coxa, femur and tibia of each leg."""
         from gaitsim_spider.rig import rig
 
         return rig(self._left)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Body outline and legs in the world, standing on z = 0."""
+        """Return the body's outline and legs in the world, standing on z = 0."""
         from gaitsim_spider.kinematics import leg_points
 
         left = self._left
@@ -208,18 +212,18 @@ class Spider(Organism):
 
 
 def _height(motion: Motion) -> Array:
-    """Mean height of the body's middle above the lowest foot's ground, (population,) m."""
+    """Return the mean height of the body's middle above the lowest foot, (population,) m."""
     lowest = motion["feet"][..., 2].min(axis=2)
     return np.asarray(body.FOOT_RADIUS - lowest.mean(axis=1, dtype=np.float64))
 
 
 def _walked(commands: Angles, angles: Angles, legs: Legs) -> Motion:
-    """Return the motion of joints; feet, contact and travel are worked out when first read.
+    """Return the motion of joints; feet, contact and travel are computed on first use.
 
     Args:
-        commands: (population, 24, frames) rad.
-        angles: where the joints are, likewise.
-        legs: what damage leaves of them.
+        commands: commanded angles, (population, 24, frames) rad.
+        angles: positions of the joints, (population, 24, frames) rad.
+        legs: data of the legs.
     """
     population, _, frames = angles.shape
 

@@ -1,4 +1,4 @@
-"""The resting plane: the lower hull of the feet under the centre of mass; compiled."""
+"""The resting plane, the lower hull of the feet below the centre of mass; compiled code."""
 
 import math
 from typing import Any
@@ -15,12 +15,11 @@ _FAR = _f(1e9)
 
 @njit(error_model="numpy")
 def find_feet(block: Any) -> None:
-    """Find the three feet that the body rests on, in each interval.
+    """Find the three feet that the body rests on in each interval.
 
-    The lower hull's height under the centre of mass is the lowest that any triangle of feet
-    reaches there (Carathéodory), so all 56 triangles are tried.
-
-    Where no triangle has the centre above it, there are none.
+    Below the centre of mass, the lower hull is as high as the lowest triangle of feet
+    (Carathéodory), so all 56 triangles are tried. If the centre is above no triangle, the body
+    rests on no three feet.
     """
     x, y, z, lowest, feet = block.x, block.y, block.z, block.height, block.feet
     for n in range(SIZE):
@@ -31,7 +30,7 @@ def find_feet(block: Any) -> None:
             for k in range(j + 1, 8):
                 code = np.int32(64 * i + 8 * j + k)
                 for n in range(SIZE):
-                    # Twice the areas of the triangles of two feet and the centre.
+                    # Twice the areas of the triangles between two feet and the centre.
                     ij = x[i, n] * y[j, n] - y[i, n] * x[j, n]
                     jk = x[j, n] * y[k, n] - y[j, n] * x[k, n]
                     ki = x[k, n] * y[i, n] - y[k, n] * x[i, n]
@@ -44,11 +43,11 @@ def find_feet(block: Any) -> None:
 
 @njit(error_model="numpy")
 def find_normal(block: Any, nx: Any, ny: Any, nz: Any, i: int) -> Any:
-    """Compute the upward unit normal n of the plane, and its height n·p through a foot p of it.
+    """Compute the upward unit normal n of the plane, and its height n·p for a foot p on it.
 
-    Where a body rests on no three feet, it tips over: it keeps the normal of the interval before,
-    on the first of the feet that it rested on. Before the first interval they are (nx, ny, nz) and
-    `i`. Returns the last ones.
+    A body that rests on no three feet tips over: it keeps the normal of the previous interval,
+    through the first of the feet that it rested on. Before the first interval these are
+    (nx, ny, nz) and `i`. Returns the last normal and foot.
     """
     x, y, z, feet = block.x, block.y, block.z, block.feet
     for n in range(SIZE):

@@ -13,10 +13,10 @@ TRUNK = "body"
 
 
 def rig(left: Anatomy) -> Rig:
-    """Return the rig of what damage leaves of the body.
+    """Return the rig of the body without its lost legs.
 
-    A coxa turns about the vertical, femur and tibia about the leg's sideways axis; each link's
-    frame has x along it, outward.
+    A coxa turns about the vertical, femur and tibia about the leg's sideways axis. The x axis of
+    each link's frame points outward along the link.
     """
     links, names, ends, carriers = (
         [Link(TRUNK)],

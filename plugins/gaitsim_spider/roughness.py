@@ -1,4 +1,4 @@
-"""Roughness of joint motion, which wears servos and gears; compiled."""
+"""Roughness of joint motion, which wears out servos and gears; compiled code."""
 
 import math
 
@@ -12,9 +12,9 @@ CUTOFF = 5.0  # Hz; no gait of this size needs motion above it
 # Quality factors of the two sections of a fourth-order Butterworth filter.
 _QUALITIES = tuple(1 / (2 * math.sin(math.pi * k / 8)) for k in (1, 3))
 
-# Working memory of one individual, by joint, so that the loops over joints are compiled to vector
-# instructions: the joints' angles of some frames, one row a frame, the differences of the frame
-# before, both sections' outputs in the last two frames, and sums of squares.
+# Working memory of one individual, by joint, so that loops over joints vectorise: the joint angles
+# of some frames, one row per frame; the differences in the previous frame; the outputs of both
+# sections in the last two frames; and sums of squares.
 _FRAMES, _JOINTS = 64, 24
 _OUTPUTS = ("y1", "y2", "z1", "z2")
 _STATE = np.dtype(
@@ -29,12 +29,12 @@ _STATE = np.dtype(
 
 
 def high_pass(frame_rate: float) -> tuple[float, NDArray[np.float32]]:
-    """Design a fourth-order Butterworth high-pass at 5 Hz by the bilinear transform.
+    """Design a fourth-order Butterworth high-pass at 5 Hz with the bilinear transform.
 
     Both of its second-order sections take the second difference of their input.
 
     Returns:
-        The gain, and (2, 2) float32, a row of a1, a2 for each section.
+        The gain, and the coefficients a1, a2 of each section in a row, (2, 2) float32.
     """
     warped = math.tan(math.pi * CUTOFF / frame_rate)
     gain, poles = 1.0, []
@@ -56,12 +56,12 @@ def roughness(
     """Compute vibration and jerk of every individual.
 
     Args:
-        angles: (population, 24, frames) float32, radians.
-        gain: from `high_pass`.
-        poles: (2, 2) float32, from `high_pass`.
-        vibration: filled, (population,), radians: root mean square over frames and
-            joints of the motion above 5 Hz, from the first pose.
-        jerk: filled, (population,), radians a frame³: root mean square third difference.
+        angles: joint angles, (population, 24, frames) float32, radians.
+        gain: gain from `high_pass`.
+        poles: coefficients from `high_pass`, (2, 2) float32.
+        vibration: output, (population,), radians: root mean square over frames and joints of the
+            motion above 5 Hz, starting at rest in the first pose.
+        jerk: output, (population,), radians per frame³: root mean square third difference.
     """
     population, joints, frames = angles.shape
     a1, a2, b1, b2 = poles[0, 0], poles[0, 1], poles[1, 0], poles[1, 1]
@@ -80,7 +80,7 @@ def roughness(
                 for n in range(count):
                     state.angles[n, joint] = angles[individual, joint, start + n]
             for n in range(count):
-                whole = _ONE if start + n >= 3 else _ZERO  # else: no four frames yet
+                whole = _ONE if start + n >= 3 else _ZERO  # four frames are needed
                 for joint in range(_JOINTS):
                     velocity = state.angles[n, joint] - angle[joint]
                     acceleration = velocity - first[joint]

@@ -1,4 +1,4 @@
-"""Sines of one frequency, compiled."""
+"""Sine waves of one frequency; compiled code."""
 
 import numpy as np
 from numba import njit
@@ -13,14 +13,14 @@ def swing(
     of_cosine: NDArray[np.float32],
     angles: NDArray[np.float32],
 ) -> None:
-    """Add up a sine and a cosine for each joint.
+    """Compute a weighted sum of a sine and a cosine for each joint.
 
     Args:
-        sine: (frames,) float32.
-        cosine: (frames,) float32.
-        of_sine: (population, joints) float32, radians: share of the sine.
-        of_cosine: (population, joints) float32, radians: share of the cosine.
-        angles: filled, (population, joints, frames) float32, radians.
+        sine: sine in each frame, (frames,) float32.
+        cosine: cosine in each frame, (frames,) float32.
+        of_sine: weight of the sine, (population, joints) float32, radians.
+        of_cosine: weight of the cosine, (population, joints) float32, radians.
+        angles: output, (population, joints, frames) float32, radians.
     """
     for individual in range(angles.shape[0]):
         for joint in range(angles.shape[1]):

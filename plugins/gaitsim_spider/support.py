@@ -1,4 +1,4 @@
-"""The stability margin: how far the centre of mass is inside the support polygon; compiled."""
+"""The stability margin, the centre of mass's distance inside the support polygon; compiled code."""
 
 import math
 from typing import Any
@@ -17,12 +17,12 @@ _ROUNDING = _f(1e-8)  # m²
 def find_margin(block: Any) -> None:
     """Compute the distance of the centre of mass from the nearest side of the support polygon.
 
-    From the foot that is farthest from the centroid, wrap a line around the stance feet: each
-    next corner has no foot to the right of the way there (Jarvis 1973). Eight steps surround any
-    polygon of them. Feet in the air count as the centroid, which is never a corner. Distances are
-    compared by their signed squares, which takes one root in all.
+    Gift wrapping (Jarvis 1973) starts at the foot farthest from the centroid; no foot is to the
+    right of the line to the next corner. Eight steps enclose any polygon of eight feet. Feet in the
+    air are placed at the centroid, which is never a corner. Signed squares of distances are
+    compared, so that only one root is needed.
 
-    Negative outside the polygon; −1 m where fewer than three feet stand.
+    The margin is negative outside the polygon, and −1 m with fewer than three stance feet.
     """
     u, v, cu, cv, nearest = block.u, block.v, block.corner_u, block.corner_v, block.margin
     for n in range(SIZE):

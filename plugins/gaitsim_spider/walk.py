@@ -1,4 +1,4 @@
-"""The fitness `spider-walk`: far, straight, level, supported, smooth and without slipping."""
+"""The fitness `spider-walk`, which rewards far, straight, level, stable and smooth walking."""
 
 from typing import ClassVar
 
@@ -10,30 +10,32 @@ from gaitsim_spider.layout import time_last
 
 
 class SpiderWalk(Fitness):
-    """Metres walked forward, minus penalties in metres for what a real robot could not do."""
+    """Metres walked forward, minus penalties in metres for motion that a robot could not do."""
 
-    slip_weight: float = option(0.5, "price of a metre that the stance feet slide", ge=0)
-    drift_weight: float = option(1.0, "price of a metre of mean distance from the line", ge=0)
-    yaw_weight: float = option(4.0, "price of a radian of root mean square yaw", unit="m", ge=0)
+    slip_weight: float = option(0.5, "penalty per metre that the stance feet slide", ge=0)
+    drift_weight: float = option(1.0, "penalty per metre of mean distance from the line", ge=0)
+    yaw_weight: float = option(4.0, "penalty per radian of root mean square yaw", unit="m", ge=0)
     slope_weight: float = option(
-        2.0, "price of a radian of root mean square tilt of the resting plane", unit="m", ge=0
+        2.0, "penalty per radian of root mean square tilt of the resting plane", unit="m", ge=0
     )
     safe_margin: float = option(
         0.02, "stability margin below which a frame counts as unsupported", unit="m", ge=0, le=0.1
     )
-    support_weight: float = option(2.0, "price of being unsupported all the time", unit="m", ge=0)
+    support_weight: float = option(
+        2.0, "penalty for being unsupported all the time", unit="m", ge=0
+    )
     vibration_weight: float = option(
-        20.0, "price of a radian of root mean square joint motion above 5 Hz", unit="m", ge=0
+        20.0, "penalty per radian of root mean square joint motion above 5 Hz", unit="m", ge=0
     )
     jerk_weight: float = option(
-        1e-4, "price of a rad/s³ of root mean square joint jerk", unit="m", ge=0
+        1e-4, "penalty per rad/s³ of root mean square joint jerk", unit="m", ge=0
     )
 
     needs: ClassVar[tuple[str, ...]] = ("joint_angles", "pose", "slip", "margin", "slope")
     unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Forward, slip, drift, yaw, slope, support, vibration and jerk, all in metres."""
+        """Return forward, slip, drift, yaw, slope, support, vibration and jerk, in metres."""
         from gaitsim_spider.roughness import high_pass, roughness
 
         pose, angles = motion["pose"].astype(np.float64), motion["joint_angles"]
@@ -52,7 +54,7 @@ class SpiderWalk(Fitness):
 
 
 def _rms(values: Array) -> NDArray[np.float64]:
-    """Root mean square over all but the population, in double precision."""
+    """Return the root mean square of each individual's values, in double precision."""
     axes = tuple(range(1, values.ndim))
     result: NDArray[np.float64] = np.sqrt(np.mean(values**2, axis=axes, dtype=np.float64))
     return result

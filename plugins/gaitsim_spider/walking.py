@@ -1,8 +1,8 @@
-"""Walking, kinematically: stance, body twist, slip and path; compiled.
+"""Kinematic walking: stance, body twist, slip and path; compiled code.
 
-Between two frames the servos move on a straight line, so contact is determined in the middle
-of each frame interval. Determined at the frames, a body that flips between two poses every
-frame would earn travel that no ground could give it.
+Between two frames the servos move on a straight line, and contact is determined in the middle of
+each frame interval. If it were determined at the frames, a body that flips between two poses every
+frame would travel in a way that no ground allows.
 """
 
 import math
@@ -29,7 +29,7 @@ _A11, _A13, _A15, _A17 = _f(-0.07528964), _f(0.0429096138), _f(-0.0161657367), _
 
 @njit(inline="always")
 def _atan(x: Any) -> Any:
-    """Arc tangent for x from 0 to 1, to 2e-8."""
+    """Return the arc tangent to 2e-8 for x from 0 to 1."""
     y = x * x
     tail = _A9 + y * (_A11 + y * (_A13 + y * (_A15 + y * _A17)))
     return x * (_ONE + y * (_A3 + y * (_A5 + y * (_A7 + y * tail))))
@@ -37,7 +37,7 @@ def _atan(x: Any) -> Any:
 
 @njit(error_model="numpy")
 def _load(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
-    """Fill a block with the middles and the travel of `count` intervals from frame `first`."""
+    """Fill a block with midpoints and travel in `count` intervals from frame `first`."""
     cx, cy, cz, x, y, z = block.cx, block.cy, block.cz, block.x, block.y, block.z
     for n in range(count):
         at = first + n
@@ -59,8 +59,8 @@ def _load(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
 def _put_down(block: Any) -> None:
     """Find the feet on the resting plane; project all feet and their travel onto it.
 
-    The shortest rotation that takes the normal n to the vertical takes a point p to
-    p − n (p_z + (n_x p_x + n_y p_y) / (1 + n_z)) in the plane, and to n·p above it.
+    The shortest rotation of the normal n to the vertical maps a point p to
+    p − n (p_z + (n_x p_x + n_y p_y) / (1 + n_z)) in the plane, at the height n·p.
     """
     x, y, z, dx, dy, dz = block.x, block.y, block.z, block.dx, block.dy, block.dz
     for n in range(SIZE):
@@ -81,9 +81,9 @@ def _put_down(block: Any) -> None:
 
 @njit(error_model="numpy")
 def _twist(block: Any) -> None:
-    """Compute the rigid motion of the body that best keeps the stance feet in place, and slip.
+    """Compute the slip, and the rigid motion of the body that best keeps stance feet in place.
 
-    Least squares about the centroid of the stance feet. Without any, nothing moves.
+    Uses least squares about the centroid of the stance feet. Without stance feet, nothing moves.
     """
     u, v, du, dv, on = block.u, block.v, block.du, block.dv, block.on
     for n in range(SIZE):
@@ -109,7 +109,7 @@ def _twist(block: Any) -> None:
         for leg in range(8):
             su, sv = du[leg, n] - turn * v[leg, n], dv[leg, n] + turn * u[leg, n]
             slid += math.sqrt(su * su + sv * sv)
-        # The centre of mass in the plane, from the body's origin, and from the centroid.
+        # The centre of mass on the plane, from the body's origin and from the centroid.
         nx, ny, nz = block.nx[n], block.ny[n], block.nz[n]
         shift = block.cz[n] + (nx * block.cx[n] + ny * block.cy[n]) / (_ONE + nz)
         block.count[n], block.u0[n], block.v0[n] = count, -mu, -mv
@@ -122,17 +122,17 @@ def _twist(block: Any) -> None:
 def travel(
     feet: Any, centre: Any, block: Any, pose: Any, stance: Any, slip: Any, margin: Any, slope: Any
 ) -> None:
-    """Compute how feet that move in the body's frame move one body over flat ground.
+    """Compute the motion of one body over flat ground from the motion of its feet.
 
     Args:
-        feet: (3, 8, frames) float32, metres, body's frame.
-        centre: (3, frames) float32, metres: centre of mass, body's frame.
-        block: of the type `BLOCK`, working memory.
-        pose: filled, (3, frames) float32, as the others; see `walk`.
-        stance: filled, (8, frames) bool.
-        slip: filled, (frames,) float32.
-        margin: filled, (frames,) float32.
-        slope: filled, (frames,) float32.
+        feet: feet in the body's frame, (3, 8, frames) float32, metres.
+        centre: centre of mass in the body's frame, (3, frames) float32, metres.
+        block: working memory, a record of dtype `BLOCK`.
+        pose: output, (3, frames) float32; see `walk`, also for the other outputs.
+        stance: output, (8, frames) bool.
+        slip: output, (frames,) float32.
+        margin: output, (frames,) float32.
+        slope: output, (frames,) float32.
     """
     last = feet.shape[2] - 1
     x = y = yaw = 0.0
@@ -173,22 +173,23 @@ def walk(
     margin: NDArray[np.float32],
     slope: NDArray[np.float32],
 ) -> None:
-    """Compute how legs that move by these joint angles move the body over flat ground.
+    """Compute the motion of bodies over flat ground from their joint angles.
 
     Args:
-        angles: (population, 24, frames) float32, radians from the pose at rest, each within ±30°.
-        legs: what damage leaves of them.
-        pose: filled, (population, 3, frames) float32: x, y in metres and yaw in radians
-            of the body in the world, starting from zero.
-        stance: filled, (population, 8, frames) bool: feet on the ground in the interval
-            from this frame to the next; the last frame repeats the one before.
-        slip: filled, (population, frames) float32, metres: mean distance that the feet in
-            stance slid in that interval.
-        margin: filled, likewise, metres: static stability margin.
-        slope: filled, likewise, radians: tilt of the resting plane.
+        angles: joint angles from the pose at rest, (population, 24, frames) float32, radians, each
+            within ±30°.
+        legs: data of the legs.
+        pose: output, (population, 3, frames) float32: x, y in metres and yaw in radians of the
+            body in the world, starting from zero.
+        stance: output, (population, 8, frames) bool: whether a foot is on the ground in the
+            interval from this frame to the next; the last frame repeats the previous one.
+        slip: output, (population, frames) float32, metres: mean slide of the stance feet in that
+            interval.
+        margin: output, (population, frames) float32, metres: static stability margin.
+        slope: output, (population, frames) float32, radians: tilt of the resting plane.
     """
     population, _, frames = angles.shape
-    # Working memory of one individual: 35 kB, which the cache keeps.
+    # The working memory of one individual, 35 kB, fits into the cache.
     feet, centre = np.empty((1, 3, 8, frames), _f), np.empty((1, 3, frames), _f)
     block = np.zeros(1, BLOCK)[0]
     for n in range(population):

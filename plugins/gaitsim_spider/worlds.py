@@ -1,6 +1,6 @@
-"""Conditions of the spider's world: what becomes of its commands, and how heavy its legs are.
+"""Conditions of the spider's world, which change its commands and the mass of its legs.
 
-Friction, torque and slope need forces, which its kinematics does without.
+Friction, torque and slope would need forces, which kinematics does not have.
 """
 
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ CONDITIONS: Mapping[str, Condition] = {
         "latency", "servo_speed", "joint_offset", "initial_pose", frame_rate=body.FRAME_RATE
     ),
     LEG_MASS: Condition(
-        "", 1.0, 0.8, 1.2, 0.0, 10.0, "share of the legs' masses, which shift the centre of mass"
+        "", 1.0, 0.8, 1.2, 0.0, 10.0, "scale factor of the legs' masses (moves the centre of mass)"
     ),
 }
 
@@ -28,28 +28,28 @@ CONDITIONS: Mapping[str, Condition] = {
 def joint_positions(
     commands: NDArray[np.float32], world: Mapping[str, float], step_limits: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Return where joints are that follow commands in a world.
+    """Return the positions of joints that follow commands in a world.
 
-    Commands are held, arrive late, and are followed by servos of limited speed, whose angles are
-    off and within ±30°. Of a nominal world, `commands` itself.
+    Commands are held until the next one, and arrive late. The servos have a limited speed and
+    constant errors, and stay within ±30°. In the nominal world, returns `commands` itself.
 
     Args:
-        commands: (population, joints, frames) rad.
+        commands: commanded angles, (population, joints, frames) rad.
         world: values by the names of conditions.
-        step_limits: how far each joint can turn in a frame at full speed, (joints,) rad.
+        step_limits: largest rotation of each joint per frame at full speed, (joints,) rad.
 
     Returns:
         (population, joints, frames) rad.
     """
-    told = {**_NOMINAL, **{name: world[name] for name in _NOMINAL if name in world}}
-    if told == _NOMINAL:
+    values = {**_NOMINAL, **{name: world[name] for name in _NOMINAL if name in world}}
+    if values == _NOMINAL:
         return commands
     joints = commands.shape[1]
     by_frame = np.ascontiguousarray(commands.swapaxes(1, 2))
-    sent = held(by_frame, body.FRAME_RATE, told["command_rate"])
-    arrived = delayed(sent, told["latency"] * body.FRAME_RATE).swapaxes(1, 2).copy()
+    sent = held(by_frame, body.FRAME_RATE, values["command_rate"])
+    arrived = delayed(sent, values["latency"] * body.FRAME_RATE).swapaxes(1, 2).copy()
     arrived[..., 0] += joint_errors(world, "initial_pose", joints)
-    turned = limit_steps(arrived, told["servo_speed"] * step_limits)
+    turned = limit_steps(arrived, values["servo_speed"] * step_limits)
     turned += joint_errors(world, "joint_offset", joints).astype(turned.dtype)[:, None]
     limit = np.float32(body.ANGLE_LIMIT)
     return np.asarray(np.clip(turned, -limit, limit, out=turned), np.float32)
