@@ -1,1 +1,1 @@
-"""The bundled millipede: body, codec, motion, fitness, presets."""
+"""The bundled millipede: body, codec, motion, fitness and presets."""

@@ -1,4 +1,4 @@
-"""Bits to leg angles, and the reach of a leg at each angle."""
+"""Decoding of bits to leg angles, and the reach of a leg at each angle."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,30 +11,30 @@ from gaitsim.contracts import Genomes
 
 LIMIT = 20  # degrees either way, so that legs do not cross
 _MAGNITUDE_BITS = 5
-# Reaches are whole multiples of this. Sums of a thousand of them are then exact, in any
-# order: opposite legs cancel to zero, and a side that stands still has no sign of its own.
+# Reaches are whole multiples of this number, so that sums of a thousand of them are exact in any
+# order: opposite legs cancel to zero, and a side that stands still has no sign.
 _GRAIN = 2.0**-40
 
 
 @dataclass(frozen=True)
 class Codec:
-    """A group of bits a leg: a sign where there is one, then 5 bits of whole degrees.
+    """A group of bits for each leg: an optional sign, then 5 bits for whole degrees.
 
-    The sign bit is 1 for backward. A magnitude above 20 means 20, and −0 is 0.
+    The sign bit is 1 for backward. Magnitudes above 20 mean 20, and −0 is 0.
 
     Args:
-        signed: whether there is a sign bit.
+        signed: whether legs have a sign bit.
     """
 
     signed: bool
 
     @property
     def bits(self) -> int:
-        """Bits a leg."""
+        """Number of bits per leg."""
         return _MAGNITUDE_BITS + self.signed
 
     def labels(self, legs: Sequence[str]) -> tuple[str, ...]:
-        """Names of all bits: 'L1 sign', 'L1 16', 'L1 8' … 'L1 1', 'L2 sign' …"""
+        """Return the names of all bits: 'L1 sign', 'L1 16', 'L1 8' … 'L1 1', 'L2 sign' …"""
         places = ("sign", "16", "8", "4", "2", "1")[not self.signed :]
         return tuple(f"{leg} {place}" for leg in legs for place in places)
 
@@ -42,13 +42,13 @@ class Codec:
         """Truncate magnitudes above 20 to 20 and keep everything else.
 
         Args:
-            genomes: (population, genes) of 0 and 1.
+            genomes: bits 0 and 1, (population, genes).
 
         Returns:
-            A new array of that shape and dtype; `genomes` where no magnitude is above 20.
+            A new array of the same shape and dtype, or `genomes` if no magnitude is above 20.
         """
-        # At every bit as if a magnitude began there: neighbours in memory, which NumPy handles
-        # six times as fast as every sixth bit.
+        # Computed at every bit, as if a magnitude began there: NumPy is six times as fast on
+        # neighbours in memory as on every sixth bit.
         bits, first = genomes.reshape(-1), int(self.signed)
         over = bits[3:-1] | bits[4:]
         over &= bits[2:-2]
@@ -67,15 +67,15 @@ class Codec:
     def codes(self, genomes: Genomes) -> NDArray[np.uint8]:
         """Return the bits of each leg as one number, the index into `degrees` and `reaches`.
 
-        The population comes last, so that NumPy's innermost loops are long.
+        The population is the last axis, so that NumPy's innermost loops are long.
 
         Args:
-            genomes: (population, genes) uint8 of 0 and 1.
+            genomes: bits 0 and 1, (population, genes) uint8.
 
         Returns:
-            (legs, population).
+            (legs, population) uint8.
         """
-        # At every bit as if a leg began there, as in `repair`.
+        # Computed at every bit, as if a leg began there, as in `repair`.
         bits = genomes.reshape(-1)
         length = len(bits) - self.bits + 1
         codes = bits[:length].copy()
@@ -86,13 +86,13 @@ class Codec:
 
     @cached_property
     def degrees(self) -> NDArray[np.int64]:
-        """Leg angle by code, (2**bits,), degrees, positive forward."""
+        """Leg angle of each code, (2**bits,), degrees, positive forward."""
         magnitudes = np.minimum(np.arange(2**_MAGNITUDE_BITS), LIMIT)
         return np.concatenate([magnitudes, -magnitudes]) if self.signed else magnitudes
 
     @cached_property
     def reaches(self) -> NDArray[np.float64]:
-        """Motion of a leg, sin θ / sin 20°, by code, (2**bits,), to a part in 10¹²."""
+        """Motion of a leg for each code, sin θ / sin 20°, (2**bits,), to one part in 10¹²."""
         reaches = np.sin(np.radians(self.degrees)) / np.sin(np.radians(LIMIT))
         grained: NDArray[np.float64] = np.rint(reaches / _GRAIN) * _GRAIN
         return grained

@@ -1,4 +1,4 @@
-"""The fitness `millipede-travel`: motion in a cycle in one of four directions."""
+"""The fitness `millipede-travel`: motion per cycle in one of four directions."""
 
 from typing import ClassVar, Literal
 
@@ -9,20 +9,20 @@ BEST = 10.0
 
 
 class MillipedeTravel(Fitness):
-    """Motion in one direction, from 10 for the largest possible to −10 for its opposite.
+    """Motion in one direction, from 10 for the largest possible motion to −10 for its opposite.
 
-    Motion of another kind scores 0, as a turn does for forward. The best legs stand at
-    +20° for forward, −20° for backward; for a rotation +20° on one side, −20° on the other.
+    Other kinds of motion score 0, such as a turn for forward. The best angles of legs are +20° for
+    forward and −20° for backward; for a rotation, +20° on one side and −20° on the other.
     """
 
     direction: Literal["forward", "backward", "clockwise", "counter-clockwise"] = option(
-        "forward", "the motion that scores"
+        "forward", "direction of the motion that scores"
     )
 
     needs: ClassVar[tuple[str, ...]] = ("side_reach",)
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """One term, `travel`."""
+        """Return one term, `travel`."""
         reach = motion["side_reach"]
         if self.direction in ("forward", "backward"):
             travel = BEST * forward(reach)

@@ -1,4 +1,4 @@
-"""The millipede: pairs of stiff legs along a spine, which reach and then straighten."""
+"""The millipede: pairs of stiff legs along a spine that reach and then straighten."""
 
 import math
 from collections.abc import Mapping
@@ -29,17 +29,17 @@ SIDES = ("left", "right")
 
 
 class Millipede(Organism):
-    """A millipede whose legs reach and straighten, on pairs of legs along a stiff spine.
+    """A millipede with pairs of legs along a stiff spine, which reach and then straighten.
 
-    Each leg has one angle, the genome's, up to 20° either way of square to the spine. In
-    each cycle all legs reach there, lifted, while the spine lies on the ground; then they
-    straighten, on the ground, and carry the body (Shores 2012).
+    The genome gives each leg one angle, up to 20° forward or backward from square to the spine. In
+    each cycle, all legs lift and reach to this angle while the spine rests on the ground; then they
+    straighten on the ground and carry the body (Shores 2012).
     """
 
-    pairs: int = option(3, "pairs of legs", ge=1, le=1000)
+    pairs: int = option(3, "number of pairs of legs", ge=1, le=1000)
     codec: Literal["sign-magnitude", "unsigned"] = option(
         "sign-magnitude",
-        "bits of a leg's angle: a sign and 5 bits of degrees, or 5 bits that reach forward alone",
+        "bits of a leg's angle: a sign and 5 bits of degrees, or 5 bits that reach only forward",
     )
     leg_length: float = option(0.05, "length of a leg", unit="m", ge=1e-4, le=10)
     leg_spacing: float = option(
@@ -47,29 +47,31 @@ class Millipede(Organism):
     )
     spine: float | None = option(
         None,
-        "length of the spine; if none, a leg spacing for each pair of legs",
+        "length of the spine; none for one leg spacing per pair of legs",
         unit="m",
         ge=1e-4,
         le=10_000,
     )
 
-    # A population of 79 takes less time to move than to hand to a thread.
+    # Moving a population of 79 takes less time than handing it to a thread.
     threads: ClassVar[bool] = False
     channels: ClassVar[Mapping[str, Channel]] = {
-        "side_reach": Channel((SIDES,), "", "motion of a side in a cycle; 1 is the furthest"),
-        "sides": Channel((SIDES,), "m", "motion of a side in a cycle"),
-        "leg_angles": Channel(("feet",), "rad", "at full reach, positive forward"),
+        "side_reach": Channel((SIDES,), "", "motion of a side per cycle; 1 is the largest"),
+        "sides": Channel((SIDES,), "m", "motion of a side per cycle"),
+        "leg_angles": Channel(("feet",), "rad", "leg angles at full reach, positive forward"),
         "joint_angles": Channel(("frames", "joints"), "rad", "swing and lift of each leg"),
         "pose": Channel(
-            ("frames", ("x", "y", "yaw")), ("m", "m", "rad"), "of the body in the world"
+            ("frames", ("x", "y", "yaw")), ("m", "m", "rad"), "pose of the body in the world"
         ),
-        "stance": Channel(("frames", "feet"), "", "whether the foot stays until the next frame"),
+        "stance": Channel(
+            ("frames", "feet"), "", "whether the foot stays in place until the next frame"
+        ),
     }
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         needed = (self.pairs - 1) * self.leg_spacing
-        if self._spine_length < needed * (1 - 1e-9):  # 3 × 0.1 m fit on 0.3 m
+        if self._spine_length < needed * (1 - 1e-9):  # 3 × 0.1 m fit on 0.3 m despite rounding
             raise ValueError(
                 f"a spine of {self.spine:g} m is too short for {self.pairs} pairs of legs "
                 f"{self.leg_spacing:g} m apart, which need {needed:g} m"
@@ -86,21 +88,21 @@ class Millipede(Organism):
 
     @property
     def _legs(self) -> tuple[str, ...]:
-        """L1 L2 … R1 R2 …, front to back."""
+        """Names of the legs, L1 L2 … R1 R2 …, front to back."""
         return tuple(f"{side}{pair}" for side in "LR" for pair in range(1, self.pairs + 1))
 
     def genome_space(self) -> GenomeSpace:
-        """6 bits a leg, or 5 unsigned ones; all left legs, then all right ones."""
+        """Return the space of 6 bits per leg, or 5 if unsigned; left legs, then right legs."""
         return BitSpace(self._codec.labels(self._legs), self._codec.repair)
 
     def joint_names(self) -> tuple[str, ...]:
-        """'L1 swing', 'L1 lift', 'L2 swing' … 'R3 lift'."""
+        """Return 'L1 swing', 'L1 lift', 'L2 swing' … 'R3 lift'."""
         return tuple(f"{leg} {joint}" for leg in self._legs for joint in ("swing", "lift"))
 
     def move(self, genomes: Genomes) -> Motion:
-        """Decode to the reach of both sides; compute other channels when they are read.
+        """Decode genomes to the reach of both sides; other channels are computed on first use.
 
-        8,000 millipedes of 6 legs take 0.19 ms on one core, 79 take 11 µs.
+        8,000 millipedes with 6 legs take 0.19 ms on one core; 79 take 11 µs.
         """
         codes = self._codec.codes(genomes)
         reaches = self._codec.reaches.take(codes).reshape(2, self.pairs, len(genomes))
@@ -114,7 +116,7 @@ class Millipede(Organism):
 
         def joint_angles() -> dict[str, Array]:
             angles = np.zeros((len(genomes), cycle.FRAMES, 2 * self.pairs, 2), dtype=np.float32)
-            # Evenly in the sine: feet that carry the body then keep their place along it.
+            # The sine changes evenly, so that feet that carry the body do not slip along it.
             sines = np.sin(motion["leg_angles"])[:, None] * cycle.EXTENT[:, None]
             angles[..., 0] = np.arcsin(sines)
             angles[..., 1] = cycle.LIFTED[:, None]
@@ -144,18 +146,18 @@ class Millipede(Organism):
         return motion
 
     def _turn(self, reach: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Yaw of a cycle, (population,), radians, positive to the left.
+        """Return the yaw per cycle, (population,), radians, positive to the left.
 
-        The paths of two sides differ by the yaw times the distance of their feet, which
-        is two leg lengths.
+        The paths of the two sides differ by the yaw times the distance of their feet, which is two
+        leg lengths.
         """
         return 0 - clockwise(reach) * (_SIN_LIMIT / 2)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Travel, and travel and turn in a stride, mean leg angles, legs that cross.
+        """Return travel, travel and turn per stride, mean leg angles, and crossing legs.
 
-        A stride is a cycle of reaching and straightening. Its length over the legs' is the
-        relative stride length (Alexander 1989, Physiological Reviews 69:1199).
+        A stride is a cycle of reaching and straightening. Its length over the length of the legs is
+        the relative stride length (Alexander 1989, Physiological Reviews 69:1199).
         """
         stride = forward(motion["sides"])
         turned = np.degrees(self._turn(motion["side_reach"]))
@@ -164,13 +166,13 @@ class Millipede(Organism):
             "forward": Measure(
                 stride * cycle.PROGRESS[-1], "m", f"displacement in {cycle.CYCLES} strides"
             ),
-            "stride length": Measure(stride, "m", "reaching and straightening once"),
+            "stride length": Measure(stride, "m", "displacement per cycle of the legs"),
             "relative stride": Measure(
                 stride / self.leg_length, "", "stride length in leg lengths"
             ),
-            "turn per stride": Measure(turned, "°", "to the left"),
-            "left legs": Measure(degrees[:, 0], "°", "mean angle that the left legs reach"),
-            "right legs": Measure(degrees[:, 1], "°", "mean angle that the right legs reach"),
+            "turn per stride": Measure(turned, "°", "turn to the left"),
+            "left legs": Measure(degrees[:, 0], "°", "mean angle of the left legs at full reach"),
+            "right legs": Measure(degrees[:, 1], "°", "mean angle of the right legs at full reach"),
             "crossings": Measure(
                 self._crossings(motion["leg_angles"]), "", "neighbouring legs that would cross"
             ),
@@ -180,14 +182,14 @@ class Millipede(Organism):
         """Return the number of neighbouring legs that cross at full reach, (population,)."""
         sides = angles.reshape(-1, 2, self.pairs)
         front, rear = sides[..., :-1], sides[..., 1:]
-        # By the law of sines the longer way from a hip to where two legs meet is
-        # spacing × the greater cosine / sin (rear − front).
+        # By the law of sines, the longer distance from a hip to the crossing of two legs is
+        # spacing × the larger cosine / sin (rear − front).
         longer = self.leg_spacing * np.maximum(np.cos(front), np.cos(rear))
         crossing = longer <= self.leg_length * np.sin(rear - front)
         return np.asarray(crossing.sum(axis=(1, 2)))
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Spine and legs in the world, flat on the ground but for lifted legs."""
+        """Return spine and legs in the world, flat on the ground except for lifted legs."""
         angles = motion["joint_angles"][individual].astype(np.float64)
         swing, lift = angles.reshape(cycle.FRAMES, 2, self.pairs, 2).transpose(3, 0, 1, 2)
         hips = self.leg_spacing * ((self.pairs - 1) / 2 - np.arange(self.pairs))
@@ -211,7 +213,7 @@ class Millipede(Organism):
 
 
 def _placed(points: NDArray[np.float64], pose: Array) -> NDArray[np.float64]:
-    """Points of the body's frame, (frames, …, 3), in the world."""
+    """Transform points from the body's frame, (frames, …, 3), to the world frame."""
     x, y, yaw = pose.T[:, :, None, None]
     cos, sin = np.cos(yaw), np.sin(yaw)
     placed = points.copy()

@@ -1,8 +1,8 @@
-"""The four motions of the body that follow from the motion of both sides (Shores 2012).
+"""The four motions of the body that result from the motion of its sides (Shores 2012).
 
-Both sides forward is forward, both backward is backward; one forward and one backward
-is a rotation, away from the side that goes forward. Where a side stands still, so does
-the body.
+If both sides move forward or both backward, so does the body. If one side moves forward and the
+other backward, the body rotates away from the side that moves forward. If a side stands still, so
+does the body.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ Values = NDArray[np.float64]
 
 
 def forward(sides: Values) -> Values:
-    """Return forward motion, by the side that moves less; negative backward, 0 in all other cases.
+    """Return the forward motion, that of the slower side; negative backward, otherwise 0.
 
     Args:
         sides: motion of the left and of the right side, (population, 2), positive forward.
@@ -26,13 +26,13 @@ def forward(sides: Values) -> Values:
 
 
 def clockwise(sides: Values) -> Values:
-    """Return clockwise motion, left − right; negative counter-clockwise, 0 in all other cases.
+    """Return the clockwise motion, left − right; negative counter-clockwise, otherwise 0.
 
     Args:
         sides: motion of the left and of the right side, (population, 2), positive forward.
 
     Returns:
-        (population,), in the unit of `sides`: by how much the left path is longer.
+        (population,), in the unit of `sides`: length of the left path minus the right path.
     """
     left, right = sides.T
     return np.where(np.sign(left) * np.sign(right) < 0, left - right, 0)

@@ -1,1 +1,1 @@
-"""The bundled operators: selection, crossover, mutation."""
+"""The bundled operators: selection, crossover and mutation."""

@@ -1,4 +1,4 @@
-"""Draws that more than one kind of operator needs."""
+"""Random draws shared by several kinds of operators."""
 
 from typing import Any
 
@@ -9,12 +9,17 @@ from numpy.typing import NDArray
 def two_different(
     count: int, shape: int | tuple[int, ...], rng: np.random.Generator
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Draw two different numbers below `count`, at least 2, each ordered pair equally likely.
+    """Draw pairs of different numbers below `count`; all ordered pairs are equally likely.
+
+    Args:
+        count: number to stay below, at least 2.
+        shape: shape of the result.
+        rng: source of randomness.
 
     Returns:
-        The first ones and the second ones, each of `shape`.
+        The first numbers and the second numbers, each of `shape`.
     """
-    # One draw gives both numbers: two draws take twice the time.
+    # A single draw for both numbers takes half the time of two.
     first, second = np.divmod(rng.integers(0, count * (count - 1), shape), count - 1)
     second += second >= first
     return first, second

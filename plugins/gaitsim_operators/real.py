@@ -1,19 +1,19 @@
-"""Operators that need an order and a scale of genes work on real numbers alone."""
+"""A check for operators that support only real genes, as they need an order and a scale."""
 
 from gaitsim.contracts import GenomeSpace, RealSpace
 from gaitsim.errors import PluginError
 
 
 def real(space: GenomeSpace) -> RealSpace:
-    """Return the space, typed as one of real numbers.
+    """Return the space with the type `RealSpace`.
 
     Raises:
         PluginError: the space is of another kind.
     """
     if not isinstance(space, RealSpace):
         raise PluginError(
-            f"this operator cannot work on genomes of the {space.name} space",
+            f"this operator does not support genomes of the {space.name} space",
             allowed="genomes of the real space",
-            remedy="choose an operator whose `spaces` has that kind",
+            remedy="choose an operator whose `spaces` include that kind",
         )
     return space

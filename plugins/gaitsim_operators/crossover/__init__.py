@@ -1,1 +1,1 @@
-"""Crossover: children from pairs of parents."""
+"""Crossover operators, which combine pairs of parents into children."""

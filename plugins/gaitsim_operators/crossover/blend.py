@@ -1,4 +1,4 @@
-"""Blend crossover, BLX-α: anywhere between the parents, and somewhat beyond."""
+"""Blend crossover, BLX-α: genes between the parents' genes, or slightly beyond."""
 
 from typing import ClassVar
 
@@ -10,15 +10,15 @@ from gaitsim_operators.real import real
 
 
 class Blend(Crossover):
-    """Each gene of a child is uniform between its parents', widened by α on both sides.
+    """Draws each gene of a child uniformly between its parents' genes, extended by α on both sides.
 
-    BLX-α, Eshelman and Schaffer 1993. With α = 0.5 the spread of genes neither
-    shrinks nor grows much from one generation to the next. Children are
-    independent. Periodic genes lie between their parents the shorter way round.
+    BLX-α, Eshelman and Schaffer 1993. With α = 0.5, the spread of genes neither shrinks nor grows
+    much from generation to generation. Children are independent. Periodic genes are between their
+    parents on the shorter way round.
     """
 
     alpha: float = option(
-        0.5, "how far children may lie beyond their parents, in parents' distances", ge=0, le=10
+        0.5, "extension beyond the parents, as a share of their distance", ge=0, le=10
     )
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
@@ -26,10 +26,10 @@ class Blend(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """(pairs, genes) twice -> (pairs × children, genes) float64.
+        """Cross parents, (pairs, genes) each -> (pairs × children, genes) float64.
 
         Raises:
-            PluginError: the space is not of real numbers.
+            PluginError: the genes are not real numbers.
         """
         way = gap(mothers, fathers, real(space))
         part = rng.uniform(-self.alpha, 1 + self.alpha, (self.children, *way.shape))

@@ -1,4 +1,4 @@
-"""The way from mother to father, along which real genes are mixed."""
+"""The difference between parents, for crossovers that mix real genes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ from gaitsim.contracts import Genomes, RealSpace
 
 
 def gap(mothers: Genomes, fathers: Genomes, space: RealSpace) -> NDArray[np.float64]:
-    """Return father minus mother, (pairs, genes); of periodic genes, the shorter way round."""
+    """Return father minus mother, (pairs, genes); periodic genes take the shorter way round."""
     way: NDArray[np.float64] = fathers - mothers
     if space.periodic is None:
         return way

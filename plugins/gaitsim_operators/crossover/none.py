@@ -8,15 +8,15 @@ from gaitsim.contracts import Crossover, Genomes, GenomeSpace
 
 
 class NoCrossover(Crossover):
-    """Passes parents on unchanged, for schemes that breed by mutation alone.
+    """Copies parents unchanged, for schemes that breed by mutation alone.
 
-    Of two children, the first is a copy of the mother, the second of the father.
+    With two children, the first is a copy of the mother and the second of the father.
     """
 
-    pair_probability: ClassVar[float] = 1.0  # type: ignore[misc]  # no option: it crosses no pair
+    pair_probability: ClassVar[float] = 1.0  # type: ignore[misc]  # not an option of this class
 
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """(pairs, genes) twice -> (pairs × children, genes)."""
+        """Copy parents, (pairs, genes) each -> (pairs × children, genes)."""
         return mothers.copy() if self.children == 1 else np.concatenate((mothers, fathers))

@@ -1,4 +1,4 @@
-"""Simulated binary crossover, SBX: real genes spread as single-point crossover spreads bits."""
+"""Simulated binary crossover, SBX: spreads real genes as single-point crossover spreads bits."""
 
 from typing import ClassVar
 
@@ -11,23 +11,25 @@ from gaitsim_operators.real import real
 
 
 class SimulatedBinary(Crossover):
-    """Two children lie about the middle of their parents, mostly near them.
+    """Places two children symmetrically about the middle of their parents, mostly near the parents.
 
-    SBX, Deb and Agrawal 1995, without bounds. Which of the
-    two values of a gene goes to which child is drawn gene by gene, as in Deb's
-    own programs: otherwise each child would be one parent's near copy. Those programs
-    cross half of the genes of a pair, `gene_probability = 0.5`. On a
-    cycle, the middle is that of the shorter way round.
+    SBX, Deb and Agrawal 1995, without bounds. For each gene, a random child gets the lower value,
+    as in Deb's own programs; otherwise each child would nearly copy one parent. Those programs
+    cross half of the genes of a pair, `gene_probability = 0.5`. The middle of periodic genes is on
+    the shorter way round.
     """
 
     eta: float = option(
-        15.0, "distribution index: the greater, the nearer children are to parents", ge=0, le=1000
+        15.0,
+        "distribution index; larger values place children nearer to their parents",
+        ge=0,
+        le=1000,
     )
 
     gene_probability: float = option(
         1.0,
-        "probability that a gene of a crossed pair is crossed; otherwise each child has that of "
-        "its own parent",
+        "probability that a gene of a crossed pair is crossed; otherwise each child inherits the "
+        "gene of one parent",
         ge=0,
         le=1,
     )
@@ -37,16 +39,16 @@ class SimulatedBinary(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """(pairs, genes) twice -> (pairs × children, genes) float64.
+        """Cross parents, (pairs, genes) each -> (pairs × children, genes) float64.
 
-        The mean of both children is that of their parents. With one child, the
-        other one is left out.
+        The mean of both children equals the mean of their parents. With one child per pair, the
+        second is dropped.
 
         Raises:
-            PluginError: the space is not of real numbers.
+            PluginError: the genes are not real numbers.
         """
         way = gap(mothers, fathers, real(space))
-        # One draw gives both the side, by its half, and where in that half it fell.
+        # One draw gives the side, by the half of its range, and the position in that half.
         draws = 2 * rng.random(way.shape)
         swapped = draws >= 1
         spread = _spread_factor(draws - swapped, self.eta)
@@ -60,6 +62,6 @@ class SimulatedBinary(Crossover):
 
 
 def _spread_factor(uniform: NDArray[np.float64], eta: float) -> NDArray[np.float64]:
-    """How far apart children are, in distances of their parents, for draws from [0, 1)."""
+    """Return the children's distance, in distances of their parents, for draws from [0, 1)."""
     power = np.where(uniform <= 0.5, 2 * uniform, 0.5 / (1 - uniform))
     return power ** (1 / (eta + 1))

@@ -9,20 +9,23 @@ from gaitsim_operators.crossover.exchange import exchange, past
 
 
 class SinglePoint(Crossover):
-    """A child has its mother's genes up to a cut, its father's from there.
+    """Takes the mother's genes before a cut and the father's genes after it.
 
-    Holland 1975. The second child, if wanted, has the others.
+    Holland 1975. A second child gets the other genes.
     """
 
-    children: Literal[1, 2] = option(1, "how many children each pair of parents has")
+    children: Literal[1, 2] = option(1, "number of children of each pair of parents")
     point: Literal["random", "half"] = option(
-        "random", "where genomes are cut: drawn for each pair, or always in half"
+        "random", "position of the cut: drawn for each pair, or always in the middle"
     )
 
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """(pairs, genes) twice -> (pairs × children, genes); one gene alone is the mother's."""
+        """Cross parents, (pairs, genes) each -> (pairs × children, genes).
+
+        A single gene comes from the mother.
+        """
         pairs, genes = mothers.shape
         if genes == 1:
             cuts = np.ones((pairs, 1), dtype=np.int64)

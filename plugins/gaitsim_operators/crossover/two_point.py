@@ -8,25 +8,25 @@ from gaitsim_operators.draws import two_different
 
 
 class TwoPoint(Crossover):
-    """A child has its father's genes between two cuts, its mother's on both sides.
+    """Takes the father's genes between two cuts, and the mother's genes on both sides.
 
-    De Jong 1975. The second child, if wanted, has the others. The two cuts
-    differ, and any two are equally likely.
+    De Jong 1975. A second child gets the other genes. The two cuts differ, and all pairs of cuts
+    are equally likely.
     """
 
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """(pairs, genes) twice -> (pairs × children, genes).
+        """Cross parents, (pairs, genes) each -> (pairs × children, genes).
 
-        Two genes have room for one cut, so the second is the father's; one gene
-        alone is the mother's.
+        Two genes have room for only one cut, so the second comes from the father. A single gene
+        comes from the mother.
         """
         pairs, genes = mothers.shape
         if genes < 3:
             return exchange(mothers, fathers, np.arange(genes) >= 1, self.children)
         one, other = two_different(genes - 1, (pairs, 1), rng)
-        # Between the cuts lies what is past one of them alone, whichever comes first.
+        # Genes between the cuts are past exactly one of them, in either order of the cuts.
         return exchange(
             mothers, fathers, past(one + 1, genes) != past(other + 1, genes), self.children
         )

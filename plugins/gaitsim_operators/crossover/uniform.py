@@ -1,4 +1,4 @@
-"""Uniform crossover: each gene for itself."""
+"""Uniform crossover: each gene independently from either parent."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from gaitsim_operators.crossover.exchange import exchange
 
 
 class Uniform(Crossover):
-    """Each gene is the father's with a probability, else the mother's.
+    """Takes each gene from the father with a given probability, otherwise from the mother.
 
-    Syswerda 1989; with a probability other than one half, Spears and De Jong
-    1991. The second child, if wanted, has the others.
+    Syswerda 1989; with a probability other than one half, Spears and De Jong 1991. A second child
+    gets the other genes.
     """
 
     probability: float = option(
@@ -20,6 +20,6 @@ class Uniform(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """(pairs, genes) twice -> (pairs × children, genes)."""
+        """Cross parents, (pairs, genes) each -> (pairs × children, genes)."""
         swapped = rng.random(mothers.shape) < self.probability
         return exchange(mothers, fathers, swapped, self.children)

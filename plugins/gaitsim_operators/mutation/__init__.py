@@ -1,1 +1,1 @@
-"""How genomes change at random."""
+"""Mutation operators, which change genomes at random."""

@@ -10,7 +10,7 @@ from gaitsim_operators.real import real
 
 
 class Gaussian(Mutation):
-    """Adds a normally distributed change to each gene with a probability.
+    """Adds a normally distributed change to each gene with a given probability.
 
     Hinterding 1995 for genes of a genetic algorithm, after Rechenberg 1973.
     """
@@ -20,22 +20,22 @@ class Gaussian(Mutation):
         0.1, "standard deviation of a change, as a share of the gene's width", gt=0, le=10
     )
     decay: float = option(
-        1.0, "factor on sigma from each generation to the next; 1 leaves it", gt=0, le=1
+        1.0, "factor on sigma in each generation; 1 keeps sigma constant", gt=0, le=1
     )
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def at(self, generation: int) -> Self:
-        """Return the mutation with sigma decayed until `generation`."""
+        """Return the mutation with the decayed sigma of `generation`."""
         if self.decay == 1:
             return self
         return self.model_copy(update={"sigma": self.sigma * self.decay**generation})
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """(population, genes) -> mutants of that shape, float64.
+        """Mutate genomes, (population, genes) -> mutants of the same shape, float64.
 
         Raises:
-            PluginError: the space is not of real numbers.
+            PluginError: the genes are not real numbers.
         """
         deviation = self.sigma * real(space).width
         mutants = genomes.copy()

@@ -1,4 +1,4 @@
-"""No mutation: genomes stay as they are."""
+"""No mutation: genomes stay unchanged."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from gaitsim.contracts import Genomes, GenomeSpace, Mutation
 
 
 class NoMutation(Mutation):
-    """Passes genomes on unchanged, for schemes that breed by crossover alone."""
+    """Copies genomes unchanged, for schemes that breed by crossover alone."""
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """(population, genes) -> a copy."""
+        """Return a copy of genomes, (population, genes)."""
         return genomes.copy()

@@ -1,4 +1,4 @@
-"""Polynomial mutation: small changes that stay between the bounds."""
+"""Polynomial mutation: small changes that stay within the bounds."""
 
 from typing import ClassVar
 
@@ -11,25 +11,22 @@ from gaitsim_operators.real import real
 
 
 class Polynomial(Mutation):
-    """Moves each gene with a probability by a polynomially distributed step.
+    """Moves each gene by a polynomially distributed step, with a given probability.
 
-    Deb and Agrawal 1999, the form with bounds, in which a gene near a bound
-    takes shorter steps towards it. Genes of a cycle have no bounds, so they
-    may step as far either way.
+    Deb and Agrawal 1999, in the form with bounds: a gene near a bound takes shorter steps towards
+    it. Periodic genes have no bounds, so their steps are as long in both directions.
     """
 
     rate: float = option(0.05, "probability that a gene mutates", ge=0, le=1)
-    eta: float = option(
-        20.0, "distribution index: the greater, the shorter the steps", ge=0, le=1000
-    )
+    eta: float = option(20.0, "distribution index; larger values make steps shorter", ge=0, le=1000)
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """(population, genes) -> mutants of that shape, float64.
+        """Mutate genomes, (population, genes) -> mutants of the same shape, float64.
 
         Raises:
-            PluginError: the space is not of real numbers.
+            PluginError: the genes are not real numbers.
         """
         bounds = real(space)
         mutants = genomes.copy()
@@ -52,18 +49,18 @@ def _steps(
     uniform: NDArray[np.float64],
     eta: float,
 ) -> NDArray[np.float64]:
-    """Steps in widths of the bounds, (sites,).
+    """Return steps in widths of the bounds, (sites,).
 
     Args:
         below: room between gene and lower bound, in widths, (sites,).
-        above: room between gene and upper bound, likewise. A gene that crossover left
-            outside has no room on that side and all of it on the other.
+        above: room between gene and upper bound, in widths, (sites,). A gene that crossover left
+            outside a bound has no room on that side and all of it on the other.
         uniform: draws from [0, 1), (sites,).
         eta: distribution index.
     """
     downwards = uniform <= 0.5
     room = np.clip(np.where(downwards, below, above), 0, 1)
-    # How near the draw is to the middle, from 0 at both ends of its range to 1.
+    # Nearness of the draw to the middle of its range, from 0 at both ends to 1.
     near = np.where(downwards, 2 * uniform, 2 * (1 - uniform))
     length = 1 - (near + (1 - near) * (1 - room) ** (eta + 1)) ** (1 / (eta + 1))
     return np.where(downwards, -length, length)

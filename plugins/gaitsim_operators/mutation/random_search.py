@@ -1,4 +1,4 @@
-"""Random search: fresh genomes in each generation, as a baseline to compare with."""
+"""Random search: new random genomes in each generation, as a baseline for comparisons."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from gaitsim.contracts import Genomes, GenomeSpace, Mutation
 
 
 class RandomSearch(Mutation):
-    """Random search: replaces every genome by a fresh one."""
+    """Random search: replaces every genome by a random one."""
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """(population, genes) -> fresh genomes of that shape and dtype."""
+        """Replace genomes, (population, genes), by random ones of the same shape and dtype."""
         return space.random(len(genomes), rng)

@@ -1,4 +1,4 @@
-"""Reset mutation: genes are replaced by fresh ones."""
+"""Reset mutation: replaces genes by random ones."""
 
 import numpy as np
 
@@ -7,16 +7,16 @@ from gaitsim_operators.mutation.sites import draw_sites
 
 
 class Reset(Mutation):
-    """Replaces each gene with a probability by that of a fresh genome.
+    """Replaces each gene by a random one, with a given probability.
 
-    Fresh genes are drawn as in the initial population. Called random resetting
-    in Eiben and Smith 2015, section 4.3.
+    New genes are drawn as in the initial population. Eiben and Smith 2015, section 4.3, call it
+    random resetting.
     """
 
     rate: float = option(0.05, "probability that a gene is replaced", ge=0, le=1)
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """(population, genes) -> mutants of that shape and dtype."""
+        """Mutate genomes, (population, genes) -> mutants of the same shape and dtype."""
         mutants = genomes.copy()
         sites = draw_sites(genomes.size, self.rate, rng)
         mutants.reshape(-1)[sites] = space.random(len(genomes), rng).reshape(-1)[sites]

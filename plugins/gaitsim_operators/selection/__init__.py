@@ -1,1 +1,1 @@
-"""Selection: the choice of parents."""
+"""Selection operators, which choose parents."""

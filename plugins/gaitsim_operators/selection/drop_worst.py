@@ -1,4 +1,4 @@
-"""Drop-worst selection: all but the worst breed."""
+"""Drop-worst selection: all individuals but the worst breed."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,23 +7,23 @@ from gaitsim.contracts import Selection
 
 
 class DropWorst(Selection):
-    """Drops the worst; every other individual breeds once, in random pairs.
+    """Drops the worst individual; every other individual breeds once, in random pairs.
 
-    The weakest selection possible. If more parents are needed than there are,
-    another round follows in another random order.
+    This is the weakest possible selection. If more parents are needed, another round follows in a
+    new random order.
     """
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Scores (population,) -> pairs of different individuals, if there are two, (pairs, 2)."""
+        """Choose pairs, (pairs, 2), by scores, (population,); the two differ if possible."""
         only: NDArray[np.intp] = self.parents_each(scores[None], pairs, rng)[0]
         return only
 
     def parents_each(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Scores (populations, population) -> pairs of each, (populations, pairs, 2)."""
+        """Choose pairs, (populations, pairs, 2), by scores, (populations, population)."""
         populations, size = scores.shape
         count = max(1, size - 1)
         kept = np.argsort(-scores, axis=1, kind="stable")[:, :count]
@@ -34,21 +34,21 @@ class DropWorst(Selection):
         return turns[:, : 2 * pairs].reshape(populations, pairs, 2)
 
     def objection(self, population: int, elites: int, children: int) -> str:
-        """Pairs with two children each need an even number of individuals to breed."""
+        """Return why two children per pair do not fill the population exactly, or ''."""
         bred = population - elites
         if children == 2 and bred % 2:
             return (
-                f"drop-worst breeds {bred:,} of {population:,} in pairs with two children each, "
-                f"and {bred:,} is odd"
+                f"drop-worst breeds {bred:,} of {population:,} individuals in pairs with two "
+                f"children each, but {bred:,} is odd"
             )
         return ""
 
 
 def _part_twins(turns: NDArray[np.intp], count: int) -> None:
-    """Keep the last of a round of odd `count` from being paired with itself, in place.
+    """Prevent pairs of an individual with itself at the ends of rounds of odd `count`, in place.
 
-    Every second round then begins with a father, whose mother ended the round
-    before. If they are the same individual, the next in turn becomes the father.
+    Every second round begins with the father of the mother at the end of the previous round. If
+    the two are the same individual, the next individual becomes the father.
     """
     fathers = np.arange(count, turns.shape[1], 2 * count)
     rows, columns = np.nonzero(turns[:, fathers] == turns[:, fathers - 1])

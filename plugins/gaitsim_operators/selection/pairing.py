@@ -1,4 +1,4 @@
-"""Pairs of different survivors."""
+"""Random pairs of different survivors."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,10 @@ from gaitsim_operators.draws import two_different
 def random_pairs(
     survivors: NDArray[np.intp], pairs: int, rng: np.random.Generator
 ) -> NDArray[np.intp]:
-    """Draw pairs of two different survivors, each ordered pair equally likely.
+    """Draw pairs of different survivors; all ordered pairs are equally likely.
 
     Args:
-        survivors: indices, (survivors,); a lone survivor is paired with itself.
+        survivors: indices, (survivors,); a single survivor is paired with itself.
         pairs: number of pairs to draw.
         rng: the only source of randomness.
 

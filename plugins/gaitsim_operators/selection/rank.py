@@ -1,4 +1,4 @@
-"""Rank selection: in proportion to rank."""
+"""Rank selection: probabilities in proportion to rank."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,20 +9,20 @@ from gaitsim_operators.selection.wheel import spin
 
 
 class Rank(Selection):
-    """Each parent is drawn with a chance that falls linearly from the best to the worst.
+    """Draws parents with a probability that falls linearly from the best to the worst.
 
-    Baker 1985: the best has `pressure` times the mean chance, the worst
-    2 − `pressure` times, however far their scores are apart.
+    Baker 1985: the best has `pressure` times the mean probability, the worst 2 − `pressure` times,
+    regardless of the distance between their scores.
     """
 
     pressure: float = option(
-        1.5, "how much likelier than the mean the best is; 1 ignores the scores", ge=1, le=2
+        1.5, "probability of the best, in units of the mean; 1 ignores the scores", ge=1, le=2
     )
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Scores (population,) -> pairs, (pairs, 2)."""
+        """Draw pairs, (pairs, 2), by scores, (population,)."""
         if len(scores) == 1:
             return np.zeros((pairs, 2), dtype=np.intp)
         weights = np.linspace(self.pressure, 2 - self.pressure, len(scores))

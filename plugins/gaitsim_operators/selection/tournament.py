@@ -1,4 +1,4 @@
-"""Tournament selection: the best of a few drawn at random breeds."""
+"""Tournament selection: the best of a few random individuals breeds."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,20 +7,22 @@ from gaitsim.contracts import Selection, option
 
 
 class Tournament(Selection):
-    """Each parent is the best of a few entrants drawn with replacement.
+    """Chooses each parent as the best of a few entrants, drawn with replacement.
 
-    Goldberg and Deb 1991. The best but i of n wins with probability
+    Goldberg and Deb 1991. Of n individuals, the one with i better ones wins with probability
     ((n − i)^size − (n − i − 1)^size) / n^size.
     """
 
-    size: int = option(2, "entrants of each tournament; 1 chooses at random", ge=1, le=1000)
+    size: int = option(
+        2, "number of entrants of each tournament; 1 chooses at random", ge=1, le=1000
+    )
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Scores (population,) -> pairs of winners, (pairs, 2).
+        """Choose pairs of winners, (pairs, 2), by scores, (population,).
 
-        The first drawn of equals wins, so that no place in the population is favoured.
+        Ties go to the entrant drawn first, so that no position in the population is favoured.
         """
         entrants = rng.integers(0, len(scores), (2 * pairs, self.size), dtype=np.intp)
         best = scores[entrants].argmax(axis=1)

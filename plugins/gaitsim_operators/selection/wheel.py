@@ -1,4 +1,4 @@
-"""The roulette wheel: a slot for each individual, as wide as its weight."""
+"""The roulette wheel, which draws individuals in proportion to their weights."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,15 +8,15 @@ def spin(weights: NDArray[np.float64], pairs: int, rng: np.random.Generator) -> 
     """Draw positions in proportion to weights, with replacement.
 
     Args:
-        weights: (population,), none negative, at least one positive.
+        weights: weights, (population,), not negative, at least one positive.
         pairs: number of pairs to draw.
         rng: the only source of randomness.
 
     Returns:
-        Positions of mothers and fathers, (pairs, 2); never one of weight 0.
+        Positions of mothers and fathers, (pairs, 2), all with positive weights.
     """
     edges = np.cumsum(weights)
-    # A draw is below 1, and so its product below the last edge, rounded or not.
+    # Draws are below 1, so their products are below the last edge even after rounding.
     positions: NDArray[np.intp] = np.searchsorted(
         edges, rng.random((pairs, 2)) * edges[-1], side="right"
     )
