@@ -178,7 +178,7 @@ def test_other_processes_read_a_run_and_refuse_what_needs_its_functions(
     assert run.history["best"][-1] == last.scores.max()
     assert run.plot("fitness") is not None
     shown = gaitsim("show", path).stdout
-    assert "cannot be reproduced" in shown
+    assert "files alone cannot reproduce it" in shown
     assert "Champion of generation" in shown
     assert "cannot be reproduced" in gaitsim("runs", path.parent).stdout
     found = json.loads(gaitsim("show", path, "--json").stdout)
@@ -192,11 +192,11 @@ def test_other_processes_read_a_run_and_refuse_what_needs_its_functions(
         run.share,
         lambda: evolved(gs.evolve(path / "experiment.toml", out=tmp_path / "again")),
     ):
-        with pytest.raises(gs.GaitsimError, match="has to be given again"):
+        with pytest.raises(gs.GaitsimError, match="must be passed again"):
             refuse()
     for command in (("verify", path), ("resume", path), ("fork", path, "--out", "fork")):
-        assert "has to be given again" in gaitsim(*command, code=2).stderr
-    assert "cannot be reproduced" in (path / "experiment.toml").read_text()
+        assert "must be passed again" in gaitsim(*command, code=2).stderr
+    assert "files alone cannot reproduce it" in (path / "experiment.toml").read_text()
     assert "Python code outside the run" in (path / "provenance.json").read_text()
 
 
@@ -209,7 +209,7 @@ def test_only_the_score_is_missing_where_only_the_fitness_is(
     champion = gs.load(tmp_path / "up").champion
     assert champion.motion["feet"].shape[0] == 1
     assert champion.scored_terms == champion.terms
-    with pytest.raises(gs.GaitsimError, match="fitness 'height' is not part"):
+    with pytest.raises(gs.GaitsimError, match="fitness 'height' is not stored"):
         champion.replayed_terms  # noqa: B018
 
 
@@ -252,10 +252,10 @@ def renames(motion: gs.Motion, calls: list[int] = []) -> dict[str, Array]:  # no
     ("fitness", "told"),
     [
         (fails, "'fails' failed .* of my own\n.*test_in_python.py, line"),
-        (changes, "'changes' changes the motion"),
-        (turns, "'turns' gave the term 'turns' the shape"),
+        (changes, "'changes' modifies the motion"),
+        (turns, "'turns' returned the term 'turns' with the shape"),
         (reads, "no channel 'angel'; it has angle, effort"),
-        (forgets, "'forgets' gave None"),
+        (forgets, "'forgets' returned None"),
         (renames, "'renames' returned the terms call 3 after call 2"),
         (lambda motion: motion["effort"], "a lambda has no name"),
         (functools.partial(height), "a functools.partial of height"),
@@ -266,7 +266,7 @@ def renames(motion: gs.Motion, calls: list[int] = []) -> dict[str, Array]:  # no
 def test_mistakes_in_a_fitness_name_it(fitness: Any, told: str) -> None:
     with pytest.raises(gs.GaitsimError, match=told) as caught:
         evolved(gs.evolve(body=pendulum, space=SPACE, fitness=fitness, generations=3, population=6))
-    assert "report it to its author" not in str(caught.value)
+    assert "report the error to its author" not in str(caught.value)
 
 
 def clears(genomes: Genomes) -> Array:
@@ -279,10 +279,10 @@ def clears(genomes: Genomes) -> Array:
     [
         (sphere, None, "needs a genome space"),
         (sphere, [(-1, 1)], "a list is not a genome space"),
-        (None, SPACE, "the body is not given"),
+        (None, SPACE, "the body is missing"),
         (None, None, "nothing to evolve"),
         (pendulum, SPACE, "the body returned no score"),
-        (clears, SPACE, "'clears' changes the genomes"),
+        (clears, SPACE, "'clears' modifies the genomes"),
         (Stick, None, "not an instance"),
     ],
 )
@@ -308,7 +308,9 @@ def test_individuals_without_a_score_have_failed() -> None:
 
 def test_functions_stay_in_this_process() -> None:
     search = gs.evolve(body=sphere, space=SPACE, workers=3, generations=1)
-    with pytest.warns(UserWarning, match="3 workers are not used: the Python body 'sphere'"):
+    with pytest.warns(
+        UserWarning, match="3 workers are not used: they cannot receive the Python body 'sphere'"
+    ):
         evolved(search)
 
 

@@ -1,8 +1,8 @@
-"""Encodings: how a genome becomes joint angles over time, for any number of joints.
+"""Encodings, which turn genomes into joint angles over time, for any number of joints.
 
 A body declares groups of genes (`GeneGroup`), builds its genome space from them
 (`genome_space`), and decodes a population in two steps: `split_genomes` returns the values of
-each group, and `Oscillators.sine` or `Oscillators.cpg` turns them into joint angles.
+each group, and `Oscillators.sine` or `Oscillators.cpg` converts them to joint angles.
 """
 
 from gaitsim.encoding.genes import GeneGroup, genome_space, split_genomes

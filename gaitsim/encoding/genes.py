@@ -1,4 +1,4 @@
-"""Groups of genes: the genome space of a body, and the values that a genome holds."""
+"""Groups of genes: build the genome space of a body, and split genomes into their values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,17 +11,18 @@ from gaitsim.contracts import Genomes, RealSpace
 
 @dataclass(frozen=True)
 class GeneGroup:
-    """Genes that set one quantity of several parts of a body.
+    """Genes that set the same quantity for several parts of a body.
 
     Attributes:
-        name: the quantity, such as 'amplitude'.
-        parts: the part that each gene belongs to, such as 'L1 coxa'; '' for the whole body.
+        name: name of the quantity, such as 'amplitude'.
+        parts: part that each gene belongs to, such as 'L1 coxa'; '' for the whole body.
         lower: smallest value, one for all parts or (parts,).
         upper: largest value, one for all parts or (parts,).
         periodic: whether the values are angles of a cycle; see `RealSpace`.
-        mirror: None where every part has a gene of its own. Otherwise as many parts again, on
-            the other side of the body, have no genes: each takes the value of its
-            counterpart plus `mirror`, such as π for the phase of an alternating gait.
+        mirror: offset between the two sides of the body, such as π for the phase of an
+            alternating gait. Each part in `parts` then has a counterpart on the other side without
+            a gene, whose value is that of the part plus `mirror`. None for a body in which every
+            part has its own gene.
     """
 
     name: str
@@ -32,15 +33,15 @@ class GeneGroup:
     mirror: float | None = None
 
     def halved(self, mirror: float) -> "GeneGroup":
-        """Return the group with genes for the first half of its parts; the rest mirror them."""
+        """Return the group with genes for the first half of its parts, mirrored by the rest."""
         return replace(self, parts=self.parts[: len(self.parts) // 2], mirror=mirror)
 
 
 def genome_space(groups: Sequence[GeneGroup]) -> RealSpace:
-    """Return the space of genomes that hold these groups, one after the other.
+    """Return the space of genomes that hold the groups in order.
 
     Raises:
-        ValueError: bounds that do not ascend, are not finite or do not match the parts.
+        ValueError: the bounds do not ascend, are not finite, or do not match the parts.
     """
     count = [len(group.parts) for group in groups]
     return RealSpace(
@@ -56,10 +57,10 @@ def split_genomes(genomes: Genomes, groups: Sequence[GeneGroup]) -> tuple[NDArra
 
     Args:
         genomes: (population, genes) of `genome_space(groups)`.
-        groups: the groups in the order of the genome.
+        groups: groups in the order of the genome.
 
     Raises:
-        ValueError: another number of genes.
+        ValueError: the number of genes does not match the groups.
     """
     ends = np.cumsum([len(group.parts) for group in groups])
     if genomes.ndim != 2 or genomes.shape[1] != ends[-1]:

@@ -1,4 +1,4 @@
-"""Limits: valid joint angles and time steps, amplitudes, and how far a servo turns in a frame."""
+"""Limits of joint angles, time steps and amplitudes, and of the turn of a servo per frame."""
 
 import math
 from typing import Any
@@ -10,27 +10,27 @@ from numpy.typing import ArrayLike, NDArray
 def amplitude_limit(
     frequency: float, angle_limit: ArrayLike, speed_limit: ArrayLike
 ) -> NDArray[np.float64]:
-    """Return the largest amplitude at which a sine keeps both limits of its joint.
+    """Return the largest amplitude with which a sine stays within both limits of its joint.
 
-    A sine of amplitude A turns fastest at 2πAf.
+    The largest speed of a sine of amplitude A is 2πAf.
 
     Args:
         frequency: f, Hz.
-        angle_limit: largest angle either way, rad, for all joints or (joints,).
+        angle_limit: largest absolute angle, rad, for all joints or (joints,).
         speed_limit: largest angular speed, rad/s, for all joints or (joints,).
 
     Returns:
-        rad, in the common shape of both limits.
+        The amplitude, rad, in the common shape of both limits.
     """
     speed = np.asarray(speed_limit, np.float64) / (2 * math.pi * frequency)
     return np.asarray(np.minimum(np.asarray(angle_limit, np.float64), speed))
 
 
 def check_joint_angles(joint_angles: NDArray[Any], joints: int) -> None:
-    """Check the joint angles that a body is to play, (population, frames, joints) rad.
+    """Check joint angles for a body to play, (population, frames, joints) rad.
 
     Raises:
-        ValueError: another shape, fewer than 2 frames, or angles that are not finite.
+        ValueError: the shape is different, there are fewer than 2 frames, or angles are not finite.
     """
     shape = joint_angles.shape
     if len(shape) != 3 or shape[1] < 2 or shape[2] != joints:
@@ -39,7 +39,7 @@ def check_joint_angles(joint_angles: NDArray[Any], joints: int) -> None:
             f"least 2 frames and {joints} joints"
         )
     if not np.isfinite(joint_angles).all():
-        raise ValueError("joint_angles holds values that are not finite")
+        raise ValueError("some joint_angles are not finite")
 
 
 def check_time_step(dt: float, frame_rate: float) -> None:
@@ -47,10 +47,10 @@ def check_time_step(dt: float, frame_rate: float) -> None:
 
     Args:
         dt: time step, s.
-        frame_rate: frames a second, Hz.
+        frame_rate: frames per second, Hz.
 
     Raises:
-        ValueError: it has not; names a time step near it that fits.
+        ValueError: the number is not whole; the message suggests a similar time step.
     """
     steps = 1 / (frame_rate * dt)
     if not math.isclose(steps, round(steps), rel_tol=1e-3):
@@ -63,9 +63,9 @@ def check_time_step(dt: float, frame_rate: float) -> None:
 def limit_steps(
     angles: NDArray[np.floating[Any]], step_limit: ArrayLike
 ) -> NDArray[np.floating[Any]]:
-    """Return the angles of servos that follow `angles` but turn at most so far in a frame.
+    """Return the angles of servos that follow `angles`, but turn at most `step_limit` per frame.
 
-    Where the angles keep the limit, they are returned to the bit.
+    Angles within the limit are returned unchanged, bit for bit.
 
     Args:
         angles: (population, joints, frames) rad; not changed.

@@ -1,8 +1,8 @@
 """Oscillators that drive joints: the sine and cpg encodings.
 
 Source of the cpg: A. J. Ijspeert, Central pattern generators for locomotion control in animals
-and robots: a review, Neural Networks 21 (2008) 642-653, without its weighting of a coupling by
-amplitude.
+and robots: a review, Neural Networks 21 (2008) 642-653. Unlike there, couplings are not weighted
+by amplitude.
 """
 
 import math
@@ -17,22 +17,23 @@ Floats = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Oscillators:
-    """Oscillators of a body, usually one a leg, and the joints that each drives.
+    """The oscillators of a body, usually one per leg, and the joints that they drive.
 
-    Both encodings take, and return as (population, joints, frames) rad in `dtype`:
+    Both encodings return joint angles, (population, joints, frames) rad in `dtype`, and take:
 
     - amplitude: A, (population, joints) rad;
     - phase: φ of each oscillator, (population, oscillators) rad;
     - lag: λ of each joint, added to the phase of its oscillator, (population, joints) rad;
     - frequency: f, Hz, one for all individuals or (population,).
 
-    They raise ValueError where the shapes do not fit each other.
+    They raise ValueError if the shapes do not match each other.
 
     Attributes:
         of_joints: index of the oscillator of each joint, (joints,).
         frames: number of frames; the first is at t = 0.
         frame_rate: frames per second, Hz.
-        dtype: of the joint angles. float32 halves the time of sines of one frequency.
+        dtype: dtype of the joint angles. With one frequency for all individuals, float32 halves
+            the time of `sine`.
     """
 
     of_joints: NDArray[np.intp]
@@ -55,8 +56,9 @@ class Oscillators:
     ) -> tuple[Floats, Floats, Floats, Floats]:
         """Return sin 2πft and cos 2πft, (frames,), and the share of each in A sin(2πft + φ + λ).
 
-        By the addition theorem the shares, (population, joints), are A cos(φ + λ) and
-        A sin(φ + λ): two products an angle and hardly a sine. One frequency for all individuals.
+        By the addition theorem, the shares, (population, joints), are A cos(φ + λ) and
+        A sin(φ + λ). Each angle then costs two products instead of a sine. The frequency must be
+        the same for all individuals.
         """
         self._check(amplitude, phase, lag, frequency)
         joint_phase = phase.take(self.of_joints, axis=1) + lag
@@ -84,28 +86,30 @@ class Oscillators:
     ) -> Floats:
         """Return θ = r sin(ϑ + λ) of coupled phase oscillators that start from a standing pose.
 
-        The phases ϑ start at `start` and settle on the differences of φ. Coupled to all,
-        ϑ̇ᵢ = 2πf + Σⱼ k sin(ϑⱼ − ϑᵢ − (φⱼ − φᵢ)); to a leader, ϑ̇ᵢ = 2πf + k sin(2πft + φᵢ − ϑᵢ).
+        The phases ϑ start at `start` and converge to the phase differences of φ. With the coupling
+        'all', ϑ̇ᵢ = 2πf + Σⱼ k sin(ϑⱼ − ϑᵢ − (φⱼ − φᵢ)). With the coupling 'leader',
+        ϑ̇ᵢ = 2πf + k sin(2πft + φᵢ − ϑᵢ).
 
         The amplitude r grows from 0 to A, critically damped: r̈ = a(a/4 (A − r) − ṙ), with the
         solution A(1 − e^(−at/2)(1 + at/2)).
 
         Args:
-            amplitude: A; see the class for this and the next three.
+            amplitude: A; the class describes this and the next three arguments.
             phase: φ.
             lag: λ.
             frequency: f.
-            start: ϑ at t = 0, (oscillators,) rad. Choose a gait, such as a trot: a gait whose
-                sides alternate would pull equal phases both ways alike and never settle.
-            coupling: 'all' couples each oscillator to every other, integrated by the fourth-order
-                Runge-Kutta method with one step a frame; 'leader' couples each to one leading
-                oscillator, which has a closed form.
-            strength: k, 1/s, of the coupling to each of the others or to the leader.
+            start: ϑ at t = 0, (oscillators,) rad. Choose the phases of a gait, such as a trot: with
+                equal phases, an alternating gait would pull them equally in both directions, and
+                they would never converge.
+            coupling: 'all' couples each oscillator to every other; the equations are integrated
+                with the fourth-order Runge-Kutta method, one step per frame. 'leader' couples each
+                oscillator to a leading one, which has a closed-form solution.
+            strength: strength k of the coupling to each other oscillator or to the leader, 1/s.
             gain: a, 1/s.
         """
         self._check(amplitude, phase, lag, frequency)
         seconds = np.arange(self.frames) / self.frame_rate
-        # The deviation from the settled phases, ϑ − 2πft − φ, does not depend on the frequency.
+        # The deviation from the final phases, ϑ − 2πft − φ, does not depend on the frequency.
         deviation = np.asarray(start, np.float64) - phase
         settle = _coupled_to_all if coupling == "all" else _coupled_to_leader
         phases = settle(deviation, strength, seconds)
@@ -114,7 +118,7 @@ class Oscillators:
         return self._angles(growth * amplitude[..., None], phases, lag)
 
     def _phases(self, phase: Floats, frequency: ArrayLike) -> Floats:
-        """2πft + φ, (population, oscillators, frames)."""
+        """Return 2πft + φ, (population, oscillators, frames)."""
         speed = 2 * math.pi * np.asarray(frequency, np.float64)
         return phase[..., None] + speed[..., None, None] * (
             np.arange(self.frames) / self.frame_rate
@@ -143,14 +147,14 @@ class Oscillators:
 
 
 def _coupled_to_leader(deviation: Floats, strength: float, seconds: Floats) -> Floats:
-    """Deviations u over time, tan(u/2) = tan(u₀/2) e^(−kt)."""
+    """Return the deviations u over time, tan(u/2) = tan(u₀/2) e^(−kt)."""
     within = np.mod(deviation + math.pi, 2 * math.pi) - math.pi
     deviations: Floats = 2 * np.arctan(np.tan(within / 2)[..., None] * np.exp(-strength * seconds))
     return deviations
 
 
 def _coupled_to_all(deviation: Floats, strength: float, seconds: Floats) -> Floats:
-    """Deviations u over time, u̇ᵢ = k Σⱼ sin(uⱼ − uᵢ)."""
+    """Return the deviations u over time, u̇ᵢ = k Σⱼ sin(uⱼ − uᵢ)."""
     deviations = np.empty((*deviation.shape, len(seconds)))
     step = float(seconds[1]) if len(seconds) > 1 else 0.0
     for frame in range(len(seconds)):
@@ -168,7 +172,7 @@ def _runge_kutta(state: Floats, strength: float, dt: float) -> Floats:
 
 
 def _attraction(deviation: Floats, strength: float) -> Floats:
-    """K Σⱼ sin(uⱼ − uᵢ) from the sums over all j, at a cost linear in the oscillators."""
+    """Return k Σⱼ sin(uⱼ − uᵢ) from sums over all j, at a cost linear in the oscillators."""
     sine, cosine = np.sin(deviation), np.cos(deviation)
     sines, cosines = (values.sum(axis=1, keepdims=True) for values in (sine, cosine))
     pull: Floats = strength * (sines * cosine - cosines * sine)

@@ -1,4 +1,4 @@
-"""Score populations: in this thread, in threads, or in worker processes."""
+"""Score populations in this thread, in several threads, or in worker processes."""
 
 from gaitsim.evaluation.evaluator import Evaluator
 from gaitsim.evaluation.executors import Executor

@@ -1,12 +1,14 @@
-"""Whether workers evaluate a population faster than this process, and in how many chunks.
+"""Decide whether workers evaluate a population faster than this process, and in how many chunks.
+
+The expected times are
 
     local:   first + (n − 1) · more
     remote:  latency + chunks · task + rounds · (first + (n / chunks − 1) · more)
 
-with rounds = chunks / workers, at least 1. All are measured: `first` and `more` of the body, as
-the first individual costs more than each further one if a body moves whole arrays, by batches
-before the first generation and by each generation; `latency` and `task` of the workers, by tasks
-that do nothing.
+with rounds = chunks / workers, at least 1. All parameters are measured. `first` and `more` are the
+costs of the body: of the first individual, which is more expensive if a body moves whole arrays,
+and of each further one. They are measured with batches before the first generation, and in each
+generation. `latency` and `task` are the costs of the workers, measured with tasks that do nothing.
 """
 
 import time
@@ -18,29 +20,29 @@ import numpy as np
 from gaitsim.evaluation.executors import Executor
 
 GAIN = 0.9
-"""Workers get a population if they take less than this part of the local time."""
+"""Workers get a population if they take less than this share of the local time."""
 
 STARTUP = 1.5
-"""Seconds that worker processes take to start: imports, and loading compiled code."""
+"""Seconds that worker processes take to start, mainly for imports and loading compiled code."""
 
 DOUBT = 0.1
-"""Seconds that workers have to save first if the user asked for them: on a busy machine a
-single measurement is many times too long."""
+"""Seconds that workers must save before they start, if the user asked for them; on a busy machine,
+a single measurement may be many times too long."""
 
 PINGS = 32  # empty tasks, to measure the workers
 
-BATCHES = (3, 24, 192)  # individuals in batches that are timed before the first population
+BATCHES = (3, 24, 192)  # sizes of the batches that are timed before the first population
 CERTAIN = 0.05
-"""Seconds of a batch that one interruption by another program does not double."""
+"""Seconds from which a measurement is trusted: an interruption by another program is shorter."""
 
 
 @dataclass(frozen=True)
 class Overhead:
-    """What workers cost beyond the work itself, seconds.
+    """The costs of workers beyond the work itself, seconds.
 
     Attributes:
-        latency: once a population.
-        task: once a chunk.
+        latency: cost per population.
+        task: cost per chunk.
     """
 
     latency: float
@@ -48,11 +50,11 @@ class Overhead:
 
 
 PROCESS_OVERHEAD = Overhead(0.0005, 0.0003)
-"""Of worker processes that have not started yet."""
+"""The assumed overhead of worker processes that have not started yet."""
 
 
 def measure_overhead(executor: Executor) -> Overhead:
-    """Measure the overhead of workers; starts them."""
+    """Start the workers and measure their overhead."""
     executor.map(_ping, range(PINGS))
     one = min(_seconds(executor, 1) for _ in range(5))
     all_ = min(_seconds(executor, PINGS) for _ in range(3))
@@ -71,12 +73,12 @@ def _seconds(executor: Executor, tasks: int) -> float:
 
 
 class CostModel:
-    """The seconds that one worker takes over a population, by its size.
+    """The time in seconds that one worker takes for a population, by its size.
 
     Attributes:
-        first: of the first individual, fixed costs of a call included.
-        more: of each further individual; 0 until a batch was timed.
-        known: whether a batch was timed.
+        first: time of the first individual, including the fixed costs of a call.
+        more: time of each further individual; 0 until a batch has been timed.
+        known: whether a batch has been timed.
     """
 
     def __init__(self) -> None:
@@ -84,17 +86,17 @@ class CostModel:
         self.known = False
 
     def learn(self, individuals: float, seconds: float, workers: int = 1) -> None:
-        """Learn from a measurement; later ones count for more, as genomes change.
+        """Update the model with a measurement; later ones weigh more, because genomes change.
 
-        A lower one replaces the former: other load on the machine only adds to it. Up to twice
-        the expected time is taken for such load, which slows the first individual, too: else a
-        body that moves whole arrays would seem to gain by workers as soon as others want the
-        cores.
+        A shorter time replaces the earlier one, because other load on the machine only adds time.
+        A longer time, up to twice the expected one, is attributed to such load, which slows the
+        first individual, too. Otherwise workers would seem to speed up a body that moves whole
+        arrays as soon as other programs use the cores.
 
         Args:
-            individuals: how many were evaluated.
-            seconds: how long it took.
-            workers: how many threads of one process evaluated them.
+            individuals: number of individuals evaluated.
+            seconds: time of the evaluation.
+            workers: number of threads of this process that evaluated them.
         """
         if individuals <= 1:
             self.first = min(self.first, seconds) if self.first else seconds
@@ -110,13 +112,13 @@ class CostModel:
         self.known = True
 
     def seconds(self, individuals: float, workers: int = 1) -> float:
-        """Return the expected time; its lower bound while only one individual was timed."""
+        """Return the expected time; a lower bound until a batch has been timed."""
         return self.first + (individuals - 1) * self.more / workers
 
 
 @dataclass(frozen=True)
 class ChunkPlan:
-    """A number of chunks, and the seconds that a population is expected to take so."""
+    """A number of chunks, and the expected time of a population in seconds."""
 
     chunks: int
     seconds: float
@@ -125,10 +127,10 @@ class ChunkPlan:
 def best_plan(
     individuals: int, workers: int, cost_model: CostModel, overhead: Overhead
 ) -> ChunkPlan:
-    """Return the best number of chunks, two or more.
+    """Return the plan with the best number of chunks, at least two.
 
-    Of plans that take about as long, return the one with most chunks: it evens out that some
-    individuals take longer than others, and some workers.
+    Of plans with similar times, return the one with the most chunks, because it balances slow
+    individuals and slow workers.
     """
     wanted = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 12))}
     numbers = sorted({min(max(number, 2), individuals) for number in wanted})
@@ -146,19 +148,19 @@ def best_plan(
 
 
 def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
-    """Return where to cut a population into chunks, which workers take in order.
+    """Return the indices at which to split a population into chunks, which workers take in order.
 
-    The first round has equal, large chunks. Those of each further round are smaller, in equal
-    steps, so that the last ones, where workers wait for the slowest, are short without more of
-    them in all. After Tzeng and Ni, "Trapezoid self-scheduling" (1993).
+    The chunks of the first round are large and equal. Chunks shrink by equal steps from round to
+    round, so that the last ones, at the end of which workers wait for the slowest, are short
+    without more chunks in total. Source: Tzeng and Ni 1993, "Trapezoid self-scheduling".
 
     Args:
         individuals: size of the population.
-        chunks: how many to make; fewer where one would be empty.
-        workers: how many take them.
+        chunks: number of chunks; fewer are made if some would be empty.
+        workers: number of workers.
 
     Returns:
-        The first individual of each chunk but the first, ascending.
+        The index of the first individual of each chunk except the first, ascending.
     """
     rounds = -(-chunks // workers)
     weights = rounds - np.arange(chunks) // workers
@@ -167,21 +169,21 @@ def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
 
 
 class Scheduler:
-    """Decides, population by population, whether workers get it, and in how many chunks.
+    """Decides for each population whether workers evaluate it, and in how many chunks.
 
-    Workers start once they would have saved as much time as their start takes, so that the
-    start at most doubles what a run loses without them.
+    Workers start only when they would already have saved as much time as their start takes. The
+    loss is therefore at most twice that of the best choice.
 
     Args:
-        local: how many individuals this process evaluates at a time.
-        remote: the workers; some may come or go.
-        wanted: whether the user asked for workers, whatever their start costs.
+        local: number of individuals that this process evaluates at the same time.
+        remote: executor with the workers, whose number may change.
+        wanted: whether the user asked for workers, regardless of their startup time.
         on_idle: called once, with a message for the user, if workers that the user asked for
             would not be faster.
 
     Attributes:
-        cost_model: what is known of the body.
-        overhead: of the workers; None until they are measured, when they first get work.
+        cost_model: measured costs of the body.
+        overhead: overhead of the workers; None until it is measured with their first work.
     """
 
     def __init__(
@@ -199,11 +201,11 @@ class Scheduler:
         self._lost = 0.0  # seconds that workers would have saved so far
 
     def local_seconds(self, individuals: int) -> float:
-        """Return how long this process is expected to take over a population."""
+        """Return the time in seconds that this process is expected to take for a population."""
         return self.cost_model.seconds(individuals, self._local)
 
     def plan(self, individuals: int) -> ChunkPlan | None:
-        """Return how to cut a population for the workers; None if they would not be faster."""
+        """Return the best plan for the workers; None if they would not be faster."""
         if individuals < 2:
             return None
         overhead = self.overhead or PROCESS_OVERHEAD
@@ -211,20 +213,22 @@ class Scheduler:
         return plan if plan.seconds <= GAIN * self.local_seconds(individuals) else None
 
     def time_batches(self, seconds: Callable[[int], float], individuals: int) -> None:
-        """Learn before the first population whether many individuals take longer than one.
+        """Measure before the first population whether many individuals take longer than one.
 
-        The time of one is no guide: a body that moves whole arrays takes as long over a hundred,
-        and workers would repeat its fixed costs. So workers get the first population only if a
-        batch took twice as long as one individual; else that population tells.
+        The time of one individual is not enough: a body that moves whole arrays may take the same
+        time for a hundred, and workers would repeat its fixed costs. Workers therefore get the
+        first population only if a batch takes at least twice as long as one individual. Otherwise
+        the first population itself serves as the measurement.
 
         Args:
-            seconds: evaluates so many individuals here and returns how long it took.
-            individuals: size of the first population, of which a batch is an eighth at most.
+            seconds: function that evaluates a number of individuals in this process and returns
+                the time it took.
+            individuals: size of the first population; a batch is at most an eighth of it.
         """
         first = seconds(1)
         self.cost_model.learn(1, first)
         if individuals * first < STARTUP:
-            return  # workers cannot start sooner than this process is done
+            return  # this process finishes before workers could start
         batch, taken = 1, first
         for batch in (size for size in BATCHES if 8 * size <= individuals):
             taken = seconds(batch)
@@ -234,10 +238,10 @@ class Scheduler:
             self.cost_model.learn(batch, taken)
 
     def chunks(self, individuals: int) -> int:
-        """Return into how many chunks to cut a population; 1 keeps it in this process.
+        """Return the number of chunks for a population; 1 evaluates it in this process.
 
         Raises:
-            WorkerLostError: a worker died again and again while it was measured.
+            WorkerLostError: workers repeatedly died during the measurement of their overhead.
         """
         chunks = self._decide(individuals)
         if chunks > 1 and self.overhead is None:
@@ -247,7 +251,7 @@ class Scheduler:
             workers = self.remote.workers
             self._on_idle(
                 ("1 worker" if workers == 1 else f"{workers:,} workers")
-                + f" would not be faster: this process moves {individuals:,} individuals in "
+                + f" would not be faster: this process evaluates {individuals:,} individuals in "
                 f"{1000 * self.local_seconds(individuals):.2f} ms"
             )
             self._on_idle = None

@@ -1,4 +1,4 @@
-"""Tasks on a Dask cluster: an existing one, or one of our own on this machine."""
+"""Run tasks on a Dask cluster: an existing one, or a local one that gaitsim starts."""
 
 import logging
 import re
@@ -22,32 +22,32 @@ from gaitsim.experiment import Experiment
 
 LOCAL = "local"
 ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.")
-LOGGERS = ("distributed", "distributed.client")  # the second has a level of its own
+LOGGERS = ("distributed", "distributed.client")  # Dask sets the level of the second one itself
 SILENT = logging.CRITICAL + 1
-PATIENCE = 10  # seconds for a scheduler to answer, and for its first worker to join
-COUNT = 1.0  # seconds from a change among the workers until they are counted
-ALONE = 5  # counts without any worker until a warning: one that died restarts within two
+PATIENCE = 10  # timeout for the scheduler to answer, and for its first worker to join, s
+COUNT = 1.0  # delay between a change among the workers and their count, s
+ALONE = 5  # counts without a worker until a warning; a worker that died restarts within two
 
 
 class DaskExecutor(Executor):
-    """The workers of a Dask scheduler.
+    """Runs tasks on the workers of a Dask scheduler.
 
-    A Dask cluster is trusted: scheduler and workers may run any code here, and this
-    program may run any code there.
+    The Dask cluster must be trusted: its scheduler and workers can run any code on this machine,
+    and this program can run any code on theirs.
 
     Args:
-        address: the scheduler's address, such as 'tcp://host:8786'; or 'local' for workers of
-            our own on this machine, which end with this process, however it ends.
-        workers: how many, with 'local'; None for one a core.
-        on_warning: called with a message when workers were lost, and when none are left.
+        address: address of the scheduler, such as 'tcp://host:8786'; or 'local' to start workers
+            on this machine, which always end together with this process.
+        workers: number of local workers; None for one per core.
+        on_warning: called with a message when a worker is lost, and when no worker is left.
 
     Attributes:
-        address: the scheduler's.
-        workers: the current number of threads of its workers, which may come or go.
+        address: address of the scheduler.
+        workers: current number of threads of all workers, which may join or leave.
 
     Raises:
-        GaitsimError: Dask is not installed, or the scheduler cannot be reached or has no
-            workers, or `workers` is given beside an address.
+        GaitsimError: Dask is not installed, the scheduler cannot be reached or has no workers, or
+            `workers` is given together with the address of a scheduler.
     """
 
     def __init__(
@@ -55,8 +55,8 @@ class DaskExecutor(Executor):
     ) -> None:
         if workers is not None and address != LOCAL:
             raise GaitsimError(
-                f"--workers {workers} and --dask {address} do not go together",
-                allowed="--workers with --dask local; other clusters have a size of their own",
+                f"--workers {workers} cannot be combined with --dask {address}",
+                allowed="--workers with --dask local; other clusters have a given size",
             )
         if address != LOCAL and not ADDRESS.match(address):
             raise _unreachable(address, "not an address")
@@ -69,7 +69,7 @@ class DaskExecutor(Executor):
         self._begun = threading.Event()
         self._begun.set()
         distributed = _distributed()
-        # Our messages report what goes wrong; its own would stand among them.
+        # Our own messages report errors; Dask's would mix with them.
         for name in LOGGERS:
             logging.getLogger(name).setLevel(SILENT)
         try:
@@ -106,7 +106,7 @@ class DaskExecutor(Executor):
                 self._begun.set()
 
         failed: list[Exception] = []
-        # In a thread, as Ctrl-C would leave it half started, and nothing could end it then.
+        # In a thread, because Ctrl-C would leave a half-started cluster that nothing could stop.
         self._begun.clear()
         threading.Thread(target=begin, daemon=True).start()
         self._begun.wait()  # not `join`, which returns early after an interrupt
@@ -123,12 +123,12 @@ class DaskExecutor(Executor):
 
         made: list[Any] = []
         reasons: list[str] = []
-        # In a thread, as it would wait forever for another program that listens there.
+        # In a thread, because the client waits forever if another program listens at the address.
         connecting = threading.Thread(target=connect, daemon=True)
         connecting.start()
         connecting.join(PATIENCE + 2)
         if not made:
-            raise _unreachable(self.address, reasons[0] if reasons else "no answer as from Dask")
+            raise _unreachable(self.address, reasons[0] if reasons else "no answer from Dask")
         client = made[0]
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
@@ -140,7 +140,7 @@ class DaskExecutor(Executor):
             ) from None
         self._client = client  # before the callbacks, which run in the client's thread
         client.subscribe_topic("all", self._hear)
-        client.loop.add_callback(self._count_soon)  # workers may have joined before
+        client.loop.add_callback(self._count_soon)  # workers may already have joined
 
     def _hear(self, event: tuple[float, Any]) -> None:
         """Handle an event of the cluster, in the client's thread."""
@@ -149,11 +149,11 @@ class DaskExecutor(Executor):
         if action not in {"add-worker", "remove-worker"} or self._closing:
             return
         if action == "remove-worker" and not news.get("expected"):
-            self._on_warning("a Dask worker was lost; another one repeats its work")
+            self._on_warning("a Dask worker was lost; another one repeats its tasks")
         self._count_soon()
 
     def _count_soon(self) -> None:
-        """Schedule one count of the workers, however many events there are."""
+        """Schedule a count of the workers, one for all events until then."""
         if not self._counting:
             self._counting = True
             self._client.loop.call_later(COUNT, self._count)
@@ -164,27 +164,27 @@ class DaskExecutor(Executor):
             return
         try:
             threads = sum((await self._client.nthreads()).values())
-        except Exception:  # the next request reports a scheduler that is lost
+        except Exception:  # the next request reports a lost scheduler
             return
-        # If none are left, small work is done here, as with a single one.
+        # Without any worker, act as with a single one: this process evaluates small populations.
         self.workers = max(1, threads)
         self._alone = 0 if threads else self._alone + 1
         if self._alone == ALONE and not self._closing:
             self._on_warning(
-                "no Dask workers are left; their work waits for one. Start it with: "
+                "no Dask workers are left; the tasks wait for a new one. Start one with: "
                 f"dask worker {self._client.scheduler.address} --nthreads 1"
             )
         if self._alone:
             self._count_soon()
 
     def check(self, experiments: Iterable[Experiment]) -> None:
-        """Check that all workers have the packages of experiments in the local versions."""
+        """Check that all workers have the local versions of the packages that experiments use."""
         here = needed(experiments)
         find = finder(here)
         with self._reaching():
             there = {
                 **{f"worker {name}": found for name, found in self._client.run(find).items()},
-                # It reads the tasks, too.
+                # The scheduler unpickles tasks, too.
                 "scheduler": self._client.run_on_scheduler(find),
             }
         compare(here, there)
@@ -192,14 +192,14 @@ class DaskExecutor(Executor):
     def each(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[int, Result]]:
-        """Hand all tasks to the scheduler."""
+        """Submit all tasks to the scheduler; yield the index and result of each as it finishes."""
         distributed = _distributed()
         with self._reaching():
             futures = self._client.map(function, tasks, pure=False)
         places = {future.key: place for place, future in enumerate(futures)}
         try:
             done = distributed.as_completed(futures, self._client.loop, with_results=True)
-            del futures  # so that each result is freed once it is read
+            del futures  # free each result as soon as it has been read
             while places:
                 with self._reaching():
                     future, result = next(done)
@@ -210,12 +210,12 @@ class DaskExecutor(Executor):
                     done.clear()
 
     def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """Return the results in the tasks' order, fetched at once when all are finished."""
+        """Return the results in the order of the tasks, fetched together when all are finished."""
         distributed = _distributed()
         with self._reaching():
             futures = self._client.map(function, tasks, pure=False)
             try:
-                # `gather` would wait, too; but interrupted, it prints a traceback for each task.
+                # `gather` alone would print a traceback for each task when interrupted.
                 for future in distributed.as_completed(futures, self._client.loop):
                     if future.status != "finished":
                         future.result()  # raises
@@ -227,7 +227,7 @@ class DaskExecutor(Executor):
 
     @contextmanager
     def _reaching(self) -> Iterator[None]:
-        """Report a scheduler that is gone, and a task that ends its workers."""
+        """Convert Dask's errors about a lost scheduler, or a task that kills its workers."""
         from concurrent.futures import CancelledError
 
         from distributed import KilledWorker
@@ -237,23 +237,23 @@ class DaskExecutor(Executor):
             yield
         except KilledWorker as error:
             deaths = error.allowed_failures + 1
-            raise WorkerLostError(f"{deaths} Dask workers died over the same work") from None
+            raise WorkerLostError(f"{deaths} Dask workers died on the same task") from None
         except (CancelledError, CommClosedError, TimeoutError):
             raise GaitsimError(
                 f"the connection to the Dask scheduler at {self.address} was lost",
-                remedy="check that the scheduler runs",
+                remedy="check that the scheduler is running",
             ) from None
 
     def close(self) -> None:
-        """Leave the cluster; end workers of our own.
+        """Leave the cluster, and stop local workers.
 
-        Ctrl-C waits for that: a cluster that is half closed delays the program's end by ten
-        seconds, and its starting workers complain.
+        Ctrl-C takes effect afterwards: a half-closed cluster delays the end of the program by ten
+        seconds, and workers that are still starting print errors.
         """
 
         def end() -> None:
             self._begun.wait(PATIENCE)
-            with suppress(Exception):  # it may be lost already
+            with suppress(Exception):  # the connection may already be lost
                 self._client.close(timeout=2)
             if self._own is not None:
                 with suppress(Exception):
@@ -285,5 +285,5 @@ def _unreachable(address: str, reason: str) -> GaitsimError:
         f"cannot reach a Dask scheduler at {address!r}: {reason}",
         where="--dask",
         allowed="'local', or the address that 'dask scheduler' prints, such as tcp://host:8786",
-        remedy="check that the scheduler runs and that this machine may reach it",
+        remedy="check that the scheduler is running, and that this machine can connect to it",
     )

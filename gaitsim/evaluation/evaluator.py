@@ -1,7 +1,7 @@
-"""A population in chunks over an executor.
+"""Evaluate a population in chunks, in this process or on an executor.
 
-An individual's score depends on its own genome alone, so neither the number of chunks
-nor the order in which they finish changes a bit of the result.
+The score of an individual depends only on its own genome. The result is therefore identical for
+any number of chunks, in whatever order they finish.
 """
 
 import time
@@ -30,26 +30,26 @@ from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_context
 from gaitsim.registry.kernel_cache import missing_cache
 
-# Individuals in a chunk of a compiled body: few enough for its arrays to stay in the cache, and
-# for the memory allocator not to ask the system for them each time, but not so few that NumPy's
-# calls cost more than its work. On two cores, at best of 60, 200 spiders take 5.8 ms in chunks of
-# 50, 6.7 in chunks of 32; on one core 100 recurrence spiders take 2.4 ms, 3.0 in a single chunk.
+# Individuals per chunk for a compiled body: few enough for its arrays to fit into the cache and to
+# be allocated without a system call, but enough to outweigh the cost of NumPy's calls. Best of 60:
+# on two cores, 200 spiders take 5.8 ms in chunks of 50, 6.7 ms in chunks of 32; on one core, 100
+# recurrence spiders take 2.4 ms in chunks of 50, 3.0 ms in a single chunk.
 IN_CACHE = 50
 
 
 class Evaluator:
-    """Scores populations of one experiment; a context manager that ends its workers.
+    """Scores populations of one experiment; a context manager that stops its workers on exit.
 
-    A body that releases the interpreter's lock is moved in threads, any other in worker
-    processes if they are faster.
+    A body that releases the global interpreter lock moves in threads. Any other body moves in
+    worker processes if they are faster than this process.
 
     Args:
-        experiment: whose body and fitness to use.
-        workers: how many work at a time; None for as many as there are cores. Worker
-            processes are at most as many as cores, but at least two.
-        on_warning: called with a message for the user when a worker died, and when the workers
-            asked for are idle or more than the cores.
-        cluster: other workers for large populations; the caller closes them.
+        experiment: experiment with the body and fitness to use.
+        workers: number of threads or worker processes; None for one per core. Worker processes
+            are limited to the number of cores, but never to fewer than two.
+        on_warning: called with a message for the user if a worker died, or if workers that the
+            user asked for remain idle or exceed the cores.
+        cluster: executor of a cluster, used for large populations; the caller closes it.
     """
 
     def __init__(
@@ -66,19 +66,18 @@ class Evaluator:
         if experiment.in_python and not (cluster or threads):
             if asked > 1 and workers:
                 code = " and the ".join(map(str, experiment.outside))
-                on_warning(f"{workers:,} workers are not used: the {code} cannot be sent to them")
+                on_warning(f"{workers:,} workers are not used: they cannot receive the {code}")
             asked = 1
         self._threads = 1 if not threads else cores() if cluster else asked
         self._pool = ThreadPoolExecutor(self._threads, "gaitsim") if self._threads > 1 else None
         self._own = None
         if not (cluster or threads or asked == 1):
-            # Starting 32 of 1,000 processes on two cores took ten times as long as starting two.
-            # Two on a single core, too, so that runs there can be checked in the same way.
+            # More processes than cores only start more slowly: on two cores, 32 processes took ten
+            # times as long to start as two. A single core also gets two, so that runs with worker
+            # processes can be tested on it.
             most = max(2, cores())
             if asked > most:
-                on_warning(
-                    f"{asked:,} workers are more than the cores here can use; {most} are used"
-                )
+                on_warning(f"{asked:,} workers exceed the cores of this machine; {most} are used")
             self._own = ProcessExecutor(min(asked, most), on_warning)
         self._wanted = cluster is not None or workers is not None
         self._scheduler = self._task_scheduler = None
@@ -89,12 +88,12 @@ class Evaluator:
 
     @property
     def workers(self) -> int:
-        """How many work at a time if a population is shared; those of a cluster come and go."""
+        """Number of workers that share a population; on a cluster, this number may change."""
         return self._scheduler.remote.workers if self._scheduler else self._threads
 
     @property
     def elsewhere(self) -> bool:
-        """Whether workers are other processes, for which few large requests are faster."""
+        """Whether the workers are other processes, for which few large requests are faster."""
         return self._scheduler is not None
 
     def __enter__(self) -> Self:
@@ -107,14 +106,14 @@ class Evaluator:
             self._own.close()
 
     def prepare(self, individuals: int | None = None) -> None:
-        """Do once what the first generation would otherwise pay for, such as compiling.
+        """Compile kernels and check workers, so that the first generation need not.
 
         Args:
             individuals: size of the first population; None for that of the experiment.
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: remote workers lack a package, or have another version of it.
+            GaitsimError: remote workers lack a package, or have a different version of it.
         """
         prepare(self.experiment)
         if warning := missing_cache():
@@ -133,8 +132,8 @@ class Evaluator:
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: workers died over the same individuals again and again, or remote
-                workers cannot be reached any more.
+            GaitsimError: the same individuals repeatedly killed their worker, or the connection
+                to remote workers was lost.
         """
         scheduler = self._scheduler
         if scheduler is None:
@@ -160,20 +159,21 @@ class Evaluator:
     def map(
         self, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
     ) -> list[Result]:
-        """Do something else with the experiment over the same workers.
+        """Run a function over tasks on the same workers.
 
-        Worker processes that the user did not ask for start once they would have paid.
+        Unless the user asked for workers, worker processes start only when they would already
+        have saved as much time as their start takes.
 
         Args:
-            function: is called with the experiment and a task; a function of a module, or
-                a `functools.partial` of one. Its result depends on these two alone.
-            tasks: picklable, as are the results. Both stay as they are.
+            function: function of the experiment and a task, whose result depends only on these
+                two. It must belong to a module, or be a `functools.partial` of such a function.
+            tasks: picklable values, as the results must be. The function must not change them.
 
         Returns:
-            The results in the tasks' order.
+            The results in the order of the tasks.
 
         Raises:
-            GaitsimError: the function did, or a task ended its workers again and again.
+            GaitsimError: the function raised it, or a task repeatedly killed its worker.
         """
         scheduler = self._task_scheduler
         if scheduler is not None and len(tasks) > 1:
@@ -188,7 +188,7 @@ class Evaluator:
         return results
 
     def _cut(self, genomes: Genomes) -> list[Genomes]:
-        """Return the chunks for this process."""
+        """Split genomes into the chunks that this process evaluates."""
         if not self.experiment.organism.threads:
             return [genomes]
         rest = len(genomes) % (self._threads * IN_CACHE)
@@ -216,13 +216,13 @@ class Evaluator:
 
     @contextmanager
     def _lost_workers_named(self) -> Iterator[None]:
-        """If workers die again and again, name the body that they moved, and what to try."""
+        """Name the body, and suggest a remedy, in the error about repeatedly lost workers."""
         try:
             yield
         except WorkerLostError as error:
             raise GaitsimError(
                 f"{error.what}: moving {self.experiment.entries['organism']}",
-                remedy="with --workers 1 the reason may show; fewer workers need less memory",
+                remedy="--workers 1 may show the reason; fewer workers need less memory",
             ) from None
 
 

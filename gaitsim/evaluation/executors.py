@@ -1,7 +1,7 @@
-"""The contract of workers: one function over many tasks, in processes or on a cluster.
+"""The interface of executors, which run a function over many tasks in processes or on a cluster.
 
-Functions, tasks and results are picklable; a function is one of a module, or a
-`functools.partial` of one. An experiment is sent as a `SerializedExperiment`.
+Functions, tasks and results must be picklable: a function must belong to a module, or be a
+`functools.partial` of such a function. An experiment is sent as a `SerializedExperiment`.
 """
 
 import os
@@ -16,27 +16,27 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 MAX_ATTEMPTS = 3
-"""How many workers a task may kill before it is given up."""
+"""Number of workers that a task may kill before it is abandoned."""
 
 
 class WorkerLostError(GaitsimError):
-    """A task killed each worker that got it."""
+    """Raised if a task killed every worker that ran it."""
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 class Executor(ABC):
-    """Runs tasks; a context manager that ends its workers.
+    """Runs tasks on workers; a context manager that stops the workers on exit.
 
-    If a worker dies, another one repeats its task.
+    If a worker dies, another worker repeats its task.
 
     Attributes:
-        workers: how many tasks run at a time.
+        workers: number of tasks that run at the same time.
     """
 
     workers: int = 1
@@ -45,35 +45,35 @@ class Executor(ABC):
     def each(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[int, Result]]:
-        """Run tasks, started in order; yield index and result of each when it is finished.
+        """Run tasks, started in order; yield the index and result of each as it finishes.
 
-        Exceptions of the function are raised here. Closing the iterator drops the rest.
+        Exceptions of the function are raised here. Closing the iterator drops the remaining tasks.
 
         Raises:
-            WorkerLostError: a task killed its worker again and again.
-            GaitsimError: the workers cannot be reached any more.
+            WorkerLostError: a task repeatedly killed its worker.
+            GaitsimError: the connection to the workers was lost.
         """
 
     def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """Return the results of all tasks, in the tasks' order.
+        """Return the results of all tasks, in the order of the tasks.
 
         Raises:
-            WorkerLostError: a task killed its worker again and again.
-            GaitsimError: the workers cannot be reached any more.
+            WorkerLostError: a task repeatedly killed its worker.
+            GaitsimError: the connection to the workers was lost.
         """
         results = dict(self.each(function, tasks))
         return [results[place] for place in range(len(tasks))]
 
-    def check(self, experiments: Iterable[Experiment]) -> None:  # noqa: B027 - few need it
-        """Check that the workers have the packages of experiments in the local versions.
+    def check(self, experiments: Iterable[Experiment]) -> None:  # noqa: B027 - optional
+        """Check that the workers have the local versions of the packages that experiments use.
 
         Raises:
-            GaitsimError: they do not; names each package and both versions.
+            GaitsimError: a version differs; the message names each package and both versions.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """End the workers and drop their work."""
+        """Stop the workers and drop their tasks."""
 
     def __enter__(self) -> Self:
         return self

@@ -1,4 +1,4 @@
-"""The packages that workers need: those that the bits of a run depend on."""
+"""The packages that workers need: those that determine the bits of a run's results."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
@@ -7,11 +7,11 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
 
 Versions = dict[str, str]
-"""Version by package; '' if it is not installed."""
+"""Versions by package; '' for a package that is not installed."""
 
 
 def needed(experiments: Iterable[Experiment]) -> Versions:
-    """Return the local versions of gaitsim, its numerics, and the package of each plugin."""
+    """Return the local versions of gaitsim, NumPy, Numba, and the package of each plugin."""
     names = {"gaitsim", "numpy", "numba"}
     for experiment in experiments:
         names |= {experiment.entries[kind].package for kind in experiment.kinds}
@@ -19,9 +19,9 @@ def needed(experiments: Iterable[Experiment]) -> Versions:
 
 
 def finder(names: Iterable[str]) -> Callable[[], Versions]:
-    """Return a function that finds versions, even in a process without gaitsim.
+    """Return a function that finds the versions of packages, even in a process without gaitsim.
 
-    It is pickled by value, as it belongs to no module.
+    The function is pickled by value, because it does not belong to a module.
     """
     wanted = sorted(names)
 
@@ -40,14 +40,14 @@ def finder(names: Iterable[str]) -> Callable[[], Versions]:
 
 
 def compare(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> None:
-    """Check that workers have the local packages.
+    """Check that workers have the local versions of packages.
 
     Args:
-        here: local version by package.
-        there: the same of each worker, by its name.
+        here: local versions by package.
+        there: versions of each worker by package, by the name of the worker.
 
     Raises:
-        GaitsimError: a worker lacks one, or has it in another version.
+        GaitsimError: a worker lacks a package, or has a different version of it.
     """
     differing: dict[tuple[str, str], list[str]] = defaultdict(list)
     for worker, versions in sorted(there.items()):
@@ -64,7 +64,7 @@ def compare(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> 
     wanted = " ".join(f"{name}=={here[name]}" for name in sorted({name for name, _ in differing}))
     raise GaitsimError(
         "; ".join(problems),
-        allowed="the same versions everywhere, as the bits of results depend on them",
+        allowed="the same versions everywhere, because results depend on them bit for bit",
         remedy=f"on the workers: pip install {wanted}",
     )
 

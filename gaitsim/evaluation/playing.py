@@ -11,10 +11,10 @@ from gaitsim.registry import contract_error, plugin_errors
 
 
 def require_play(experiment: Experiment) -> None:
-    """Check early that the body can play joint angles.
+    """Check that the body can play joint angles.
 
     Raises:
-        GaitsimError: it has no joint angles, or cannot play them.
+        GaitsimError: the body has no joint angles, or cannot play them.
     """
     entry, organism = experiment.entries["organism"], experiment.organism
     if "joint_angles" not in organism.channels:
@@ -27,10 +27,10 @@ def require_play(experiment: Experiment) -> None:
 
 
 def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
-    """Return the motion of the experiment's body by given joint angles.
+    """Return the motion of the experiment's body with given joint angles.
 
     Args:
-        experiment: the experiment with the body.
+        experiment: experiment with the body.
         joint_angles: (population, frames, joints), radians. The body clips them to its limits;
             the motion's channel `joint_angles` holds the angles that it played.
 
@@ -40,26 +40,24 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
     """
     require_play(experiment)
     entry, organism = experiment.entries["organism"], experiment.organism
-    angles = np.array(joint_angles, dtype=np.float64)  # a copy, to which the body may write
+    angles = np.array(joint_angles, dtype=np.float64)  # a copy, in case the body changes it
     with plugin_errors(entry, "naming its joints"):
         joints = len(organism.joint_names())
     if angles.ndim != 3 or angles.shape[1] < 2 or angles.shape[2] != joints:
         raise GaitsimError(
             f"joint angles of the shape {angles.shape} do not fit {entry}",
             allowed=f"(population, frames, joints) with at least 2 frames and {joints} joints",
-            remedy="take a gait of the same body",
+            remedy="use a gait of the same body",
         )
     if not np.isfinite(angles).all():
-        raise GaitsimError(
-            "the joint angles hold values that are not finite", allowed="radians, all finite"
-        )
+        raise GaitsimError("some joint angles are not finite", allowed="finite numbers, in radians")
     with plugin_errors(entry, "playing joint angles"):
         motion = check_motion(entry, organism.play(angles))
         shape = np.shape(motion["joint_angles"])
     if shape != angles.shape:
         raise contract_error(
             entry,
-            f"played to joint_angles of the shape {shape}",
-            f"that of what it was given, {angles.shape}",
+            f"returned joint_angles of the shape {shape} from play()",
+            f"the shape of its argument, {angles.shape}",
         )
     return motion

@@ -1,4 +1,4 @@
-"""Tasks in worker processes of this machine."""
+"""Run tasks in worker processes on this machine."""
 
 import atexit
 import multiprocessing
@@ -24,7 +24,7 @@ OnWarning = Callable[[str], None]
 
 
 class _Worker:
-    """A worker process, started with this object, and the pipe to it."""
+    """A worker process, which starts with this object, and the pipe to it."""
 
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
@@ -36,7 +36,7 @@ class _Worker:
             theirs.close()
 
     def answer(self) -> tuple[bool, Any] | None:
-        """Return whether the task succeeded, and its result or exception; None if it died."""
+        """Return (True, result) or (False, exception); None if the process died."""
         try:
             answer: tuple[bool, Any] = self.pipe.recv()
         except (EOFError, OSError):
@@ -44,17 +44,17 @@ class _Worker:
         return answer
 
     def end(self) -> None:
-        """Kill the process, which may be busy or stopped; it holds nothing of value."""
+        """Kill the process, which may be busy or stopped; no data are lost."""
         self._process.kill()
         self._process.join()
         self.pipe.close()
 
 
 class ProcessExecutor(Executor):
-    """Runs tasks in worker processes, which end with this one, however it ends.
+    """Runs tasks in worker processes, which always end together with this process.
 
     Args:
-        workers: how many at most; each starts when there is work for it.
+        workers: maximum number of worker processes; each starts when there is work for it.
         on_warning: called with a message when a worker died.
     """
 
@@ -63,12 +63,12 @@ class ProcessExecutor(Executor):
         self._on_warning = on_warning
         self._idle: list[_Worker] = []
         self._busy: dict[Connection, _Worker] = {}
-        atexit.register(self.close)  # Python would wait for workers that nobody closed
+        atexit.register(self.close)  # otherwise Python waits for them when it exits
 
     def each(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[int, Result]]:
-        """Give each worker a task, and the next one when it has finished."""
+        """Run tasks; each worker gets the next task when it has finished one."""
         waiting = deque(range(len(tasks)))
         places: dict[_Worker, int] = {}
         deaths: Counter[int] = Counter()
@@ -78,7 +78,7 @@ class ProcessExecutor(Executor):
                 worker = self._submit(function, tasks[waiting[0]])
                 if worker is not None:
                     places[worker] = waiting.popleft()
-            yield from finished  # while the workers are busy again
+            yield from finished  # after the workers got new tasks
             finished = []
             for worker, answer in self._answers():
                 place = places.pop(worker, None)
@@ -88,9 +88,9 @@ class ProcessExecutor(Executor):
                     deaths[place] += 1
                     if deaths[place] == MAX_ATTEMPTS:
                         raise WorkerLostError(
-                            f"a worker process died {MAX_ATTEMPTS} times over the same work"
+                            f"a worker process died {MAX_ATTEMPTS} times on the same task"
                         )
-                    self._on_warning("a worker process died; another one repeats its work")
+                    self._on_warning("a worker process died; another one repeats its task")
                     waiting.appendleft(place)
                     continue
                 succeeded, result = answer
@@ -100,7 +100,7 @@ class ProcessExecutor(Executor):
         yield from finished
 
     def _submit(self, function: Callable[[Task], Result], task: Task) -> _Worker | None:
-        """Send a task to an idle worker, or to a new one; return None if that failed."""
+        """Send a task to an idle or new worker; return None if this failed."""
         if not self._idle and not self._start():
             return None
         worker = self._idle.pop()
@@ -112,29 +112,30 @@ class ProcessExecutor(Executor):
             worker.end()
             if not isinstance(error, OSError):
                 raise
-            self._on_warning("a worker process died while it was idle; it is replaced")
+            self._on_warning("an idle worker process died; a new one replaces it")
             return None
         return worker
 
     def _start(self) -> bool:
-        """Start a worker; return False after a warning if there are others, but no room for it."""
+        """Start a worker; if that fails while others run, warn and return False."""
         try:
-            # Ctrl-C comes before or after all of this, so that `close` knows of the worker.
+            # With signals blocked, Ctrl-C cannot leave a worker that `close` does not know.
             with hide_main_module(), block_signals():
                 self._idle.append(_Worker())
         except OSError as error:  # such as too many open files
             if not self._busy:
                 raise GaitsimError(
                     f"no worker process can start: {error}",
-                    remedy="--workers 1 needs none; 'ulimit -n' and 'ulimit -u' show the limits",
+                    remedy="try --workers 1, which starts no process, or check the limits with "
+                    "'ulimit -n' and 'ulimit -u'",
                 ) from None
             self.workers = len(self._busy)
-            self._on_warning(f"no more than {self.workers} worker processes can start: {error}")
+            self._on_warning(f"only {self.workers} worker processes can start: {error}")
             return False
         return True
 
     def _answers(self) -> Iterator[tuple[_Worker, tuple[bool, Any] | None]]:
-        """Wait for some answers; their workers are idle again, unless they died."""
+        """Wait for one or more answers; mark their workers as idle unless they died."""
         ready = wait(self._busy)
         done = [self._busy.pop(pipe) for pipe in [*self._busy] if pipe in ready]
         answers = [(worker, worker.answer()) for worker in done]
@@ -155,13 +156,13 @@ class ProcessExecutor(Executor):
 
 
 def _work(pipe: Connection) -> None:
-    """Do tasks until the parent closes the pipe; the main function of a worker."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # for the parent to handle: it saves first
+    """Run tasks until the parent closes the pipe; the main function of a worker."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # the parent handles them: it saves first
         signal.signal(number, signal.SIG_IGN)
-    os.dup2(2, 1)  # what plugins print is no result
+    os.dup2(2, 1)  # output of plugins must not mix with results on standard output
     guard_process()
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with suppress(EOFError, BrokenPipeError):  # the parent closed it
+    with suppress(EOFError, BrokenPipeError):  # the parent closed the pipe
         while True:
             pipe.send_bytes(_answer(pipe.recv_bytes()))
 
@@ -180,7 +181,7 @@ def _answer(question: bytes) -> bytes:
 
 
 def _end_with_parent() -> None:
-    """End this worker when its parent is gone, which may have been killed."""
+    """End this worker when its parent ends, even if the parent was killed."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -188,7 +189,7 @@ def _end_with_parent() -> None:
 
 
 class _MainModule:
-    """The script that runs here; hidden as long as anyone wants it to be."""
+    """The `__main__` module, replaced while any caller is in a `hidden` block."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -197,10 +198,9 @@ class _MainModule:
 
     @contextmanager
     def hidden(self) -> Iterator[None]:
-        """Keep processes that start in the block from importing the script.
+        """Keep processes that start in the block from importing the main script.
 
-        They need nothing of it, and would run whatever it does outside of
-        `if __name__ == "__main__":`.
+        They do not need it, and would run all code outside `if __name__ == "__main__":`.
         """
         with self._lock:
             if not self._users:
@@ -223,12 +223,12 @@ hide_main_module = _MainModule().hidden
 def block_signals() -> Iterator[None]:
     """Block SIGINT and SIGTERM in child processes that start in the block.
 
-    A terminal sends Ctrl-C to all of them, before they could ignore it themselves.
+    A terminal sends Ctrl-C to all processes, even before they can set their own handlers.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # the first child would start it, which unblocks signals
+    resource_tracker.ensure_running()  # starting it with the first child would unblock signals
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, signal.SIGTERM])
     try:
         yield

@@ -1,4 +1,4 @@
-"""Evaluate one chunk of a population: move it, score it, and check the contract."""
+"""Evaluate one chunk of a population: move it, score it, and check plugin contracts."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ from gaitsim.registry import Entry, contract_error, plugin_errors
 
 Scores = NDArray[np.float64]
 LARGEST_SCORE = 1e100
-"""Greatest magnitude of a score; an individual with a larger one has failed."""
+"""Largest magnitude of a score; an individual beyond it has failed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,10 +22,11 @@ class Evaluation:
     """The scores of a population.
 
     Attributes:
-        scores: (population,) float64, more is better; −inf if it is not finite, or too large.
-        terms: the summands of the scores by name, each (population,) float64.
-        reasons: why a score is −inf, by the individual's index.
-        values: the terms and measures that the search reads by name, each (population,).
+        scores: (population,) float64, higher is better; −inf for individuals that failed and for
+            sums that are not finite or too large.
+        terms: terms of the scores by name, each (population,) float64.
+        reasons: reason for each score of −inf, by the index of the individual.
+        values: terms and measures that the search reads, by name, each (population,).
     """
 
     scores: Scores
@@ -39,16 +40,16 @@ class Evaluation:
 
 
 Evaluate = Callable[[Genomes, int], Evaluation]
-"""Scores genomes, (population, genes), in the worlds of a generation, from 1."""
+"""A function that scores genomes, (population, genes), in the worlds of a generation."""
 
 
 def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> Evaluation:
     """Move and score genomes, (population, genes), in the worlds of the experiment.
 
     Args:
-        experiment: their body, fitness and worlds.
-        genomes: left unchanged.
-        generation: in whose worlds, from 1.
+        experiment: experiment with the body, the fitness and the worlds.
+        genomes: genomes, which are not changed.
+        generation: number of the generation, counted from 1, in whose worlds they move.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
@@ -62,32 +63,32 @@ def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> E
 
 
 def _evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
-    """Move and score genomes, (population, genes), in one world; leave them unchanged."""
-    # The body gets a copy, so that its changes reach neither the search nor the checkpoint. It is
-    # writable, as Numba compiles once more for arrays that are not.
+    """Move and score genomes, (population, genes), in one world."""
+    # The body gets a copy, so that it cannot change the genomes of the search or the checkpoint.
+    # The copy is writable, because Numba would recompile for read-only arrays.
     lent, body = genomes.copy(), experiment.entries["organism"]
     with plugin_errors(body, "moving a population"):
         motion: object = experiment.organism.move(lent)
     if not np.array_equal(lent, genomes):
-        raise contract_error(body, "changes the genomes that it is given")
+        raise contract_error(body, "modifies the genomes passed to it")
     evaluation = evaluate_motion(experiment, motion, len(genomes))
     read = values_read(experiment, check_motion(body, motion), evaluation.scores, evaluation.terms)
-    # A channel may be a view of them.
+    # A channel may be a view of the genomes, and the fitness may have changed it.
     if not np.array_equal(lent, genomes):
-        raise contract_error(experiment.entries["fitness"], "changes the motion that it is given")
+        raise contract_error(experiment.entries["fitness"], "modifies the motion passed to it")
     return replace(evaluation, values=read)
 
 
 def combined(
     experiment: Experiment, worlds: Sequence[World], evaluations: Sequence[Evaluation]
 ) -> Evaluation:
-    """Return the evaluation of a population over worlds, from that in each of them.
+    """Combine the evaluations of a population in several worlds.
 
-    Each term and value is the mean over those of an individual's worlds that count. An individual
-    that fails in one world has failed.
+    Each term and value is the mean over an individual's worst `experiment.worlds.counted` worlds.
+    An individual that fails in one world has failed.
 
     Raises:
-        PluginError: the fitness has different terms in different worlds.
+        PluginError: the fitness returned different terms in different worlds.
     """
     for evaluation in evaluations:
         check_terms(experiment, evaluations[0], evaluation)
@@ -112,7 +113,7 @@ def combined(
 
 
 def evaluate_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
-    """Score what a body returned as the motion of a population; `values` is empty.
+    """Score the object that a body returned as the motion of a population; `values` is empty.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
@@ -135,12 +136,12 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
 
 
 def _summed(terms: Mapping[str, Scores], reasons: dict[int, str]) -> Scores:
-    """Return the sums of terms; −inf for those that failed, to whose reasons it adds."""
+    """Return the sums of the terms, with −inf for failed individuals; add missing reasons."""
     scores = np.zeros(len(next(iter(terms.values()))))
     with np.errstate(over="ignore", invalid="ignore"):
-        for term in terms.values():  # in the fitness's own order, on which the last bit depends
+        for term in terms.values():  # the last bit of a sum depends on this order
             scores += term
-    # Larger ones cannot be drawn or averaged: their differences and squares are not finite.
+    # Larger scores cannot be plotted or averaged: their differences and squares are not finite.
     for index in np.flatnonzero(~(np.abs(scores) <= LARGEST_SCORE)).tolist():
         wrong = [f"{name} is {t[index]}" for name, t in terms.items() if not np.isfinite(t[index])]
         reasons.setdefault(index, ", ".join(wrong) or "the sum of the terms is too large")
@@ -149,15 +150,15 @@ def _summed(terms: Mapping[str, Scores], reasons: dict[int, str]) -> Scores:
 
 
 def _failures(body: Entry, motion: Motion) -> dict[int, str]:
-    """Return the reasons of the body for failed individuals, by index."""
+    """Return the failures that the body reports: reasons by index."""
     for index, reason in motion.failures.items():
         if not (isinstance(index, int) and 0 <= index < motion.population and str(reason)):
             raise contract_error(
                 body,
                 f"reports {reason!r:.80} as the failure of the individual {index!r:.80}",
-                f"an int from 0 to {motion.population - 1}, and a text",
+                f"an int from 0 to {motion.population - 1}, and a string",
             )
-    # A lone surrogate, as in names of files, cannot be written.
+    # Lone surrogates, which names of files may contain, cannot be encoded.
     return {
         index: str(motion.failures[index]).encode(errors="backslashreplace").decode()
         for index in sorted(motion.failures)
@@ -165,7 +166,7 @@ def _failures(body: Entry, motion: Motion) -> dict[int, str]:
 
 
 def moved(experiment: Experiment, genomes: Genomes) -> Motion:
-    """Move genomes, (population, genes), without a score; leave them unchanged.
+    """Move genomes, (population, genes), without scoring them; they are not changed.
 
     Raises:
         PluginError: the body fails or breaks its contract; names its package.
@@ -177,18 +178,18 @@ def moved(experiment: Experiment, genomes: Genomes) -> Motion:
 
 
 def check_motion(body: Entry, motion: object) -> Motion:
-    """Return what a body returned, if it is a motion.
+    """Return the object that a body returned as its motion, if it is one.
 
     Raises:
-        PluginError: it is not; names the body's package.
+        PluginError: it is not a motion; names the body's package.
     """
     if not isinstance(motion, Motion):
-        raise contract_error(body, f"moved to a {type(motion).__name__}", "a Motion")
+        raise contract_error(body, f"returned a {type(motion).__name__} as its motion", "a Motion")
     return motion
 
 
 def _check_channels(experiment: Experiment, motion: Motion, population: int) -> None:
-    """Let the body compute the channels that the fitness reads, and check their axes."""
+    """Compute the channels that the fitness reads, and check their axes."""
     body, channels = experiment.entries["organism"], experiment.organism.channels
     for name in experiment.fitness.needs:
         with plugin_errors(body, f"computing the channel {name!r}"):
@@ -196,42 +197,42 @@ def _check_channels(experiment: Experiment, motion: Motion, population: int) -> 
         if shape[:1] != (population,) or not channels[name].fits(shape):
             raise contract_error(
                 body,
-                f"gave the channel {name!r} the shape {shape}",
+                f"returned the channel {name!r} with the shape {shape}",
                 f"{channels[name].shape}, as declared, with a population of {population}",
             )
 
 
 def _name(fitness: Entry, name: object) -> str:
-    """Return the name of a term as a plain str: files take no subclass, such as a StrEnum."""
+    """Return the name of a term as a plain str: files support no subclass, such as a StrEnum."""
     if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
         raise contract_error(
-            fitness, f"names a term {name!r:.80}", "a printable text, 200 characters"
+            fitness, f"names a term {name!r:.80}", "a printable string of 1 to 200 characters"
         )
     return str.__str__(name)
 
 
 def _term(fitness: Entry, name: str, term: object, population: int) -> Scores:
     try:
-        # A copy: a fitness may return the same array again and again.
+        # A copy, because a fitness may reuse the array that it returns.
         values = np.array(term)
         if values.dtype.kind not in "fiub":
             raise TypeError
         values = values.astype(np.float64, copy=False)
     except (TypeError, ValueError):
         raise contract_error(
-            fitness, f"gave {term!r:.80} for the term {name!r}", "real numbers"
+            fitness, f"returned {term!r:.80} for the term {name!r}", "real numbers"
         ) from None
     if values.shape != (population,):
         raise contract_error(
             fitness,
-            f"gave the term {name!r} the shape {values.shape}",
+            f"returned the term {name!r} with the shape {values.shape}",
             f"(population,) = ({population},)",
         )
     return values
 
 
 def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -> None:
-    """Check that a fitness has the same terms, in the same order, for every motion.
+    """Check that a fitness returns the same terms in the same order for every motion.
 
     Raises:
         PluginError: the names differ.
@@ -245,7 +246,7 @@ def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -
 
 
 def joined(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
-    """Join the evaluations of chunks, in order, to that of the population.
+    """Join the evaluations of consecutive chunks to the evaluation of the population.
 
     Raises:
         PluginError: the chunks have different terms.

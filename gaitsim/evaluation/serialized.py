@@ -1,4 +1,4 @@
-"""An experiment on its way to workers."""
+"""Send an experiment to workers."""
 
 import socket
 from functools import lru_cache
@@ -13,7 +13,7 @@ from gaitsim.registry import plugin_errors
 
 
 class SerializedExperiment:
-    """An experiment that is pickled as its TOML; each worker process parses it once."""
+    """An experiment that is pickled as TOML; each worker process parses it once."""
 
     def __init__(self, experiment: Experiment) -> None:
         self._experiment: Experiment | None = experiment
@@ -26,7 +26,7 @@ class SerializedExperiment:
                 raise GaitsimError(
                     f"the {entry} cannot be sent to other processes",
                     where=entry.target,
-                    remedy="leave the workers out, or install it in a package: gaitsim plugins new",
+                    remedy="omit the workers, or create a package with 'gaitsim plugins new'",
                 )
             self._state = experiment.to_toml(), tuple(needed([experiment]).items())
         return self._state
@@ -36,11 +36,11 @@ class SerializedExperiment:
 
     @property
     def experiment(self) -> Experiment:
-        """Return the experiment, prepared; in the process that it came from, the same object.
+        """Return the experiment, ready to evaluate; in its original process, the same object.
 
         Raises:
-            GaitsimError: this process lacks a package of it or has another version, or its
-                body fails.
+            GaitsimError: a package of the experiment is missing in this process or has a different
+                version, or the body fails.
         """
         return self._experiment or _parsed(*self.__getstate__())
 
@@ -51,7 +51,7 @@ State = tuple[str, tuple[tuple[str, str], ...]]
 
 @lru_cache(maxsize=4)
 def _parsed(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
-    # This worker may have joined after all were asked for their packages.
+    # This worker may have joined after the packages of all workers were checked.
     wanted = dict(packages)
     compare(wanted, {f"worker on {socket.gethostname()}": finder(wanted)()})
     experiment = parse_experiment(toml, "the experiment")

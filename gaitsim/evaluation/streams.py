@@ -1,4 +1,4 @@
-"""Random streams: each purpose in each generation has one, so that no generator is saved."""
+"""Random streams: one for each purpose and generation, so that no generator state is saved."""
 
 from enum import IntEnum
 
@@ -6,24 +6,24 @@ import numpy as np
 
 
 class Purpose(IntEnum):
-    """Purpose of a random stream. Other numbers would change the results of every run."""
+    """The purpose of a random stream; a different number would change the results of every run."""
 
-    INITIAL = 0  # the first genomes
+    INITIAL = 0  # genomes of the first generation
     SELECTION = 1
     CROSSOVER = 2
     MUTATION = 3
-    ASK = 4  # all further genomes
+    ASK = 4  # genomes of all later generations
     TELL = 5
-    STATE = 6  # the first state of a search
-    WORLDS = 7  # those that individuals are evaluated in
-    UNSEEN_WORLDS = 8  # those that a gait is judged in
-    SCREENING = 9  # seeds of the repeats by which a study chooses cells
-    CONFIRMATION = 10  # seeds of the repeats by which it tests them
+    STATE = 6  # initial state of a search
+    WORLDS = 7  # worlds in which individuals are evaluated
+    UNSEEN_WORLDS = 8  # worlds in which a gait is tested
+    SCREENING = 9  # seeds of the repeats with which a study selects cells
+    CONFIRMATION = 10  # seeds of the repeats with which a study tests the selected cells
 
 
 def stream(seed: int, generation: int, purpose: Purpose, island: int = 0) -> np.random.Generator:
-    """Return the random stream of one purpose in one generation, so that no state is saved.
+    """Return the random stream of one purpose in one generation.
 
-    Each island has streams of its own; the first one has those of a search without islands.
+    Each island has its own streams; island 0 has the streams of a search without islands.
     """
     return np.random.default_rng([seed, generation, purpose, *([island] if island else [])])

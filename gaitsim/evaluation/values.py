@@ -12,25 +12,25 @@ from gaitsim.registry import Entry, contract_error, plugin_errors
 
 Scores = NDArray[np.float64]
 TERM = "term:"
-"""Before the name of a term that a measure has, too."""
+"""Prefix for a term whose name is also that of a measure."""
 
 
 def values_read(
     experiment: Experiment, motion: Motion, scores: Scores, terms: Mapping[str, Scores]
 ) -> dict[str, Scores]:
-    """Return what is read beside the scores, by name, each (population,) float64.
+    """Return the terms and measures that are read, by name, each (population,) float64.
 
-    The search reads its objectives or axes; if something stands for reality, the transferability
-    model reads its features. The transferability itself is predicted later.
+    The search reads its objectives or axes. In an experiment with a reality, the transferability
+    model reads its features; the transferability itself is predicted later.
 
     Args:
-        experiment: of the motion.
-        motion: of a population.
-        scores: of this population, (population,).
-        terms: of these scores by name, each (population,).
+        experiment: experiment of the motion.
+        motion: motion of a population.
+        scores: scores of this population, (population,).
+        terms: terms of these scores by name, each (population,).
 
     Raises:
-        GaitsimError: there is no such term or measure.
+        GaitsimError: a name is neither a term nor a measure.
         PluginError: the body or the search fails or breaks its contract; names its package.
     """
     with plugin_errors(experiment.entries["search"], "naming what it reads"):
@@ -69,7 +69,7 @@ def _features(experiment: Experiment, measures: Mapping[str, Measure]) -> tuple[
     raise GaitsimError(
         f"the body {experiment.entries['organism'].name!r} has none of the usual features",
         where=f"key {TRANSFERABILITY}.features",
-        allowed=f"some of its measures: {', '.join(measures)}",
+        allowed=f"any of its measures: {', '.join(measures)}",
     )
 
 
@@ -86,7 +86,7 @@ def values_of(
     if values.shape != (population,):
         raise contract_error(
             body,
-            f"gave the measure {name!r} the shape {values.shape}",
+            f"returned the measure {name!r} with the shape {values.shape}",
             f"(population,) = ({population},)",
         )
     return values

@@ -1,4 +1,4 @@
-"""The worlds that individuals are evaluated in: values of what may vary, drawn from the seed."""
+"""The worlds in which individuals are evaluated: values of conditions, drawn from the seed."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ from gaitsim.experiment import NO_REALITY, OWN_WORLD, WORLD, Experiment
 from gaitsim.registry import plugin_errors
 
 World = Mapping[str, float]
-"""Values of conditions by name, and `seed` for what is left to chance in the world."""
+"""Values of conditions by name, and the `seed` of the world's random choices."""
 
 Ranges = Mapping[str, tuple[float, float]]
 
@@ -39,15 +39,15 @@ def conditions_of(experiment: Experiment) -> Mapping[str, Condition]:
     """Return the conditions of the body that vary between worlds, by name.
 
     Raises:
-        GaitsimError: it has none.
-        PluginError: it cannot name them.
+        GaitsimError: the body has no conditions.
+        PluginError: the body fails.
     """
     entry = experiment.entries["organism"]
     with plugin_errors(entry, "naming its conditions"):
         found = experiment.organism.conditions() if has_worlds(experiment) else {}
     if not found:
         raise GaitsimError(
-            f"the body {entry.name!r} has one world alone",
+            f"the body {entry.name!r} has only one world",
             where=experiment.name,
             allowed="a body with conditions, such as the walker",
         )
@@ -58,8 +58,8 @@ def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
     """Return the range of each condition that varies between the experiment's worlds, by name.
 
     Raises:
-        GaitsimError: there are none.
-        PluginError: the body cannot name its conditions.
+        GaitsimError: the body has no conditions.
+        PluginError: the body fails.
     """
     if experiment.worlds.ranges:
         return dict(experiment.worlds.ranges)
@@ -67,7 +67,7 @@ def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
 
 
 def drawn(experiment: Experiment, generation: int) -> tuple[World, ...]:
-    """Return the worlds of a generation, from 1; a function of the experiment's seed."""
+    """Return the worlds of a generation, counted from 1; they depend on the experiment's seed."""
     worlds = experiment.worlds
     rng = stream(experiment.seed, worlds.draw(generation), Purpose.WORLDS)
     return _sample(ranges_of(experiment), worlds.number, rng)
@@ -76,13 +76,14 @@ def drawn(experiment: Experiment, generation: int) -> tuple[World, ...]:
 def unseen(
     experiment: Experiment, number: int, ranges: Ranges | None = None, seed: int = 0
 ) -> tuple[World, ...]:
-    """Return worlds that no generation was evaluated in.
+    """Return worlds in which no generation was evaluated.
 
     Args:
-        experiment: with the body.
-        number: of worlds.
-        ranges: of the conditions that vary; None for those of the experiment's worlds.
-        seed: for other worlds; the same for each run, so that runs meet the same worlds.
+        experiment: experiment with the body.
+        number: number of worlds.
+        ranges: range of each condition that varies; None for the ranges of the experiment.
+        seed: seed of the worlds. It is independent of the experiment's seed, so that all runs are
+            tested in the same worlds.
     """
     rng = stream(seed, 0, Purpose.UNSEEN_WORLDS)
     return _sample(ranges_of(experiment) if ranges is None else ranges, number, rng)
@@ -106,20 +107,20 @@ def _sample(ranges: Ranges, number: int, rng: np.random.Generator) -> tuple[Worl
 
 
 def in_world(experiment: Experiment, world: World) -> Experiment:
-    """Return the experiment with its body in one world, whose values are within their bounds."""
+    """Return the experiment with its body in a world, whose values must be within their bounds."""
     organism = experiment.organism
     told = {**getattr(organism, WORLD), **world}
     return replace(experiment, organism=organism.model_copy(update={WORLD: told}), worlds=OWN_WORLD)
 
 
 def in_reality(experiment: Experiment) -> Experiment:
-    """Return the experiment with its body in what stands for reality.
+    """Return the experiment with the body that stands for reality.
 
     Raises:
-        ValueError: nothing does.
+        ValueError: the experiment has no such body.
     """
     if experiment.reality is None:
-        raise ValueError("nothing stands for reality")
+        raise ValueError("the experiment has no reality")
     return replace(
         experiment,
         organism=experiment.reality,
@@ -138,10 +139,10 @@ def describe(world: World) -> str:
 
 
 def parse_world(texts: Iterable[str], where: str = "") -> World:
-    """Return the world that texts describe, as `describe` writes it, a condition or more each.
+    """Parse a world from texts as `describe` writes them, each with one or more conditions.
 
     Raises:
-        GaitsimError: a condition has no value, or two.
+        GaitsimError: a condition has no finite value, or is given twice.
     """
     world: dict[str, float] = {}
     for text in (one.strip() for part in texts for one in part.split(",")):
@@ -154,7 +155,7 @@ def parse_world(texts: Iterable[str], where: str = "") -> World:
             raise GaitsimError(
                 f"{text!r} is not a condition of a world",
                 where=where,
-                allowed="a name and a number, such as 'friction 0.4', each condition once",
+                allowed="a name and a number, such as 'friction 0.4'; each condition at most once",
             ) from None
         world[name] = found
     return world

@@ -1,4 +1,4 @@
-"""The search: ask, evaluate, tell; and the loop as an iterator of frozen generations."""
+"""The evolution loop, an iterator of frozen generations: ask, evaluate, tell."""
 
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import ParallelMap, island_map

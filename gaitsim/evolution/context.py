@@ -1,4 +1,4 @@
-"""What a search works with in one call, and the check of the state that it returns."""
+"""Build the context of a call to a search, and check the state that it returns."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from gaitsim.registry import contract_error, plugin_errors
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Checked(Context):
-    """A context that blames the body for genomes that are not of its space."""
+    """A context that reports invalid genomes as errors of the body."""
 
     experiment: Experiment
 
@@ -26,7 +26,7 @@ class _Checked(Context):
             genomes = self.space.random(count, self.rng)
             belongs = self.space.contains(genomes) and len(genomes) == count
         if not belongs:
-            raise contract_error(body, "draws genomes that are not of its own space")
+            raise contract_error(body, "draws genomes outside its own genome space")
         return genomes
 
     def repair(self, genomes: Genomes) -> Genomes:
@@ -43,7 +43,7 @@ def context(
     populations: tuple[int, ...] = (),
     start: Array | None = None,
 ) -> Context:
-    """Return what the search of an experiment works with in one call."""
+    """Return the context of a call to the search of an experiment."""
     operators = None
     if experiment.search.operators:
         operators = ExperimentOperators(experiment, space, generation, island)
@@ -60,7 +60,7 @@ def context(
 
 
 def checked_state(experiment: Experiment, state: State, tests: RealityTests | None = None) -> State:
-    """Return a state as plain arrays that a checkpoint can hold, with the tests in reality.
+    """Return a state as plain arrays that a checkpoint can store, with the tests in reality.
 
     Raises:
         PluginError: the search breaks its contract; names its package.
@@ -70,7 +70,8 @@ def checked_state(experiment: Experiment, state: State, tests: RealityTests | No
         raise contract_error(entry, f"returned a {type(state).__name__} as its state", "a mapping")
     for name, values in state.items():
         if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
-            raise contract_error(entry, f"names an array of its state {name!r:.80}", "a short text")
+            what = f"names an array of its state {name!r:.80}"
+            raise contract_error(entry, what, "a printable string of 1 to 200 characters")
         if not isinstance(values, np.ndarray) or values.dtype.str not in STATE_DTYPES:
             kind = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
             raise contract_error(
@@ -79,7 +80,7 @@ def checked_state(experiment: Experiment, state: State, tests: RealityTests | No
                 "arrays of float64, int64, uint8 or bool",
             )
     found = {**state, **tests.arrays()} if tests is not None else state
-    # As a checkpoint gives them back: the last bit of a sum depends on the order in memory.
+    # In C order, as a checkpoint restores them: the last bit of a sum depends on the memory order.
     found = {name: np.asarray(values, order="C") for name, values in found.items()}
     for values in found.values():
         values.setflags(write=False)

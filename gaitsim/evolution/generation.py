@@ -1,4 +1,4 @@
-"""What the loop yields: one finished generation, frozen."""
+"""The value that the loop yields: one finished generation, frozen."""
 
 import math
 from collections.abc import Mapping
@@ -15,14 +15,15 @@ from gaitsim.repr_mixin import ReprField, ReprMixin
 
 @dataclass(frozen=True)
 class Progress:
-    """The state of a search apart from its population.
+    """The progress of a search, apart from its population and state.
 
     Attributes:
         evaluations: number of individuals evaluated.
-        best_score: the best score so far, −inf where none was finite.
-        stagnation: generations since the best score last rose.
-        threshold: score that the next champion must beat; None where none is kept.
-        stage: number of the stage, from 1; changing the experiment of a run begins the next.
+        best_score: best score so far; −inf if none was finite.
+        stagnation: number of generations since the best score last increased.
+        threshold: score that the next champion must beat; None if no champions are kept.
+        stage: number of the stage, counted from 1; changing the experiment of a run starts the
+            next stage.
     """
 
     evaluations: int
@@ -32,15 +33,15 @@ class Progress:
     stage: int = 1
 
     def next_stage(self, evolution: Evolution, *, reevaluated: bool, population: int) -> "Progress":
-        """Return the progress with which the next stage begins.
+        """Return the progress at the start of the next stage.
 
-        New scores cannot be compared with those of the stage before. Re-evaluating the population
-        counts.
+        If the population is re-evaluated, its individuals count as evaluations, and the best score
+        starts afresh, because scores of the two stages cannot be compared.
 
         Args:
-            evolution: of the next stage.
-            reevaluated: whether body, fitness or worlds were changed.
-            population: individuals.
+            evolution: size and length of the search in the next stage.
+            reevaluated: whether the body, the fitness or the worlds have changed.
+            population: number of individuals.
         """
         if not reevaluated:
             return replace(self, stage=self.stage + 1)
@@ -48,13 +49,13 @@ class Progress:
         return replace(progress, stage=self.stage + 1)
 
     def with_other_scores(self, evolution: Evolution, evaluated: int) -> "Progress":
-        """Return the progress before a generation whose scores compare with none before it.
+        """Return the progress before a generation with scores not comparable with earlier ones.
 
-        Best score and threshold start as in a run's first generation.
+        The best score and the threshold restart as in the first generation of a run.
 
         Args:
-            evolution: of the generation.
-            evaluated: individuals that were re-evaluated.
+            evolution: size and length of the search.
+            evaluated: number of individuals that were re-evaluated.
         """
         return replace(
             self,
@@ -70,16 +71,16 @@ class Generation(ReprMixin):
     """One evaluated generation; its arrays are frozen as well.
 
     Attributes:
-        number: from 1.
+        number: number of the generation, counted from 1.
         genomes: (population, genes).
-        evaluation: its scores, their terms, and reasons of failures.
-        progress: of the search, this generation included.
-        diversity: of the genomes, by their space's measure.
-        seconds: time that asking for it and evaluating it took.
-        is_champion: whether its best individual beat the threshold.
-        stop: why the search ends here, '' where it continues.
-        state: of the search, after this generation's scores.
-        figures: what the search says of itself, by name.
+        evaluation: scores of the genomes, their terms, and reasons for failures.
+        progress: progress of the search, including this generation.
+        diversity: diversity of the genomes, as their space defines it.
+        seconds: time that `ask` and the evaluation took.
+        is_champion: whether the best individual beat the threshold.
+        stop: reason why the search ends after this generation; '' if it continues.
+        state: state of the search after `tell`.
+        figures: numbers about the search by name; see `Search.figures`.
     """
 
     number: int
@@ -99,12 +100,12 @@ class Generation(ReprMixin):
 
     @property
     def scores(self) -> NDArray[np.float64]:
-        """(population,), more is better."""
+        """The scores, (population,); higher is better."""
         return self.evaluation.scores
 
     @property
     def best(self) -> int:
-        """Index of the best individual; the first of equals."""
+        """Index of the best individual; the first of those with equal scores."""
         return int(np.argmax(self.scores))
 
     def _repr_fields(self) -> Mapping[str, ReprField]:

@@ -1,14 +1,14 @@
-"""Islands: populations that evolve apart and now and then exchange their best.
+"""Islands: populations that evolve separately and occasionally exchange their best individuals.
 
-    bred from generation g:   island 0      island 1      island 2
-                              ask           ask           ask          each its own random streams
+    after generation g:       island 0      island 1      island 2
     g a multiple of `every`:  best ───────▶ worst
                                             best ───────▶ worst
-                                                                ──▶ …  then they are asked
+                                                                ──▶ …
+    always:                   ask           ask           ask          with separate random streams
 
-A generation's genomes are those of all islands, one island after the other, and so are its
-scores. The history records a generation before its migration. With islands or without, each
-generation is a function of the one before.
+The genomes and scores of a generation are those of all islands, one island after another. The
+history records a generation before its migration. With or without islands, each generation is a
+function of the previous one.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,11 +34,12 @@ class Epoch:
     """A task: the generations of one island between two migrations.
 
     Attributes:
-        island: number of the island, from 0.
-        first: first generation to ask for.
-        last: last generation to ask for.
-        genomes: population before the first one, (population, genes), immigrants included.
-        scores: of these, (population,).
+        island: number of the island, counted from 0.
+        first: number of the first generation to ask for.
+        last: number of the last generation to ask for.
+        genomes: population before the first generation, including immigrants,
+            (population, genes).
+        scores: scores of these genomes, (population,).
     """
 
     island: int
@@ -51,13 +52,13 @@ class Epoch:
 ParallelMap = Callable[
     [Callable[[Experiment, Epoch], list[Made]], Sequence[Epoch]], list[list[Made]]
 ]
-"""Applies a function of an experiment and a task to all tasks, in order, as `Evaluator.map`."""
+"""A function that maps a function of an experiment and a task over tasks, as `Evaluator.map`."""
 
 
 def migrated(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes, Scores]:
-    """Replace the worst of each island by copies of the best of its neighbours.
+    """Replace the worst individuals of each island with copies of the best of its neighbours.
 
-    Of equal scores, the first counts as better. All islands send before any receives.
+    If scores are equal, the first counts as better. All islands send before any receives.
 
     Args:
         islands: topology and number of migrants.
@@ -89,9 +90,10 @@ def initial_islands(
     """Return generation 1 of all islands, (individuals, genes).
 
     Args:
-        experiment: its search and seed.
-        space: the genome space.
-        warm_start: genome that each population is made of, (genes,); None draws them.
+        experiment: experiment with the search and the seed.
+        space: genome space.
+        warm_start: genome around which each population is drawn, (genes,); None for random
+            populations.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -108,11 +110,11 @@ def next_islands(
     """Return generation `number` of all islands, (individuals, genes), after a migration if due.
 
     Args:
-        experiment: its search and seed.
-        space: the genome space.
-        genomes: the generation before, (individuals, genes); not changed.
-        scores: of these, (individuals,).
-        number: of the generation to ask for, from 2.
+        experiment: experiment with the search and the seed.
+        space: genome space.
+        genomes: genomes of the previous generation, (individuals, genes); not changed.
+        scores: scores of these genomes, (individuals,).
+        number: number of the generation to ask for, at least 2.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -153,16 +155,16 @@ def _epochs(
 
 
 def epoch_end(experiment: Experiment, first: int) -> int:
-    """Return the last generation that starts before the next migration, from `first` on."""
+    """Return the number of the last generation before the next migration, at least `first`."""
     every = experiment.islands.every
     return min(-(-first // every) * every, max(experiment.evolution.generations, first))
 
 
 def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
-    """Evolve one island for an epoch; runs on a worker.
+    """Evolve one island for an epoch; this function runs on a worker.
 
     Returns:
-        Each generation's population and its evaluation.
+        The population and the evaluation of each generation.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -179,10 +181,10 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
 
 
 def island_map(evaluator: Evaluator) -> ParallelMap | None:
-    """Return the map that evolves islands on the evaluator's workers; None if not worth it.
+    """Return the map that evolves islands on the evaluator's workers; None if it is not faster.
 
-    With fewer islands than workers, or with threads, it is faster to evolve all islands here,
-    generation by generation, and to let the workers evaluate individuals.
+    With fewer islands than workers, or with threads, it is faster to evolve all islands in this
+    process, generation by generation, and to let the workers evaluate individuals.
     """
     number = evaluator.experiment.islands.number
     worth = number > 1 and evaluator.elsewhere and number >= evaluator.workers
@@ -192,17 +194,17 @@ def island_map(evaluator: Evaluator) -> ParallelMap | None:
 def parallel_epoch(
     experiment: Experiment, parallel_map: ParallelMap, genomes: Genomes, scores: Scores, first: int
 ) -> list[Made]:
-    """Evolve all islands from generation `first` to the next migration, one task an island.
+    """Evolve all islands from generation `first` to the next migration, one task per island.
 
     Args:
-        experiment: its search and seed.
-        parallel_map: runs the tasks.
-        genomes: the generation before, (individuals, genes).
-        scores: of these, (individuals,).
-        first: first generation to ask for, from 2.
+        experiment: experiment with the search and the seed.
+        parallel_map: function that runs the tasks.
+        genomes: genomes of the previous generation, (individuals, genes).
+        scores: scores of these genomes, (individuals,).
+        first: number of the first generation to ask for, at least 2.
 
     Returns:
-        Each generation of all islands and its evaluation.
+        The genomes of all islands and their evaluation, for each generation.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.

@@ -2,13 +2,13 @@
 
     state ─▶ ask ─▶ evaluate ─▶ tell ─▶ Generation 1 ─▶ ask ─▶ evaluate ─▶ tell ─▶ Generation 2 …
                                             │
-                                            └─▶ the caller writes, shows, stops
+                                            └─▶ the caller saves it, shows it, or stops
 
-Between two generations nothing is pending. A caller that stops iterating loses nothing, and
-starting again from a `Generation` yields the same ones after it.
+Nothing is pending between two generations. A caller that stops iterating loses nothing, and
+resuming from a `Generation` yields the same later generations.
 
-Where the worlds of a generation are other than those before, scores cannot be compared: the best
-score begins anew, and what the search remembers is re-evaluated before it is told new scores.
+If a generation has other worlds than the previous one, their scores cannot be compared. The best
+score then starts afresh, and the genomes that the search remembers are re-evaluated before `tell`.
 """
 
 import math
@@ -48,15 +48,16 @@ def evolve(
     """Evolve generation after generation until a stop condition holds.
 
     Args:
-        experiment: what to evolve, and how.
-        evaluate: scores a population in the worlds of a generation.
+        experiment: experiment to evolve.
+        evaluate: function that scores a population in the worlds of a generation.
         after: generation to continue from; None starts with the first.
-        warm_start: genome that the initial population is made of, (genes,); None draws it.
-        parallel_map: evolves islands over workers, from one migration to the next; None evolves all
-            of them here, generation by generation. The result is the same.
+        warm_start: genome around which the initial population is drawn, (genes,); None for a
+            random population.
+        parallel_map: function that evolves islands on workers, from one migration to the next; None
+            evolves all islands in this process, generation by generation. The result is the same.
 
     Yields:
-        Each finished generation; `stop` of the last one holds the reason.
+        Each finished generation; `stop` of the last one holds the reason for the end.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -107,9 +108,9 @@ def _next(
     warm_start: Array | None,
     parallel_map: ParallelMap | None,
 ) -> tuple[State, list[Made]]:
-    """Return the next generation, or those up to the next migration, and the state before tell."""
+    """Return the state before `tell`, and the next generation or those until a migration."""
     space, number = experiment.space(), after.number + 1 if after else 1
-    if experiment.islands.number > 1:  # searches whose state is empty
+    if experiment.islands.number > 1:  # only searches with an empty state support islands
         if after is None:
             genomes = initial_islands(experiment, space, warm_start)
         elif parallel_map is None:
@@ -128,14 +129,14 @@ def _next(
 
 
 def reevaluated(experiment: Experiment, last: Generation, evaluate: Evaluate) -> Generation:
-    """Return a generation with new scores of the same genomes, to continue from.
+    """Return a generation with new scores for the same genomes, to continue from.
 
     The genomes whose scores the search remembers are re-evaluated, too, and count as evaluations.
 
     Args:
-        experiment: of the next stage.
-        last: the generation, with the progress of the next stage.
-        evaluate: scores a population under that experiment.
+        experiment: experiment of the next stage.
+        last: last generation, with the progress of the next stage.
+        evaluate: function that scores a population under that experiment.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -150,10 +151,16 @@ def reevaluated(experiment: Experiment, last: Generation, evaluate: Evaluate) ->
 def advance(
     before: Progress, best: float, evaluated: int, evolution: Evolution
 ) -> tuple[Progress, bool]:
-    """Return the progress after a generation with this best score, and whether it is a champion.
+    """Return the progress after a generation, and whether its best individual is a champion.
 
-    A champion's score is above the threshold, which then rises to it in whole steps of
+    The score of a champion exceeds the threshold, which then rises to it in whole steps of
     `delta_fitness`.
+
+    Args:
+        before: progress before the generation.
+        best: best score of the generation.
+        evaluated: number of individuals evaluated in it.
+        evolution: size and length of the search.
     """
     threshold = before.threshold
     is_champion = threshold is not None and best > threshold
@@ -174,12 +181,12 @@ def _raised(threshold: float, best: float, step: float) -> float:
     """Return the threshold raised in whole steps to `best` or just above."""
     steps = (best - threshold) / step
     raised = threshold + step * math.ceil(steps) if math.isfinite(steps) else best
-    # Rounding may leave it below, and then the same individual would be a champion again.
+    # If rounding left it below, the same individual would be a champion a second time.
     return raised if best <= raised < math.inf else best
 
 
 def stop_reason(evolution: Evolution, number: int, progress: Progress, individuals: int) -> str:
-    """Return why a search ends after generation `number`, or '' where it continues."""
+    """Return why a search ends after generation `number`, or '' if it continues."""
     if number >= evolution.generations:
         return f"{number} generations are done"
     target = evolution.target_score

@@ -1,4 +1,4 @@
-"""The operators of an experiment, as its search calls them: checked, with streams of their own."""
+"""The operators of an experiment as its search calls them: checked, with separate streams."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,13 +15,13 @@ from gaitsim.registry import Entry, contract_error, plugin_errors
 
 @dataclass(frozen=True, eq=False)
 class ExperimentOperators:
-    """Implements `gaitsim.contracts.Operators` for one generation of one island.
+    """The `gaitsim.contracts.Operators` of one generation of one island.
 
     Attributes:
-        experiment: whose operators and seed to use.
-        space: the genome space.
-        generation: number of the generation to breed, which schedules follow.
-        island: number of the island, which has random streams of its own.
+        experiment: experiment with the operators and the seed.
+        space: genome space.
+        generation: number of the generation to breed; schedules of operators depend on it.
+        island: number of the island; each island has its own random streams.
     """
 
     experiment: Experiment
@@ -38,7 +38,7 @@ class ExperimentOperators:
         entry, selection = self._at("selection")
         *several, size = scores.shape
         pairs = -(-children // self._crossover.children)
-        rows = scores.reshape(-1, size).copy()  # an operator gets arrays that it may change
+        rows = scores.reshape(-1, size).copy()  # a copy, because the operator may change it
         with plugin_errors(entry, "selecting parents"):
             if len(rows) == 1:
                 parents = selection.parents(rows[0], pairs, self._rng(Purpose.SELECTION))
@@ -61,7 +61,7 @@ class ExperimentOperators:
         entry, crossover = self.experiment.entries["crossover"], self._crossover
         *several, size, genes = genomes.shape
         pairs = parents.shape[-2]
-        # All populations in one list of individuals, for operators that see rows alone.
+        # Operators see the individuals of all populations as the rows of one array.
         everyone, chosen = genomes.reshape(-1, genes), parents.reshape(-1, pairs, 2)
         rows = (chosen + size * np.arange(len(chosen))[:, None, None]).reshape(-1, 2)
         rng = self._rng(Purpose.CROSSOVER)
@@ -73,13 +73,13 @@ class ExperimentOperators:
             kept = rng.random((len(rows), 1)) >= crossover.pair_probability
             copies = everyone.take(rows.T[: crossover.children], axis=0)
             crossed = np.where(kept, copies, crossed.reshape(copies.shape))
-        # First children of all pairs, then second ones: brought together by population.
+        # All first children precede all second ones; regroup them by population.
         families = crossed.reshape(crossover.children, len(chosen), pairs, genes).swapaxes(0, 1)
         found: Genomes = families.reshape(*several, -1, genes)[..., :children, :]
         return found
 
     def mutate(self, genomes: Genomes) -> Genomes:
-        """Mutate and repair genomes, (…, population, genes) -> new array.
+        """Mutate and repair genomes, (…, population, genes) -> a new array.
 
         Raises:
             PluginError: the mutation or the body's repair fails or breaks its contract.
@@ -97,7 +97,7 @@ class ExperimentOperators:
         return crossover
 
     def _at(self, kind: str) -> tuple[Entry, Any]:
-        """Return an operator with its options at this generation, and where it comes from."""
+        """Return the entry of an operator, and the operator with its options at this generation."""
         entry = self.experiment.entries[kind]
         with plugin_errors(entry, "following its schedule"):
             return entry, self.experiment.plugin(kind).at(self.generation)
@@ -107,7 +107,7 @@ class ExperimentOperators:
 
 
 def repaired(experiment: Experiment, space: GenomeSpace, genomes: Genomes) -> Genomes:
-    """Return genomes, (individuals, genes), brought back into the body's space.
+    """Return repaired genomes, (individuals, genes), which are in the body's genome space.
 
     Raises:
         PluginError: the body fails or breaks its contract; names its package.
@@ -117,12 +117,12 @@ def repaired(experiment: Experiment, space: GenomeSpace, genomes: Genomes) -> Ge
         inside = space.repair(genomes)
         belong = space.contains(inside) and len(inside) == len(genomes)
     if not belong:
-        raise contract_error(body, "repairs genomes to ones that are not of its space")
+        raise contract_error(body, "repairs genomes to genomes outside its own genome space")
     return inside
 
 
 def _check_children(entry: Entry, children: Genomes, count: int, space: GenomeSpace) -> None:
-    """Check that repairing can bring the genomes of crossover or mutation into the space."""
+    """Check that the genomes from a crossover or mutation can be repaired."""
     _check_form(entry, children, (count, space.genes), space.dtype)
     if children.dtype.kind == "f" and not np.isfinite(children).all():
         raise contract_error(entry, "returned genes that are not finite", "finite genes")

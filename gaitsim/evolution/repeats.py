@@ -1,9 +1,9 @@
-"""Many repeats of one experiment, evolved side by side.
+"""Evolve many repeats of an experiment together.
 
-A small population costs more in calls than in arithmetic: a hundred repeats of ten
-millipedes cost little more than one. The repeats of a genetic algorithm share each generation's
-random streams and are told apart by their place in them; so a set of repeats is a function of
-experiment and number, but its first repeat is not what `gaitsim run` finds.
+For a small population, function calls cost more than arithmetic: a hundred repeats of ten
+millipedes cost little more than one. The repeats of a genetic algorithm share the random streams
+of each generation. The results therefore depend on the experiment and the number of repeats, and
+the first repeat differs from the run of `gaitsim run`.
 """
 
 from collections.abc import Iterator
@@ -26,14 +26,14 @@ def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> 
     Other stop conditions do not apply, so that repeats stay comparable.
 
     Args:
-        experiment: what to evolve, and how.
-        evaluate: scores a population; called with the genomes of all repeats.
+        experiment: experiment to evolve.
+        evaluate: function that scores a population; called with the genomes of all repeats.
         repeats: number of repeats.
 
     Yields:
-        After each generation the best score so far of each repeat, (repeats,), in the worlds of
-        that generation; −inf where none was finite. Each repeat has evaluated
-        `experiment.individuals` more.
+        After each generation, the best score so far of each repeat, (repeats,), in the worlds of
+        that generation; −inf if none was finite. Each generation adds `experiment.individuals`
+        evaluations to each repeat.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -46,7 +46,7 @@ def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> 
 
 
 def _stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
-    """Yield each generation's best score of each repeat; the search takes all at once."""
+    """Yield the best score of each repeat per generation, for a search that handles all at once."""
     space = experiment.space()
     population, islands = experiment.evolution.population, experiment.islands
     populations = repeats * islands.number
@@ -64,9 +64,9 @@ def _stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterat
 
 
 def _apart(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
-    """Yield each generation's best score of each repeat, of a search with a state for each.
+    """Yield the best score of each repeat per generation, for a search with a state per repeat.
 
-    A repeat has the random streams of an island of its own.
+    Each repeat has its own random streams, those of an island.
     """
     space, size = experiment.space(), experiment.evolution.population
     states = [initial_state(experiment, space, island=one) for one in range(repeats)]

@@ -1,4 +1,4 @@
-"""Ask an experiment's search for genomes and tell it their scores, and hold it to its contract."""
+"""Call the methods of an experiment's search, such as `ask` and `tell`, and check its contract."""
 
 from collections.abc import Mapping
 
@@ -32,7 +32,7 @@ def initial_state(
         PluginError: the search fails or breaks its contract; names its package.
     """
     entry = experiment.entries["search"]
-    with plugin_errors(entry, "beginning"):
+    with plugin_errors(entry, "creating its initial state"):
         state = experiment.search.initial(
             context(experiment, space, 1, Purpose.STATE, island=island, start=start)
         )
@@ -54,17 +54,17 @@ def ask(
     """Ask the search for a generation's genomes.
 
     Args:
-        experiment: its search and seed.
-        space: the genome space.
-        state: of the search.
-        last: the generation before; None for the first one.
+        experiment: experiment with the search and the seed.
+        space: genome space.
+        state: state of the search.
+        last: previous generation; None for the first one.
         generation: number of the generation.
-        island: number of the island, which has random streams of its own.
-        populations: several populations that share the random streams; () for one.
-        start: genome that the first generation begins from, (genes,).
+        island: number of the island; each island has its own random streams.
+        populations: shape of several populations that share the random streams; () for one.
+        start: genome around which the first generation is drawn, (genes,).
 
     Returns:
-        Genomes, (*populations, population, genes), and the state until they are told.
+        Genomes, (*populations, population, genes), and the state to pass to `tell`.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -89,12 +89,14 @@ def ask(
     if not (isinstance(genomes, np.ndarray) and genomes.shape == shape):
         raise contract_error(
             entry,
-            f"asks for genomes of shape {np.shape(genomes)}",
+            f"returned genomes of shape {np.shape(genomes)} from ask()",
             f"(population, genes) = {shape}",
         )
     if not space.contains(genomes.reshape(-1, space.genes)):
         raise contract_error(
-            entry, "asks for genomes outside the space of the body", "genomes within its bounds"
+            entry,
+            "returned genomes from ask() that are invalid for the body",
+            "genomes of its genome space, as context.repair() returns them",
         )
     return genomes, checked_state(experiment, found, tests)
 
@@ -117,7 +119,7 @@ def tell(
     generation: int,
     island: int = 0,
 ) -> State:
-    """Return the state of the search after the scores of the genomes that it asked for.
+    """Return the state of the search, given the results of the genomes that it asked for.
 
     Raises:
         PluginError: the search fails or breaks its contract; names its package.
@@ -125,7 +127,7 @@ def tell(
     tests, before = RealityTests.of(state), own(state)
     seen = results if tests is None else predicted(experiment, tests, results)
     told = context(experiment, space, generation, Purpose.TELL, island=island)
-    with plugin_errors(experiment.entries["search"], "being told scores"):
+    with plugin_errors(experiment.entries["search"], "receiving scores"):
         after = experiment.search.tell(before, seen, told)
     after = checked_state(experiment, after)
     if tests is None:
@@ -150,13 +152,13 @@ def _rescored(
     island: int = 0,
 ) -> State:
     told = context(experiment, space, generation, Purpose.TELL, island=island)
-    with plugin_errors(experiment.entries["search"], "being told new scores"):
+    with plugin_errors(experiment.entries["search"], "receiving new scores"):
         state = experiment.search.rescored(state, results, told)
     return checked_state(experiment, state)
 
 
 def remembered(experiment: Experiment, state: State) -> Genomes:
-    """Return the genomes whose scores the state holds, (genomes, genes), perhaps none.
+    """Return the genomes whose scores the state holds, (genomes, genes); possibly none.
 
     Raises:
         PluginError: the search fails; names its package.
@@ -167,7 +169,7 @@ def remembered(experiment: Experiment, state: State) -> Genomes:
 
 
 def results(genomes: Genomes, evaluation: Evaluation) -> Results:
-    """Return an evaluated population as a search is told it."""
+    """Return an evaluated population as `Search.tell` receives it."""
     return Results(genomes, evaluation.scores, evaluation.values)
 
 
@@ -181,14 +183,15 @@ def rescored(
 ) -> tuple[State, int]:
     """Re-evaluate the genomes whose scores the state holds, in the worlds of a generation.
 
-    For a changed body or fitness, or other worlds.
+    Called after the body, the fitness or the worlds have changed.
 
     Args:
-        experiment: their body, fitness and worlds.
-        state: of the search.
-        evaluate: scores genomes in the worlds of a generation.
-        generation: in whose worlds.
-        redrawn: whether only worlds are others: tests in reality, which is costly, keep.
+        experiment: experiment with the body, the fitness and the worlds.
+        state: state of the search.
+        evaluate: function that scores genomes in the worlds of a generation.
+        generation: number of the generation.
+        redrawn: whether only the worlds have changed; the costly tests in reality are then not
+            repeated.
 
     Returns:
         The state, and the number of genomes that were evaluated.
@@ -214,7 +217,7 @@ def rescored(
 
 
 def figures(experiment: Experiment, state: State) -> dict[str, float]:
-    """Return what the search says of itself for the history.
+    """Return the search's numbers about itself, for the history.
 
     Raises:
         PluginError: the search fails or breaks its contract; names its package.

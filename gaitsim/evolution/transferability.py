@@ -1,15 +1,15 @@
-"""The transferability approach: a few tests in reality teach a search what not to rely on.
+"""The transferability approach: a few tests in reality show a search where simulation is wrong.
 
-    evaluated ─▶ transferability predicted from the tests ─▶ tell ─▶ every so many generations,
-    one individual is tested in reality ─▶ those that the search keeps are predicted anew
+    evaluate ─▶ predict the transferability from the tests ─▶ tell ─▶ every few generations, test
+    one individual in reality ─▶ update the predictions of the individuals that the search keeps
 
 Source: Koos, Mouret and Doncieux 2013, "The transferability approach: crossing the reality gap in
-evolutionary robotics": the disparity between simulation and reality is learnt by Kriging over a few
-features of behaviour. Tested is the individual whose behaviour differs most from those tested
-before. Here, the disparity is the absolute difference between the scores.
+evolutionary robotics". The disparity between simulation and reality is learnt by Kriging over a few
+features of behaviour. The individual to test is the one whose behaviour differs most from that of
+the individuals tested before. Here, the disparity is the absolute difference between the scores.
 
-What the model knows is kept as arrays in the state of the search, under names of its own, so that
-every checkpoint holds it.
+The data of the model are arrays in the state of the search, with a prefix, so that every checkpoint
+stores them.
 """
 
 import math
@@ -28,10 +28,10 @@ from gaitsim.gaussian_process import posterior
 Floats = NDArray[np.float64]
 
 PREFIX = f"{TRANSFERABILITY}: "
-"""Before the names of the model's arrays in the state of a search."""
+"""Prefix of the names of the model's arrays in the state of a search."""
 
 NOISE = 0.01
-"""Variance of a disparity that was tested, in shares of that between individuals."""
+"""Variance of a measured disparity, as a share of the variance between individuals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,16 +39,17 @@ class RealityTests:
     """The tests in reality so far, and the values of the individuals that the search keeps.
 
     Attributes:
-        genomes: individuals tested, (tests, genes).
-        generations: in which they were tested, (tests,) int64.
-        features: of their simulated motion, (tests, features).
-        simulated: their scores in simulation, (tests,).
-        real: their scores in reality, (tests,); −inf for those that failed there.
-        predicted: disparity that was predicted before the test, (tests,); 0 for the first.
-        centre: value of each feature that counts as 0, (features,).
-        spread: distance from it that counts as 1, (features,).
-        kept_scores: scores of what the search keeps, (kept,).
-        kept_values: their values as the search and the model read them, (kept, values).
+        genomes: genomes of the individuals tested, (tests, genes).
+        generations: number of the generation of each test, (tests,) int64.
+        features: features of the simulated motions, (tests, features).
+        simulated: scores in simulation, (tests,).
+        real: scores in reality, (tests,); −inf for individuals that failed there.
+        predicted: disparities that were predicted before the tests, (tests,); 0 for the first.
+        centre: value of each feature that is standardised to 0, (features,).
+        spread: distance from the centre that is standardised to 1, (features,).
+        kept_scores: scores of the individuals that the search keeps, (kept,).
+        kept_values: values of these individuals that the search and the model read,
+            (kept, values).
     """
 
     genomes: Genomes
@@ -64,12 +65,12 @@ class RealityTests:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """The number of tests."""
         return len(self.real)
 
     @classmethod
     def none(cls, space: GenomeSpace) -> "RealityTests":
-        """Return no tests of genomes of this space."""
+        """Return an empty set of tests for genomes of a space."""
         shapes: dict[str, tuple[int, ...]] = {"features": (0, 0), "kept_values": (0, 0)}
         empty = {one.name: np.empty(shapes.get(one.name, (0,))) for one in fields(cls)}
         genomes = np.empty((0, space.genes), space.dtype)
@@ -87,11 +88,11 @@ class RealityTests:
         return cls(**{one.name: state[PREFIX + one.name] for one in fields(cls)})
 
     def arrays(self) -> dict[str, Array]:
-        """Return them as arrays for the state of a search."""
+        """Return the tests as arrays for the state of a search."""
         return {PREFIX + one.name: getattr(self, one.name) for one in fields(self)}
 
     def mismatch(self, genes: int) -> str:
-        """Return why stored tests cannot be continued from, or ''."""
+        """Return why stored tests are inconsistent, or ''."""
         count, features, kept = self.count, self.features.shape[-1], len(self.kept_scores)
         shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
             ("generations", "simulated", "real", "predicted"), (count,)
@@ -104,26 +105,26 @@ class RealityTests:
 
     @property
     def disparity(self) -> Floats:
-        """Absolute difference between the scores; one that failed counts as 0."""
+        """Absolute difference between the scores, (tests,); a failed score counts as 0."""
         simulated, real = (np.where(np.isfinite(s), s, 0.0) for s in (self.simulated, self.real))
         disparity: Floats = np.abs(simulated - real)
         return disparity
 
     def to_dicts(self) -> list[dict[str, float]]:
-        """Return each test in the order of testing: its generation, scores and disparities."""
+        """Return the generation, scores and disparities of each test, in order of time."""
         columns = (self.generations, self.simulated, self.real, self.disparity, self.predicted)
         names = ("generation", "in simulation", "in reality", "disparity", "predicted")
         rows = zip(*(column.tolist() for column in columns), strict=True)
         return [dict(zip(names, row, strict=True)) for row in rows]
 
     def predict(self, features: Floats) -> Floats:
-        """Return the disparity that individuals are expected to have, (individuals,).
+        """Return the expected disparity of individuals, (individuals,).
 
         Source: Rasmussen and Williams 2006, "Gaussian Processes for Machine Learning", eq. 2.25,
         around the mean of the tests, with the Matérn covariance ν = 5/2.
 
         Args:
-            features: (individuals, features).
+            features: features of the individuals, (individuals, features).
         """
         count = self.count
         if not count:
@@ -141,23 +142,24 @@ class RealityTests:
         return np.maximum(expected.mean[count:], 0.0)
 
     def scaled(self, features: Floats) -> "RealityTests":
-        """Return the tests with features counted in standard deviations of these and the tests'."""
+        """Return the tests with `centre` and `spread` updated for these features and the tests'."""
         known = np.concatenate([self.features.reshape(-1, features.shape[1]), features])
         known = np.where(np.isfinite(known), known, np.nan)
-        # Summed by hand: nanmean warns of a feature that nobody has.
+        # Not nanmean, which warns of a feature that is NaN for all individuals.
         number = np.maximum((~np.isnan(known)).sum(axis=0), 1)
         centre = np.nansum(known, axis=0) / number
         spread = np.sqrt(np.nansum((known - centre) ** 2, axis=0) / number)
         return replace(self, centre=centre, spread=np.where(spread > 0, spread, 1.0))
 
     def choose(self, features: Floats, scores: Floats) -> int | None:
-        """Return the index of the individual to test; None if a test would teach nothing.
+        """Return the index of the individual to test; None if a test would add no information.
 
-        The first one is the best, others are those whose features are farthest from any tested.
+        The first test chooses the best individual; later ones choose the individual whose features
+        are farthest from those of all tests.
 
         Args:
-            features: (individuals, features).
-            scores: (individuals,).
+            features: features of the individuals, (individuals, features).
+            scores: scores of the individuals, (individuals,).
         """
         from scipy.spatial.distance import cdist
 
@@ -171,7 +173,7 @@ class RealityTests:
         return int(distance.argmax()) if distance.max() > 0 else None
 
     def _standard(self, features: Floats) -> Floats:
-        """Return features in standard deviations; one that is not finite counts as average."""
+        """Return standardised features; a value that is not finite counts as the average, 0."""
         found = (np.where(np.isfinite(features), features, np.nan) - self.centre) / self.spread
         return np.where(np.isnan(found), 0.0, found)
 
@@ -182,25 +184,25 @@ def own(state: State) -> State:
 
 
 def features_of(experiment: Experiment, names: Sequence[str], values: Floats) -> Floats:
-    """Return the features, (individuals, features), of values by name, (individuals, values)."""
+    """Return the columns of values, (individuals, values), that are features of the model."""
     wanted = experiment.transferability.features or [name for name in FEATURES if name in names]
     return values[:, [names.index(name) for name in wanted]]
 
 
 def predicted(experiment: Experiment, tests: RealityTests, results: Results) -> Results:
-    """Return the results with the transferability: the disparity predicted, negative."""
+    """Return the results with the transferability: the negative predicted disparity."""
     names, values = _columns(results.values)
     disparity = tests.predict(features_of(experiment, names, values))
     return replace(results, values={**results.values, TRANSFERABILITY: 0.0 - disparity})
 
 
 def keeping(tests: RealityTests, pool: Results, genomes: Genomes) -> tuple[RealityTests, Results]:
-    """Return the tests with the values of what the search keeps, and these as results.
+    """Return the tests with the values of the individuals that the search keeps, and their results.
 
     Args:
-        tests: with the values of what it kept before.
-        pool: what it kept before, with all individuals that it may have added.
-        genomes: what it keeps, (kept, genes).
+        tests: tests with the values of the individuals that the search kept before.
+        pool: results of those individuals, and of all that the search may have added.
+        genomes: genomes that the search keeps now, (kept, genes).
     """
     names, values = _columns(pool.values)
     rows = np.ascontiguousarray(np.concatenate([pool.genomes, genomes]))
@@ -213,7 +215,7 @@ def keeping(tests: RealityTests, pool: Results, genomes: Genomes) -> tuple[Reali
 
 
 def pooled(tests: RealityTests, before: Genomes, results: Results) -> Results:
-    """Return what the search kept before, and the individuals that it was told of."""
+    """Return the results of the individuals that the search kept before, and of new ones."""
     names, values = _columns(results.values)
     kept = tests.kept_values.reshape(-1, values.shape[1])
     return Results(
@@ -226,7 +228,7 @@ def pooled(tests: RealityTests, before: Genomes, results: Results) -> Results:
 def tested(
     experiment: Experiment, tests: RealityTests, kept: Results, generation: int
 ) -> RealityTests | None:
-    """Test one of those that the search keeps in reality; None if a test would teach nothing.
+    """Test a kept individual in reality; return None if a test would add no information.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
@@ -258,13 +260,13 @@ def retested(
     *,
     in_reality: bool,
 ) -> RealityTests:
-    """Return the tests under another experiment or in other worlds, of the same individuals.
+    """Return the tests of the same individuals under a changed experiment or in other worlds.
 
     Args:
-        experiment: what stands for reality now.
-        tests: under the experiment before.
-        evaluation: of the individuals tested, in simulation.
-        kept: what the search keeps, with new scores and values.
+        experiment: experiment with the new reality.
+        tests: tests under the previous experiment.
+        evaluation: new evaluation of the tested individuals in simulation.
+        kept: individuals that the search keeps, with new scores and values.
         in_reality: whether to repeat the tests in reality, too.
 
     Raises:
@@ -285,6 +287,6 @@ def _in_reality(experiment: Experiment, genomes: Genomes) -> Floats:
 
 
 def _columns(values: Mapping[str, Floats]) -> tuple[list[str], Floats]:
-    """Return the names of values but the prediction, and these, (individuals, values)."""
+    """Return the names of all values except the prediction, and an (individuals, values) array."""
     names = [name for name in values if name != TRANSFERABILITY]
     return names, np.stack([values[name] for name in names], axis=-1)

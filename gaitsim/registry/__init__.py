@@ -1,4 +1,4 @@
-"""Plugins by name: installed packages' entry points, presets and options."""
+"""Plugins by name: the entry points of installed packages, presets and options."""
 
 from gaitsim.registry.entry_points import (
     EXPERIMENTS,

@@ -1,4 +1,4 @@
-"""Check what a plugin class declares beside its methods."""
+"""Validate the class attributes and options that a plugin class declares."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,14 +6,14 @@ from typing import Any
 from gaitsim.contracts import Channel, GenomeSpace, Plugin
 
 OPERATORS = ("selection", "crossover", "mutation")
-"""The kinds of plugin that only a search that declares them uses."""
+"""The kinds of plugin that a search uses only if it declares them."""
 
 PLUGIN = "plugin"
 """The key that names the plugin in a section of an experiment; no option can have that name."""
 
 
 def problems(kind: str, plugin: type[Plugin]) -> list[str]:
-    """Return what is missing or invalid in the class of a plugin, a sentence each."""
+    """Return the errors in the class of a plugin, one sentence each."""
     found = []
     if kind == "organism":
         channels = getattr(plugin, "channels", None)
@@ -22,13 +22,13 @@ def problems(kind: str, plugin: type[Plugin]) -> list[str]:
             and _texts(channels.keys())
             and all(isinstance(channel, Channel) for channel in channels.values())
         ):
-            found.append("channels must be a dict with a Channel for each channel's name")
+            found.append("channels must be a dict that maps the name of each channel to a Channel")
         elif (angles := channels.get("joint_angles")) and (
             angles.axes != ("frames", "joints") or angles.unit != "rad"
         ):
             found.append("joint_angles must be Channel(('frames', 'joints'), 'rad', …)")
     if kind == "fitness" and not _texts(getattr(plugin, "needs", None)):
-        found.append("needs must be a tuple of the names of channels")
+        found.append("needs must be a tuple of channel names")
     if kind in ("search", "crossover", "mutation"):
         spaces = getattr(plugin, "spaces", None)
         if not (isinstance(spaces, tuple) and spaces and all(map(_is_space, spaces))):
@@ -37,13 +37,13 @@ def problems(kind: str, plugin: type[Plugin]) -> list[str]:
         operators: Any = getattr(plugin, "operators", None)
         if not (isinstance(operators, tuple) and {*operators} <= {*OPERATORS}):
             found.append(f"operators must be a tuple of some of {', '.join(OPERATORS)}")
-    # `children` is an option of every crossover, or a number in its class.
+    # A crossover declares `children` as an option or as a class attribute.
     if kind == "crossover" and "children" not in plugin.model_fields:
         children = getattr(plugin, "children", None)
         if not isinstance(children, int) or children not in (1, 2):
             found.append("children must be 1 or 2")
     if PLUGIN in plugin.model_fields:
-        found.append(f"an option cannot be named {PLUGIN!r}, which names the plugin in a file")
+        found.append(f"an option cannot be named {PLUGIN!r}: this key names the plugin in a file")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Names that installed packages register as entry points, found without importing a plugin."""
+"""Entry points of installed packages, listed without importing any plugin."""
 
 import os
 import re
@@ -15,9 +15,9 @@ KINDS = ("organism", "fitness", "search", "selection", "crossover", "mutation")
 EXPERIMENTS = "experiments"
 STUDIES = "studies"
 FILES = "files"
-"""Formats of files that describe a body: the suffix, and the option that takes the file's path."""
+"""File formats that describe a body: the name of the entry point is the suffix of the files."""
 PYTHON = "python:"
-"""How the names of functions and classes begin that were given in Python."""
+"""Prefix of the names of functions and classes that were given in Python."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,10 @@ class Entry:
 
     Attributes:
         kind: one of `KINDS`, `EXPERIMENTS`, `STUDIES` or `FILES`.
-        name: the name that a user types.
-        target: the object to import, `module:Class`.
-        package: the distribution that registers it.
-        version: the version of that distribution.
+        name: name that a user types.
+        target: object to import, `module:Class`.
+        package: distribution that registers the name.
+        version: version of the distribution.
     """
 
     kind: str
@@ -48,40 +48,44 @@ class Entry:
 
     @property
     def remedy(self) -> str:
-        """What to do where the plugin breaks its contract."""
+        """The remedy for a violation of the plugin's contract."""
         return (
-            f"if it is yours, 'gaitsim plugins check {self.name}' says what to fix; "
-            f"otherwise update {self.package}, or report it to its author"
+            f"if the plugin is yours, 'gaitsim plugins check {self.name}' lists its errors; "
+            f"otherwise update {self.package}, or report the error to its author"
         )
 
     def place_of(self, error: BaseException) -> str:
-        """Return where an error of the plugin was raised."""
+        """Return the place of an error of the plugin, for the message."""
         return self.target
 
 
 Entries = Mapping[str, Sequence[Entry]]
-"""By name, sorted. More than one entry under a name is a conflict between packages."""
+"""Entries by name, sorted; more than one entry under a name is a conflict between packages."""
 
 _GROUPS = {f"gaitsim.{kind}": kind for kind in (*KINDS, EXPERIMENTS, STUDIES, FILES)}
 
 
 def entries(kind: str) -> Entries:
-    """Return all entries of a kind; import no plugin."""
+    """Return all entries of a kind, without importing any plugin."""
     return _read(tuple(map(_state, sys.path)))[kind]
 
 
 def _state(folder: str) -> tuple[object, ...]:
-    """Return what changes when a package is installed into a folder or removed from it."""
+    """Return a key that changes when a package is installed into or removed from a folder."""
     try:
-        found = os.stat(folder or ".")  # noqa: PTH116 - a folder may be any text
+        found = os.stat(folder or ".")  # noqa: PTH116 - an entry of sys.path may be any text
     except (OSError, ValueError):
         return (folder,)
     return folder, found.st_dev, found.st_ino, found.st_mtime_ns
 
 
-@lru_cache(maxsize=1)  # reading them takes 5 ms, and an experiment asks for six names
+@lru_cache(maxsize=1)  # reading takes 5 ms, and an experiment looks up six names
 def _read(path: tuple[object, ...]) -> dict[str, Entries]:
-    """Return all entries by kind, as long as nothing on the path of modules has changed."""
+    """Return all entries by kind.
+
+    Args:
+        path: state of each folder on `sys.path`, the key of the cache.
+    """
     found: dict[str, dict[str, list[Entry]]] = {kind: {} for kind in _GROUPS.values()}
     packages: set[str] = set()
     for distribution in distributions():
@@ -89,7 +93,7 @@ def _read(path: tuple[object, ...]) -> dict[str, Entries]:
         if not points:
             continue
         package, version = _package(distribution)
-        if normalized(package) in packages:  # the first on the path is the one that is imported
+        if normalized(package) in packages:  # Python imports the first one on the path
             continue
         packages.add(normalized(package))
         for point in points:
@@ -104,12 +108,12 @@ def _read(path: tuple[object, ...]) -> dict[str, Entries]:
 def _points(distribution: Distribution) -> Sequence[EntryPoint]:
     try:
         return distribution.entry_points
-    except Exception:  # what it may be depends on how the file is damaged
+    except Exception:  # the type depends on how the file is damaged
         return ()
 
 
 def _package(distribution: Distribution) -> tuple[str, str]:
-    """Return name and version; the folder names a package whose metadata is damaged."""
+    """Return name and version; the folder replaces the name if the metadata is damaged."""
     folder = str(distribution.locate_file(""))
     try:
         return distribution.name or folder, distribution.version or ""
@@ -118,7 +122,7 @@ def _package(distribution: Distribution) -> tuple[str, str]:
 
 
 def normalized(package: str) -> str:
-    """Return a package's name as package indexes compare it."""
+    """Return the normalized name of a package, as package indexes compare names."""
     return re.sub(r"[-_.]+", "-", package).lower()
 
 
@@ -136,18 +140,18 @@ def unreadable() -> list[str]:
 def _name(distribution: Distribution) -> str:
     try:
         return distribution.name or "a package"
-    except Exception:  # its metadata cannot be read either
+    except Exception:  # the metadata cannot be read either
         return "a package"
 
 
 def find(kind: str, name: str) -> Entry:
-    """Return the entry of that name.
+    """Return the entry of a kind with a name.
 
     Raises:
-        PluginError: there is none, or several packages claim the name.
+        PluginError: the name is unknown, or several packages register it.
     """
     if name.startswith(PYTHON) and kind in KINDS:
-        from gaitsim.registry.python_entries import find_given  # it imports this module
+        from gaitsim.registry.python_entries import find_given  # avoids a cyclic import
 
         return find_given(kind, name)
     known = entries(kind)
@@ -157,13 +161,13 @@ def find(kind: str, name: str) -> Entry:
     if name not in known:
         raise PluginError(
             f"unknown {what} {name!r}",
-            allowed=", ".join(known) or f"none: no installed package has any {what}",
+            allowed=", ".join(known) or f"none: no installed package provides a {what}",
             remedy=nearest(name, list(known)),
         )
     claims = known[name]
     if len(claims) > 1:
         raise PluginError(
-            f"the name {name!r} of a {what} is claimed more than once: "
+            f"the {what} name {name!r} is registered more than once: "
             + " and ".join(f"by {claim.source} ({claim.target})" for claim in claims),
             remedy="uninstall one of them, or ask its author to choose another name",
         )

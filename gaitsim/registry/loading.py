@@ -1,4 +1,4 @@
-"""Load plugin classes and hold them to their contract: exactly one, or all of a kind."""
+"""Load and validate plugin classes: a single class, or all classes of a kind."""
 
 from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING
@@ -13,22 +13,22 @@ if TYPE_CHECKING:
 
 
 def load_class(kind: str, name: str) -> "type[Plugin]":
-    """Return the plugin class of that name.
+    """Return the plugin class of a name, validated against its contract.
 
     Raises:
-        PluginError: unknown or doubly claimed name, an import that fails, or something
-            that is not a plugin of that kind.
+        PluginError: the name is unknown or registered more than once, its import fails, or it is
+            not a valid plugin of the kind.
     """
     return load_entry(find(kind, name))
 
 
 def load_entry(entry: Entry) -> "type[Plugin]":
-    """Return the plugin class of an entry, checked against its contract.
+    """Return the plugin class of an entry, validated against its contract.
 
     Raises:
-        PluginError: an import that fails, or something that is not a plugin of that kind.
+        PluginError: the import fails, or the object is not a valid plugin of the kind.
     """
-    # Here, as a list of names needs neither NumPy nor pydantic.
+    # Imported here because listing names needs neither NumPy nor pydantic.
     from gaitsim import contracts
     from gaitsim.registry.class_validation import problems
     from gaitsim.registry.python_entries import PythonEntry
@@ -61,7 +61,7 @@ def load_entry(entry: Entry) -> "type[Plugin]":
 
 
 def scan(kind: str) -> "tuple[dict[str, type[Plugin]], dict[str, GaitsimError]]":
-    """Load every plugin of a kind; return the classes, and why the others failed, by name."""
+    """Load every plugin of a kind; return the classes, and the errors of the others, by name."""
     classes: dict[str, type[Plugin]] = {}
     failures: dict[str, GaitsimError] = {}
     for name in entries(kind):

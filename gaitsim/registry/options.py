@@ -1,4 +1,4 @@
-"""What the options of a plugin allow, in words, and their values from a command line."""
+"""Options of plugins: their allowed values in words, and values from a command line."""
 
 import types
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from gaitsim.toml import brief, is_long, literal, parse
 from gaitsim.toml import text as toml_text
 
 NOT_SET = "none"
-"""The value with which a user unsets an option; TOML has none for that."""
+"""The value that unsets an option; TOML has no null."""
 
 _TYPES = {
     int: "a whole number",
@@ -36,7 +36,7 @@ _BOUNDS = {
 
 
 def unit(field: FieldInfo) -> str:
-    """Return the unit of an option, or ''."""
+    """Return the unit of an option; '' for none."""
     extra = field.json_schema_extra
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
@@ -47,12 +47,12 @@ def takes(field: FieldInfo) -> str:
 
 
 def allowed(field: FieldInfo) -> str:
-    """Return type, bounds and unit of an option, such as 'a number ≥ 0.2 and ≤ 5, in Hz'."""
+    """Return the type, bounds and unit of an option, such as 'a number ≥ 0.2 and ≤ 5, in Hz'."""
     return f"{takes(field)}, in {unit(field)}" if unit(field) else takes(field)
 
 
 def meaning(field: FieldInfo) -> str:
-    """Return what an option does, on one line; '' if its author does not say."""
+    """Return the description of an option on one line; '' if it has none."""
     return " ".join((field.description or "").split())
 
 
@@ -116,20 +116,20 @@ def _choices(annotation: Any) -> Iterator[Any]:
 
 
 def _members(field: FieldInfo) -> list[Any]:
-    """Return the types of an option; of a union, each member."""
+    """Return the type of an option, or the types of a union."""
     annotation = field.annotation
     union = get_origin(annotation) in (Union, types.UnionType)
     return list(get_args(annotation)) if union else [annotation]
 
 
 def words(field: FieldInfo) -> list[str]:
-    """Return the texts that an option chooses among."""
+    """Return the strings among the choices of an option."""
     found = [choice for member in _members(field) for choice in _choices(member)]
     return [choice for choice in found if isinstance(choice, str)]
 
 
 def choices(field: FieldInfo) -> list[str]:
-    """Return the choices of an option as `--set` takes them; [] if it has other values."""
+    """Return the choices of an option as `--set` reads them; [] if it also takes other values."""
     if field.annotation is bool:
         return ["true", "false"]
     members = [member for member in _members(field) if member is not type(None)]
@@ -144,7 +144,7 @@ def optional(field: FieldInfo) -> bool:
 
 
 def written(field: FieldInfo, value: Any) -> str:
-    """Return the text that `--set` reads as `value` for an option."""
+    """Return the text that `--set` reads as a value of an option."""
     if value is None or (value == NOT_SET and optional(field)):
         return NOT_SET
     if isinstance(value, str) and value == value.strip():
@@ -154,17 +154,17 @@ def written(field: FieldInfo, value: Any) -> str:
 
 
 def shown(field: FieldInfo, value: Any) -> str:
-    """Return the text of a value for people: as `--set` reads it, or the short form if long."""
+    """Return a value for display: as `--set` reads it, or shortened if it is long."""
     return brief(value) if is_long(value) else written(field, value)
 
 
 def values(model: BaseModel) -> dict[str, Any]:
-    """Return the options of a model as TOML can hold them, without those that are not set."""
+    """Return the options of a model in types that TOML supports, without unset ones."""
     return model.model_dump(mode="json", exclude_none=True)
 
 
 def parse_value(text: str) -> Any:
-    """Return the value that TOML writes so; if it is not TOML, the text itself, unquoted."""
+    """Return the value of a TOML expression; a text that is not TOML is returned unchanged."""
     try:
         table = parse(f"value = {text}", "")
     except GaitsimError:
@@ -173,15 +173,15 @@ def parse_value(text: str) -> Any:
 
 
 def fitting(field: FieldInfo, value: Any, typed: str | None) -> Any:
-    """Return the value for an option from a value in a file or on a command line.
+    """Convert a value from a file or a command line to a value of an option.
 
-    'none' is None if the option may be unset. A value on a command line is a text if the
-    option takes texts: `--set label=12` needs no quotes.
+    'none' becomes None if the option may be unset. A value on a command line becomes a string if
+    the option takes strings: `--set label=12` needs no quotes.
 
     Args:
-        field: the option.
-        value: the value as TOML reads it.
-        typed: the text on the command line; None for a value from a file.
+        field: field of the option.
+        value: value as TOML reads it.
+        typed: text on the command line; None for a value from a file.
     """
     members = _members(field)
     if isinstance(value, str):
@@ -189,7 +189,7 @@ def fitting(field: FieldInfo, value: Any, typed: str | None) -> Any:
             return None
         if typed is not None and float in members and str not in members:
             with suppress(ValueError):
-                return float(value)  # Python reads '.5', TOML does not
+                return float(value)  # Python reads '.5' as a number, TOML does not
     elif typed is not None and (typed in words(field) or members == [str]):
         return typed
     return value

@@ -1,4 +1,4 @@
-"""Calls into plugins: which one is at work, and errors that name its package."""
+"""Calls into plugins: track the running plugin, and report errors with its package."""
 
 import os
 import threading
@@ -17,21 +17,21 @@ class _Call(NamedTuple):
     thread: int
 
 
-# Of the whole process, as Ctrl-C is: plugins may be at work in any thread.
-_active: dict[object, _Call] = {}  # in order of entry, by a key that compares by identity
+# Shared by all threads, because Ctrl-C stops the process while plugins run in any thread.
+_active: dict[object, _Call] = {}  # in order of entry; each key is a unique object
 _interrupted: list[_Call] = []
 
 
 @contextmanager
 def plugin_context(entry: Entry, doing: str) -> Iterator[None]:
-    """Note which plugin is at work, for `interrupted_plugin`.
+    """Record which plugin is running, for `interrupted_plugin`.
 
-    A copy of this process that the plugin made by `os.fork` ends with the block: it would write
-    to the run beside this process, and release its locks.
+    If the plugin forks the process with `os.fork`, the child is killed at the end of the block:
+    otherwise it would write to the same run and release this process's locks.
 
     Args:
-        entry: the plugin.
-        doing: its task, such as 'moving a population'.
+        entry: entry of the plugin.
+        doing: task of the plugin, such as 'moving a population'.
     """
     key, call = object(), _Call(entry, doing, os.getpid(), threading.get_ident())
     _active[key] = call
@@ -43,19 +43,19 @@ def plugin_context(entry: Entry, doing: str) -> Iterator[None]:
     finally:
         del _active[key]
         if os.getpid() != call.process:
-            text = f"{entry} copied this process by os.fork while {doing}; the copy is ended"
+            text = f"{entry} called os.fork while {doing}; the child process is killed"
             with suppress(OSError):
-                os.write(2, f"Warning: {text}\n".encode())  # a lock of sys.stderr may be held
+                os.write(2, f"Warning: {text}\n".encode())  # the lock of sys.stderr may be held
             _end_process(2)
 
 
 @contextmanager
 def plugin_errors(entry: Entry, doing: str) -> Iterator[None]:
-    """Turn whatever a plugin raises into a `GaitsimError` that names its package.
+    """Convert any exception of a plugin to a `GaitsimError` that names its package.
 
     Args:
-        entry: the plugin.
-        doing: its task, such as 'moving a population'.
+        entry: entry of the plugin.
+        doing: task of the plugin, such as 'moving a population'.
     """
     with plugin_context(entry, doing):
         try:
@@ -66,10 +66,10 @@ def plugin_errors(entry: Entry, doing: str) -> Iterator[None]:
             raise
         except (KeyboardInterrupt, GeneratorExit):
             raise
-        except BaseException as error:  # SystemExit, too: a plugin does not end the program
+        except BaseException as error:  # also SystemExit: a plugin must not end the program
             try:
                 reason = f"{type(error).__name__}: {error}".rstrip(": ")
-            except Exception:  # `__str__` is the plugin's code, too
+            except Exception:  # `__str__` may be the plugin's code
                 reason = type(error).__name__
             failed = contract_error(entry, f"failed while {doing}: {reason}")
             failed.where = entry.place_of(error)
@@ -77,28 +77,28 @@ def plugin_errors(entry: Entry, doing: str) -> Iterator[None]:
 
 
 def contract_error(entry: Entry, what: str, allowed: str = "") -> ContractError:
-    """Return the error of a plugin that fails or breaks its contract; it names the package."""
+    """Return the error for a plugin that fails or breaks its contract; it names the package."""
     return ContractError(
         f"{entry} {what}", where=entry.target, allowed=allowed, remedy=entry.remedy
     )
 
 
 def interrupted_plugin() -> str:
-    """Return which plugin Ctrl-C interrupted and its task, once; '' if none was at work."""
-    # The innermost call was left first; other threads may still be in theirs.
+    """Return the plugin that Ctrl-C interrupted, and its task; '' if none or already returned."""
+    # The innermost call is recorded first; other threads may still be inside theirs.
     calls = [*_interrupted[:1], *list(_active.values())[-1:]]
     _interrupted.clear()
     return f"{calls[0].entry} was {calls[0].doing}" if calls else ""
 
 
 _end_process = os._exit
-_errors: list[int] = []  # a copy of standard error
+_errors: list[int] = []  # duplicate of the descriptor of standard error
 
 
 def guard_process() -> None:
-    """Keep plugins from ending the process or closing its output; a second call does nothing.
+    """Keep plugins from ending the process or closing its output; further calls do nothing.
 
-    `os._exit` raises SystemExit in a plugin, so that it is reported and the run is closed.
+    In a plugin, `os._exit` raises SystemExit, so that the call is reported and the run is closed.
     """
     if os._exit is not _exit:
         os._exit = _exit
@@ -114,19 +114,23 @@ def _exit(status: int) -> NoReturn:
 
 
 def _check_descriptors(entry: Entry, doing: str) -> None:
-    """Refuse that a plugin closed standard output or error: files opened next would get it."""
+    """Raise an error if a plugin closed standard output or error.
+
+    The next file that is opened would reuse the descriptor, and messages would be written to it.
+    """
     closed = [number for number in (1, 2) if _errors and not _is_open(number)]
     for number in closed:
         with suppress(OSError):
             os.dup2(_errors[0], number)
     if closed:
-        names = " and ".join(f"the descriptor {number}" for number in closed)
+        names = " and ".join(f"file descriptor {number}" for number in closed)
         raise contract_error(entry, f"closed {names} while {doing}", "only files that it opened")
 
 
 def _is_open(descriptor: int) -> bool:
     try:
-        os.get_inheritable(descriptor)  # unlike fstat it keeps the lock of Python: it never waits
+        # Unlike fstat, this call keeps the interpreter lock, so it never waits.
+        os.get_inheritable(descriptor)
     except OSError:
         return False
     return True

@@ -1,7 +1,7 @@
-"""Presets and studies: TOML files that packages ship.
+"""Presets and studies: TOML files in packages.
 
-An entry point of the group `gaitsim.experiments` or `gaitsim.studies` has the file's name,
-its value is the package that contains `<name>.toml`.
+The name of an entry point of the group `gaitsim.experiments` or `gaitsim.studies` is the file's
+name; its value is the package that contains `<name>.toml`.
 """
 
 from importlib.resources import files
@@ -12,11 +12,17 @@ from gaitsim.registry import EXPERIMENTS, Entry, contract_error, find, plugin_er
 
 
 def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
-    """Return the TOML text of a preset; import its package only if it is in an archive.
+    """Return the TOML text of a preset or study.
+
+    The package is imported only if it is in an archive.
+
+    Args:
+        name: name of the preset or study.
+        kind: `EXPERIMENTS` or `STUDIES`.
 
     Raises:
-        PluginError: no package, or more than one, has a preset of that name, or its package
-            fails or does not contain the file.
+        PluginError: no package or more than one registers the name, or the package fails or does
+            not contain the file.
     """
     entry = find(kind, name)
     with plugin_errors(entry, "being read"):
@@ -27,7 +33,7 @@ def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
 
 
 def _read(entry: Entry, file: str) -> str | None:
-    # An import would run the package's code, so only its folders are found.
+    # Only locate the package's folders: an import would run its code.
     top, *inner = entry.target.split(".")
     spec = find_spec(top)
     for folder in (spec and spec.submodule_search_locations) or ():

@@ -1,8 +1,8 @@
-"""Fitness functions and bodies given in Python: known to this process alone, under a name.
+"""Fitness functions and bodies given in Python, which only this process knows by name.
 
 The name, such as `python:forward@1a2b3c4d`, ends with a checksum of the code, so that a changed
-function is another one. An experiment that names a function which this process was not given can
-be read, but neither moved nor scored.
+function gets another name. An experiment that names a function unknown to this process can be
+read, but its individuals can neither move nor be scored.
 """
 
 from dataclasses import dataclass, field
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 ARGUMENTS = {"fitness": "fitness", "organism": "body"}
 """The argument of `gs.evolve` that gives a plugin in Python, by the plugin's kind."""
 SCORE = f"{PYTHON}score"
-"""The fitness of a body that computes its own score; always known."""
+"""The name of the fitness for a body that computes its own score; always available."""
 
 
 def is_outside(name: str) -> bool:
-    """Return whether a plugin's name is that of code of a user's, which no package has."""
+    """Return whether a plugin's name refers to a user's code outside any package."""
     return name.startswith(PYTHON) and name != SCORE
 
 
@@ -30,8 +30,8 @@ class PythonEntry(Entry):
     """A function or class that was given in Python.
 
     Attributes:
-        model: its plugin class; None if this process was not given it.
-        file: the file that contains its code; '' if unknown.
+        model: plugin class of the function or class; None if this process was not given it.
+        file: path of the file that contains the code; '' if unknown.
     """
 
     model: "type[Plugin] | None" = field(default=None, repr=False, compare=False)
@@ -44,19 +44,19 @@ class PythonEntry(Entry):
 
     @property
     def argument(self) -> str:
-        """The argument that gives it, such as `fitness=forward`."""
+        """The argument that passes it to `gs.evolve`, such as `fitness=forward`."""
         return f"{ARGUMENTS.get(self.kind, self.kind)}={self.label}"
 
     @property
     def remedy(self) -> str:
-        """What to do where it breaks its contract."""
+        """The remedy for a violation of its contract."""
         return f"correct {self.label}"
 
     def __str__(self) -> str:
         return f"Python {ARGUMENTS.get(self.kind, self.kind)} {self.label!r}"
 
     def place_of(self, error: BaseException) -> str:
-        """Return the file and line of its code in which an error was raised, or passed."""
+        """Return the file and the innermost line of its code in the traceback of an error."""
         place, at = self.target, error.__traceback__
         while at is not None:
             if at.tb_frame.f_code.co_filename == self.file:
@@ -66,20 +66,20 @@ class PythonEntry(Entry):
 
     @property
     def notice(self) -> str:
-        """What a reader of the experiment has to know, one sentence."""
-        return f"The {self} is code outside the run: this cannot be reproduced from its files alone"
+        """A warning for readers of the experiment, one sentence."""
+        return f"The {self} is code outside the run: the run's files alone cannot reproduce it"
 
     def load(self) -> "type[Plugin]":
-        """Return its class, or one that stands in where this process was not given it."""
-        from gaitsim.registry.python_plugins import stand_in  # it needs NumPy
+        """Return the plugin class, or a placeholder if this process was not given it."""
+        from gaitsim.registry.python_plugins import stand_in  # imports NumPy
 
         return self.model or stand_in(self)
 
     @property
     def missing(self) -> MissingFunctionError:
-        """The error of using it where this process was not given it."""
+        """The error to raise if it is used, but this process was not given it."""
         return MissingFunctionError(
-            f"the {self} is not part of the experiment's file: it has to be given again",
+            f"the {self} is not stored in the experiment's file and must be passed again",
             where=f"{self.kind}.plugin = {self.name!a}",
             remedy=f"in Python, gs.load(RUN, {self.argument}) or gs.evolve(…, {self.argument})",
         )
@@ -89,12 +89,12 @@ _given: dict[tuple[str, str], PythonEntry] = {}
 
 
 def give(entry: PythonEntry) -> None:
-    """Make an entry known to this process; of entries of one name, the last one counts."""
+    """Register an entry in this process; it replaces an earlier entry of the same name."""
     _given[entry.kind, entry.name] = entry
 
 
 def find_given(kind: str, name: str) -> PythonEntry:
-    """Return the entry of a name that begins with `python:`; its model may be missing."""
+    """Return the entry of a name that starts with `python:`; its model may be missing."""
     if (kind, name) == ("fitness", SCORE):
         from gaitsim.registry.python_plugins import ScoreChannel
 
@@ -103,4 +103,4 @@ def find_given(kind: str, name: str) -> PythonEntry:
 
 
 OUTSIDE = "Python code outside the run"
-"""What stands for the package of a function."""
+"""The text shown in place of a package for plugins given in Python."""

@@ -32,21 +32,21 @@ _SIMPLE = (bool, int, float, complex, str, bytes, Path, type(None), np.generic)
 def given_options(
     fitness: Any = None, body: Any = None, space: Any = None
 ) -> dict[str, dict[str, Any]]:
-    """Make a fitness and a body known to this process, and return the sections that choose them.
+    """Register a fitness and a body in this process, and return the sections that choose them.
 
     Args:
-        fitness: a function (motion) -> (population,) or a dict of such terms; or an instance
-            of a subclass of `Fitness`; None for none.
-        body: a function (genomes) -> dict of channels, or the scores (population,); or an instance
-            of a subclass of `Organism`; None for none.
-        space: the genomes of a body that is a function.
+        fitness: function (motion) -> scores (population,) or a dict of such terms; or an instance
+            of a subclass of `Fitness`; or None.
+        body: function (genomes) -> dict of channels or scores (population,); or an instance of a
+            subclass of `Organism`; or None.
+        space: genome space of a body that is a function.
 
     Raises:
-        GaitsimError: something else is given.
+        GaitsimError: an argument is of another type.
     """
     found: dict[str, dict[str, Any]] = {}
     if body is not None and not isinstance(body, Organism):
-        _code_of("organism", body)  # first: a class needs no space
+        _code_of("organism", body)  # before the space, which a class needs not have
     _check_space(body, space)
     if body is not None:
         found["organism"] = _section("organism", body, space)
@@ -61,18 +61,18 @@ def _check_space(body: Any, space: Any) -> None:
     example = "space=gs.RealSpace([-5, -5], [5, 5])"
     if isinstance(body, Organism) or body is None:
         if space is not None:
-            whose = "has a genome space of its own" if body is not None else "is not given"
+            whose = "has its own genome space" if body is not None else "is missing"
             raise GaitsimError(
-                f"a space belongs to a body that is a function, but the body {whose}",
+                f"a space is allowed only with a body that is a function, but the body {whose}",
                 where="space",
-                remedy="leave the space out" if body is not None else "give the body, too",
+                remedy="omit the space" if body is not None else "pass a body, too",
             )
     elif space is None:
         raise GaitsimError(
             "a body that is a function needs a genome space",
             where="space",
             allowed="a gs.RealSpace or a gs.BitSpace",
-            remedy=f"give the bounds of its genes, as in {example}",
+            remedy=f"pass the bounds of its genes, as in {example}",
         )
     elif not isinstance(space, GenomeSpace):
         named = isinstance(space, type)
@@ -81,7 +81,7 @@ def _check_space(body: Any, space: Any) -> None:
             f"{what} is not a genome space",
             where="space",
             allowed="a gs.RealSpace or a gs.BitSpace",
-            remedy=f"give the bounds of the genes, as in {example}",
+            remedy=f"pass the bounds of the genes, as in {example}",
         )
 
 
@@ -103,7 +103,7 @@ def _section(kind: str, thing: Any, space: GenomeSpace | None) -> dict[str, Any]
 
 
 def _name_of(kind: str, model: type[Plugin]) -> str:
-    """Return the name of a class: of its installed package, or else one of this process."""
+    """Return the name of a class in its installed package, or else a new `python:` name."""
     target = f"{model.__module__}:{model.__qualname__}"
     for name, claims in entries(kind).items():
         if [claim.target for claim in claims] == [target]:
@@ -127,7 +127,7 @@ def _code_of(kind: str, thing: Any) -> CodeType:
     """Return the code of a function.
 
     Raises:
-        GaitsimError: it is no function with a name.
+        GaitsimError: `thing` is not a function with a name.
     """
     argument = ARGUMENTS[kind]
     base = f"gs.{_BASES[kind].__name__}"
@@ -138,16 +138,16 @@ def _code_of(kind: str, thing: Any) -> CodeType:
         remedy = f"{argument}={name}()" if issubclass(thing, _BASES[kind]) else remedy
     elif isinstance(thing, functools.partial):
         inner = getattr(thing.func, "__name__", "function")
-        what = f"a functools.partial of {inner} has no name by which a run could be continued"
+        what = f"a functools.partial of {inner} has no name, which is needed to resume a run"
         remedy = f"write a function that calls {inner} with these arguments"
     elif name == "<lambda>":
-        what = "a lambda has no name by which a run could be continued"
+        what = "a lambda has no name, which is needed to resume a run"
     elif not callable(thing):
         what = f"{thing!r:.80} is not a function"
     elif (code := _code(thing)) is None:
         what = f"{thing!r:.80} has no Python code"
     elif inspect.iscoroutinefunction(thing) or inspect.isgeneratorfunction(thing):
-        what = f"{name} is a generator or a coroutine, which returns no array"
+        what = f"{name} is a generator function or a coroutine, which does not return an array"
     else:
         return code
     raise GaitsimError(
@@ -159,7 +159,7 @@ def _code_of(kind: str, thing: Any) -> CodeType:
 
 
 def _code(thing: Any) -> CodeType | None:
-    """Return the code of a function, a method, or what wraps one, such as Numba's."""
+    """Return the code of a function, a method or a wrapper, such as Numba's; None without code."""
     inner = thing.fget if isinstance(thing, property) else thing
     found = getattr(inspect.unwrap(inner), "__code__", None) if callable(inner) else None
     if isinstance(thing, staticmethod | classmethod):
@@ -168,7 +168,7 @@ def _code(thing: Any) -> CodeType | None:
 
 
 def _checksum(thing: Any, space: GenomeSpace | None) -> str:
-    """Return eight letters of the SHA-256 of code, defaults, values enclosed, and the space."""
+    """Return 8 hex digits of the SHA-256 of the code, defaults, closure and genome space."""
     parts = _class_parts(thing) if isinstance(thing, type) else _function_parts(thing)
     digest = sha256("\n".join(parts).encode())
     for name, value in sorted(vars(space).items()) if space is not None else ():
@@ -216,7 +216,7 @@ def _code_parts(code: CodeType) -> Iterator[str]:
 
 
 def _plain(value: Any) -> str:
-    """Return what tells plain values and arrays apart, in any process; '' for other objects."""
+    """Return a text that identifies a plain value or array in any process; '' for other objects."""
     if isinstance(value, np.ndarray) and value.dtype != object:
         return f"{value.dtype} {value.shape} {sha256(value.tobytes()).hexdigest()}"
     if isinstance(value, tuple | list):

@@ -1,4 +1,4 @@
-"""Plugin classes behind functions that were given in Python, and behind missing ones."""
+"""Plugin classes that wrap functions given in Python or stand in for missing ones."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
@@ -23,14 +23,14 @@ from gaitsim.registry.python_entries import PythonEntry
 
 
 class UnknownChannelError(KeyError):
-    """A fitness reads a channel that the motion does not have."""
+    """Raised if a fitness reads a channel that the motion does not have."""
 
     def __str__(self) -> str:
         return str(self.args[0])
 
 
 class LentMotion(Motion):
-    """A motion whose arrays a fitness cannot change."""
+    """A motion whose arrays are read-only."""
 
     def __init__(self, motion: Motion) -> None:
         super().__init__(motion.frame_rate, {}, failures=motion.failures)
@@ -64,36 +64,36 @@ class FunctionFitness(Fitness):
     needs: ClassVar[tuple[str, ...]] = ()
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Return the function's terms; those of a function that returns one array have its name."""
+        """Return the function's terms; a single array becomes a term named after the function."""
         try:
             found = type(self).function(LentMotion(motion))
         except ValueError as error:
             if "read-only" not in str(error):
                 raise
             copied = "a copy of a channel, as in motion['feet'].copy()"
-            refused = contract_error(self.entry, "changes the motion that it is given", copied)
+            refused = contract_error(self.entry, "modifies the motion passed to it", copied)
             refused.where = self.entry.place_of(error)
             raise refused from error
         return dict(found) if isinstance(found, Mapping) else {self.entry.label: found}
 
 
 class ScoreChannel(Fitness):
-    """The score is the channel `score` of a body that computes it."""
+    """The fitness of a body that computes its own score in the channel `score`."""
 
     needs: ClassVar[tuple[str, ...]] = ()
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Return that channel.
+        """Return the channel `score` as the only term.
 
         Raises:
-            GaitsimError: the body has none.
+            GaitsimError: the motion has no such channel.
         """
         if "score" not in motion:
             raise GaitsimError(
-                "no fitness is given, and the body returned no score",
+                "no fitness was passed, and the body returned no score",
                 where=f"the body returned the channels {', '.join(motion)}",
                 allowed="a channel 'score', or one array (population,), which is the score",
-                remedy="return it, or give a function fitness=…",
+                remedy="return a score from the body, or pass a function as fitness=…",
             )
         return {"score": motion["score"]}
 
@@ -107,14 +107,14 @@ class FunctionBody(Organism):
     channels: ClassVar[Mapping[str, Channel]] = {}
 
     def genome_space(self) -> GenomeSpace:
-        """Return the space that was given with the function."""
+        """Return the genome space that was passed with the function."""
         return type(self).space
 
     def move(self, genomes: Genomes) -> Motion:
-        """Return what the function returns as a motion; a single array is the channel `score`.
+        """Return the function's result as a motion; a single array becomes the channel `score`.
 
         Raises:
-            ContractError: it returned something else.
+            ContractError: the function returned something else.
         """
         found = type(self).function(genomes)
         if isinstance(found, Motion):
@@ -130,21 +130,21 @@ class FunctionBody(Organism):
 
     def _channel(self, name: Any, values: Any, population: int) -> Array:
         if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
-            raise contract_error(self.entry, f"names a channel {name!r:.80}", "a printable text")
+            raise contract_error(self.entry, f"names a channel {name!r:.80}", "a printable string")
         try:
             array = np.asarray(values)
         except ValueError:  # lists of different lengths
             array = np.empty(0, object)
         if array.dtype.kind not in "fiub":
-            what = f"gave {values!r:.80} for the channel {name!r}"
+            what = f"returned {values!r:.80} for the channel {name!r}"
             raise contract_error(self.entry, what, "real numbers")
         if array.shape[:1] != (population,):
-            what = f"gave the channel {name!r} the shape {array.shape}"
+            what = f"returned the channel {name!r} with the shape {array.shape}"
             raise contract_error(self.entry, what, f"{_FIRST} ({population}, …)")
         return array
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Refuse: a function has no body to draw.
+        """Raise an error, because a function cannot be drawn.
 
         Raises:
             GaitsimError: always.
@@ -161,13 +161,13 @@ _CHANNELS = f"a dict of channels, or one array: {_FIRST[:-1]}"
 
 
 def stand_in(entry: PythonEntry) -> type[Plugin]:
-    """Return a class that takes any options, and refuses whatever needs the missing code."""
+    """Return a class that accepts any options and raises an error where its code is needed."""
     base = MissingBody if entry.kind == "organism" else MissingFitness
     return type(base.__name__, (base,), {"entry": entry, "__module__": __name__})
 
 
 class MissingFitness(Fitness):
-    """Stands in for a fitness that this process was not given."""
+    """A placeholder for a fitness that this process was not given."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -175,7 +175,7 @@ class MissingFitness(Fitness):
     needs: ClassVar[tuple[str, ...]] = ()
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Refuse.
+        """Raise the error of the missing function.
 
         Raises:
             MissingFunctionError: always.
@@ -184,7 +184,7 @@ class MissingFitness(Fitness):
 
 
 class MissingBody(Organism):
-    """Stands in for a body that this process was not given."""
+    """A placeholder for a body that this process was not given."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -192,17 +192,17 @@ class MissingBody(Organism):
     channels: ClassVar[Mapping[str, Channel]] = {}
 
     def genome_space(self) -> GenomeSpace:
-        """Refuse.
+        """Raise the error of the missing function.
 
         Raises:
-            MissingFunctionError: always, as do the other methods.
+            MissingFunctionError: always, as the other methods do.
         """
         raise self.entry.missing
 
     def move(self, genomes: Genomes) -> Motion:
-        """Refuse."""
+        """Raise the error of the missing function."""
         raise self.entry.missing
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Refuse."""
+        """Raise the error of the missing function."""
         raise self.entry.missing

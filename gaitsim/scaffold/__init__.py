@@ -1,6 +1,6 @@
-"""Create the package of a new plugin from templates, complete or not at all.
+"""Create the package of a new plugin from templates, either completely or not at all.
 
-Templates are those of `string.Template`, with names such as `$plugin` and `$module`.
+The templates use `string.Template`, with placeholders such as `$plugin` and `$module`.
 """
 
 import os
@@ -18,23 +18,23 @@ from gaitsim.runs.files.drafts import draft_folder, sweep
 PREFIX = "gaitsim-"
 LONGEST = 40
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-_SUFFIX = {"organism": "Body"}  # of a class's name; the kind's own name for the other kinds
+_SUFFIX = {"organism": "Body"}  # ends the class's name; other kinds use the kind itself
 
 
 def new_package(name: str, kind: str, parent: Path) -> Path:
-    """Write the package of a new plugin into the folder `name`; it works as it is.
+    """Write a complete, working package of a new plugin to the folder `name`.
 
     Args:
-        name: of the plugin; a prefix 'gaitsim-' belongs to the folder alone.
+        name: name of the plugin; a prefix 'gaitsim-' applies only to the folder.
         kind: 'organism', 'fitness', 'search', 'selection', 'crossover' or 'mutation'.
-        parent: of the new folder.
+        parent: folder in which the new folder is created.
 
     Returns:
-        The folder.
+        The path of the new folder.
 
     Raises:
         GaitsimError: the name is invalid or taken, the kind is unknown, or the folder exists or
-            cannot be created; nothing is written then.
+            cannot be created. Nothing is then written.
     """
     if kind not in KINDS:
         raise unknown("kind of plugin", kind, KINDS)
@@ -44,7 +44,7 @@ def new_package(name: str, kind: str, parent: Path) -> Path:
     folder = parent / name
     if os.path.lexists(folder):
         raise GaitsimError(
-            f"{folder} exists already", remedy="choose another name, or move it away"
+            f"{folder} already exists", remedy="choose another name, or move that folder"
         )
     _write(folder, _texts(plugin, kind))
     return folder
@@ -55,8 +55,8 @@ def _check_name(plugin: str, name: str) -> None:
         return
     better = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-0123456789")[:LONGEST].rstrip("-")
     raise GaitsimError(
-        f"{name!r} cannot name a plugin and its package",
-        allowed=f"up to {LONGEST} small letters, digits and single hyphens, a letter first",
+        f"{name!r} is not a valid name for a plugin and its package",
+        allowed=f"up to {LONGEST} lowercase letters, digits and single hyphens, a letter first",
         remedy=f"{better!r}" if _NAME.fullmatch(better) else "a name such as 'two-legs'",
     )
 
@@ -72,11 +72,11 @@ def _check_free(plugin: str, kind: str) -> None:
     if taken:
         raise GaitsimError(
             f"the name {taken[0].name!r} is taken: {_whose(taken[0])}",
-            remedy="choose another name: of two plugins with one name neither can be used",
+            remedy="choose another name: two plugins with the same name cannot be used",
         )
     module = f"gaitsim_{plugin.replace('-', '_')}"
     if find_spec(module) is not None:
-        raise GaitsimError(f"a package {module} is installed already", remedy="choose another name")
+        raise GaitsimError(f"a package {module} is already installed", remedy="choose another name")
 
 
 def _whose(entry: Entry) -> str:
@@ -85,7 +85,7 @@ def _whose(entry: Entry) -> str:
 
 
 def _texts(plugin: str, kind: str) -> Iterator[tuple[str, str]]:
-    """Yield path and text of each file of the package."""
+    """Yield the path and text of each file of the package."""
     module = f"gaitsim_{plugin.replace('-', '_')}"
     values = {
         "plugin": plugin,
@@ -125,5 +125,5 @@ def _write(folder: Path, texts: Iterator[tuple[str, str]]) -> None:
     except OSError as error:
         raise GaitsimError(
             f"cannot write {folder}: {error.strerror}",
-            remedy="go to a folder in which you may write",
+            remedy="change to a writable folder",
         ) from None

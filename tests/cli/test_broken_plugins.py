@@ -88,7 +88,11 @@ DURING = {
         " 'reach': genomes[:1, 0]})",
         "the shape",
     ),
-    "no motion": ("organism", "def move(self, genomes):\n    return 3", "moved to a int"),
+    "no motion": (
+        "organism",
+        "def move(self, genomes):\n    return 3",
+        "returned a int as its motion",
+    ),
     "changed genomes": (
         "organism",
         "def move(self, genomes):\n    genomes += 1\n    return super().move(genomes)",
@@ -238,7 +242,7 @@ def test_a_plugin_that_closes_standard_output_spoils_nothing(program, puppet_fil
 def test_a_plugin_that_closes_the_descriptor_of_standard_output_is_named(program, puppet_file, odd):
     odd("organism", head="import os\nos.close(1)")
     done = program(*odd_run(puppet_file, "organism"), "--json", code=2)
-    assert "organism 'odd' of package odd_package 1.0 closed the descriptor 1" in done.stderr
+    assert "organism 'odd' of package odd_package 1.0 closed file descriptor 1" in done.stderr
     assert done.stdout == ""
 
 

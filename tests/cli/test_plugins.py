@@ -42,7 +42,7 @@ def test_each_kind_says_how_it_is_used(gaitsim):
         (["Two Legs"], "'two-legs'"),
         (["spider"], "the name 'spider' is taken"),
         (["hopper", "--kind", "organsim"], "did you mean 'organism'?"),
-        (["there"], "there exists already"),
+        (["there"], "there already exists"),
     ],
 )
 def test_bad_input_writes_nothing(gaitsim, arguments, says):

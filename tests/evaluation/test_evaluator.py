@@ -219,7 +219,7 @@ def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared,
     with Evaluator(puppet(), 1000, told.append) as evaluator:
         assert evaluator.workers == 3
         assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
-    assert told == ["1,000 workers are more than the cores here can use; 3 are used"]
+    assert told == ["1,000 workers exceed the cores of this machine; 3 are used"]
     with Evaluator(puppet(), 1000, told.append, InTurn()) as evaluator:
         assert evaluator.workers == 1  # a cluster has what it has
     with Evaluator(puppet(), 3, told.append) as evaluator:
@@ -288,7 +288,7 @@ def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, insta
 
 def test_workers_that_die_while_they_are_measured_name_the_body(slow, monkeypatch):
     def die(executor):
-        raise WorkerLostError("a worker process died 3 times over the same work")
+        raise WorkerLostError("a worker process died 3 times on the same task")
 
     monkeypatch.setattr("gaitsim.evaluation.chunking.measure_overhead", die)
     with Evaluator(slow(0.01), 2) as evaluator:

@@ -100,7 +100,7 @@ def test_a_worker_that_is_killed_while_idle_is_replaced():
         os.kill(worker, signal.SIGKILL)
         until(lambda: not multiprocessing.active_children())
         assert executor.map(chores.square, [3, 4]) == [9, 16]
-    assert told == ["a worker process died while it was idle; it is replaced"]
+    assert told == ["an idle worker process died; a new one replaces it"]
 
 
 def test_if_only_some_workers_can_start_they_do_the_work(monkeypatch):
@@ -116,7 +116,7 @@ def test_if_only_some_workers_can_start_they_do_the_work(monkeypatch):
         assert executor.map(chores.square, range(6)) == [0, 1, 4, 9, 16, 25]
         assert executor.workers == 2
         [text] = told
-        assert text.startswith("no more than 2 worker processes can start: [Errno 24]")
+        assert text.startswith("only 2 worker processes can start: [Errno 24]")
 
 
 def test_if_no_worker_can_start_there_is_one_error(monkeypatch):
@@ -158,7 +158,7 @@ def test_the_main_module_is_back_when_all_have_started_their_workers():
 def test_a_task_that_kills_every_worker_is_given_up(tmp_path):
     marks(tmp_path, 1, MAX_ATTEMPTS)
     with ProcessExecutor(2) as executor:
-        with pytest.raises(WorkerLostError, match="died 3 times over the same work"):
+        with pytest.raises(WorkerLostError, match="died 3 times on the same task"):
             executor.map(chores.die, [(n, str(tmp_path)) for n in range(3)])
         assert executor.map(chores.square, [6]) == [36]
 

@@ -78,7 +78,7 @@ def test_angles_of_another_body_are_refused(playable, angles, says):
     ("wrong", "says"),
     [
         (lambda self, angles: 1 / 0, "failed while playing joint angles: ZeroDivisionError"),
-        (lambda self, angles: {}, "moved to a dict"),
+        (lambda self, angles: {}, "returned a dict as its motion"),
         (lambda self, angles: Motion(4.0, {"reach": angles}), "playing joint angles: KeyError"),
         (
             lambda self, angles: Motion(4.0, {"joint_angles": angles[:, 1:]}),

@@ -131,22 +131,22 @@ def fail(*arguments):
 
 BODIES = {
     "it raises": (fail, "moving a population: ZeroDivisionError: by nought"),
-    "no motion": (lambda *arguments: None, "moved to a NoneType"),
+    "no motion": (lambda *arguments: None, "returned a NoneType as its motion"),
     "a missing channel": (moves_to(joint_angles=GENOMES[:, None]), "computing the channel 'reach'"),
     "a channel of others": (
         moves_to(joint_angles=GENOMES[:, None], reach=np.zeros(5)),
-        r"channel 'reach' the shape \(5,\)",
+        r"channel 'reach' with the shape \(5,\)",
     ),
     "a channel of none": (
         moves_to(joint_angles=GENOMES[:, None], reach=1.0),
-        r"channel 'reach' the shape \(\)",
+        r"channel 'reach' with the shape \(\)",
     ),
     "a channel with an axis that is not declared": (
         moves_to(joint_angles=GENOMES[:, None], reach=GENOMES),
-        r"channel 'reach' the shape \(4, 3\)",
+        r"channel 'reach' with the shape \(4, 3\)",
     ),
     "a channel that raises later": (lazily(fail), "the channel 'reach': ZeroDivisionError"),
-    "changed genomes": (shift, "changes the genomes that it is given"),
+    "changed genomes": (shift, "modifies the genomes passed to it"),
 }
 
 
@@ -170,7 +170,7 @@ def test_a_fitness_that_changes_the_motion_is_named(puppet, puppets, monkeypatch
         return {"reach": motion["reach"]}
 
     monkeypatch.setattr(puppets.Reach, "terms", halve)
-    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* changes the motion"):
+    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* modifies the motion"):
         evaluate(puppet(), GENOMES)
 
 
@@ -178,7 +178,7 @@ TERMS = {
     "nothing": (None, "returned None"),
     "no terms": ({}, r"returned \{\}"),
     "an array": (np.zeros(4), "returned array"),
-    "one number": ({"a": 1.0}, r"the term 'a' the shape \(\)"),
+    "one number": ({"a": 1.0}, r"the term 'a' with the shape \(\)"),
     "too few": ({"a": np.zeros(3)}, r"the shape \(3,\)"),
     "a column": ({"a": np.zeros((4, 1))}, r"the shape \(4, 1\)"),
     "texts": ({"a": ["1", "2", "3", "4"]}, "for the term 'a'"),

@@ -40,7 +40,7 @@ def test_kernels_compile_without_a_cache_and_that_is_said_once(nowhere, install)
     for name in ("kernels_a", "kernels_b"):
         install(name, KERNEL)
         assert import_module(name).double(3) == 6
-    assert "set NUMBA_CACHE_DIR to a folder that may be written" in missing_cache()
+    assert "set NUMBA_CACHE_DIR to a writable folder" in missing_cache()
     assert not missing_cache()
     assert [*Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi")]  # for worker processes
 

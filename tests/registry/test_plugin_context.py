@@ -89,7 +89,7 @@ def test_a_plugin_does_not_end_the_process(guarded):
 def test_a_plugin_that_closes_an_output_is_refused_and_the_output_opened(guarded, descriptor):
     kept = os.dup(descriptor)
     try:
-        closed = f"'hopper' .* closed the descriptor {descriptor} while moving"
+        closed = f"'hopper' .* closed file descriptor {descriptor} while moving"
         with pytest.raises(PluginError, match=closed), plugin_errors(BODY, "moving"):
             os.close(descriptor)
         os.fstat(descriptor)
@@ -116,4 +116,4 @@ print([os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child in (copy, pr
 def test_a_copy_of_the_process_does_not_return_from_a_plugin():
     ran = subprocess.run([sys.executable, "-c", FORKS], capture_output=True, text=True, check=True)
     assert ran.stdout == "[2, 7]\n"
-    assert "organism 'hopper' of package fake 1.0 copied this process by os.fork" in ran.stderr
+    assert "organism 'hopper' of package fake 1.0 called os.fork" in ran.stderr

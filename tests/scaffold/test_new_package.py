@@ -82,10 +82,10 @@ BAD = {
 
 @pytest.mark.parametrize(("name", "remedy"), BAD.items(), ids=repr)
 def test_a_name_that_cannot_be_a_packages_is_refused(tmp_path, name, remedy):
-    with pytest.raises(GaitsimError, match="cannot name a plugin") as raised:
+    with pytest.raises(GaitsimError, match="is not a valid name for a plugin") as raised:
         new_package(name, "organism", tmp_path)
     assert remedy in raised.value.remedy
-    assert "small letters" in raised.value.allowed
+    assert "lowercase letters" in raised.value.allowed
     assert list(tmp_path.iterdir()) == []
 
 
@@ -94,13 +94,13 @@ TAKEN = {
     "gaitsim-spider": "organism of package gaitsim",
     "truncation": "selection of package gaitsim",
     "fly-hover": "preset of package gaitsim",
-    "operators": "gaitsim_operators is installed already",
+    "operators": "gaitsim_operators is already installed",
 }
 
 
 @pytest.mark.parametrize(("name", "says"), TAKEN.items())
 def test_a_name_that_is_taken_is_refused(tmp_path, name, says):
-    with pytest.raises(GaitsimError, match=r"taken|installed already") as raised:
+    with pytest.raises(GaitsimError, match=r"taken|already installed") as raised:
         new_package(name, "fitness", tmp_path)
     assert says in raised.value.what
     assert list(tmp_path.iterdir()) == []
@@ -117,7 +117,7 @@ def test_an_unknown_kind_is_refused(tmp_path):
 def test_what_is_there_already_is_left_alone(tmp_path, make):
     folder = tmp_path / "hopper"
     folder.symlink_to("nowhere") if make == "dangling" else getattr(folder, make)()
-    with pytest.raises(GaitsimError, match="exists already"):
+    with pytest.raises(GaitsimError, match="already exists"):
         new_package("hopper", "organism", tmp_path)
     assert list(tmp_path.iterdir()) == [folder]
 

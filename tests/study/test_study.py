@@ -198,7 +198,7 @@ def test_the_cell_of_a_worker_that_dies_is_run_again(tmp_path) -> None:
 
 def test_a_cell_that_kills_its_workers_is_reported(tmp_path, monkeypatch) -> None:
     def lost(*_: object) -> None:
-        raise WorkerLostError("a worker process died 3 times over the same work")
+        raise WorkerLostError("a worker process died 3 times on the same task")
 
     monkeypatch.setattr(ProcessExecutor, "each", lost)
     study = parse_study(SMALL, "small.toml")
