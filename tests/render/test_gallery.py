@@ -186,7 +186,7 @@ def test_ctrl_c_leaves_a_gallery_of_what_was_done(runs, tmp_path, gaitsim, monke
     assert "Stopped" in shown.stderr
     text = "".join(Reader((tmp_path / "site/index.html").read_bytes()).texts)
     assert "1 run" in text
-    assert "the gallery was stopped before it" in text
+    assert "interrupted before this run" in text
     record = json.loads((tmp_path / "site/gallery.json").read_text())
     assert len(record["files"]) == len(record["runs"]) == 1
     monkeypatch.setattr(site, "write_page", lambda ones, path, run: path.write_text("page"))

@@ -325,7 +325,7 @@ def test_every_control_has_a_name_and_is_reached_by_tab(show):
     wanted = ("Play", "Time", "Speed", "Zoom in", "Light or dark", "Keys and help", "Copy the code")
     assert not {*wanted} - {*(name.strip() for name in reached)}
     assert any(name.startswith("generation 1, score ") for name in reached)
-    canvas = page.get_by_role("img", name="walker, in three dimensions")
+    canvas = page.get_by_role("img", name="walker, in 3D")
     assert "2 feet" in canvas.get_attribute("aria-label")
     before = shown.run("() => gaitsimPage.stage.orbit.azimuth")
     canvas.press("ArrowLeft")

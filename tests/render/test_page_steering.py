@@ -34,7 +34,7 @@ def test_a_page_is_one_small_file_with_the_script_of_the_body(kite, tmp_path):
 @pytest.mark.parametrize(
     ("given", "kind", "says"),
     [
-        (None, GaitsimError, "no web page can simulate the body 'puppet'"),
+        (None, GaitsimError, "web pages cannot simulate the body 'puppet'"),
         ("a script", ContractError, "a str as a page"),
         (SteeringPage(SCRIPT, {"a": object()}), ContractError, "package gaitsim-puppets"),
     ],

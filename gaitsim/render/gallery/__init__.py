@@ -1,1 +1,1 @@
-"""A site of a folder of runs: an index with a card for each run, and a page that plays each."""
+"""Galleries: a site with an index of a folder of runs and a page that plays each run."""

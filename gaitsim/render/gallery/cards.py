@@ -1,4 +1,4 @@
-"""What the gallery shows of one run."""
+"""The cards of a gallery: one run each."""
 
 import base64
 from dataclasses import dataclass
@@ -13,30 +13,31 @@ from gaitsim.runs.notes import read_note
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
 
-SIZE = 480, 300  # pixels of a picture
-MOMENT = 0.4  # of the motion, which a picture shows
-QUALITY = 80  # of a WebP file
+SIZE = 480, 300  # size of a picture, pixels
+MOMENT = 0.4  # moment in the picture, as a share of the motion
+QUALITY = 80  # quality of a WebP file
 
 
 @dataclass(frozen=True)
 class Card:
-    """A run, as the index shows it.
+    """The content of a run's card in the index.
 
     Attributes:
-        name: of its folder.
-        description: of its experiment.
-        body, fitness: names of these plugins.
-        score: of its champion.
-        unit: of the score, or ''.
-        which: which individual the champion is, such as 'generation 120'.
-        worlds: ' over 4 worlds', or ''.
-        generations: that are finished.
-        note: of its user, or ''.
-        code: the challenge code of the champion, or ''.
-        pictures: the champion as files of WebP, by theme; {} where it cannot be drawn.
-        problems: why parts of it are missing, a text each.
-        page: path of the page that plays it from the index, or ''.
-        code_file: path of the file with a code that is too long for the index, or ''.
+        name: name of the run's folder.
+        description: description of the experiment.
+        body, fitness: names of the plugins.
+        score: score of the champion.
+        unit: unit of the score, or ''.
+        which: label of the champion, such as 'generation 120'.
+        worlds: number of worlds, as ' over 4 worlds', or ''.
+        generations: number of finished generations.
+        note: note of the user, or ''.
+        code: challenge code of the champion, or ''.
+        pictures: pictures of the champion as WebP data URLs, by theme; {} if it cannot be drawn.
+        problems: reasons why parts are missing, a text each.
+        page: path, relative to the index, of the page that plays the champion, or ''.
+        code_file: path, relative to the index, of the file with a challenge code that is too long
+            for the index, or ''.
     """
 
     name: str
@@ -60,14 +61,14 @@ def read_champion(path: Path) -> tuple[RunSnapshot, Individual]:
     """Return a run and its champion.
 
     Raises:
-        GaitsimError: it is damaged or has no champion, or a plugin is not installed.
+        GaitsimError: the run is damaged or has no champion, or a plugin is not installed.
     """
     run = RunSnapshot(path)
     return run, run.individual()
 
 
 def card_of(run: RunSnapshot, champion: Individual) -> Card:
-    """Return the card of a run, without its page. What cannot be made is among its problems."""
+    """Return the card of a run, without its page; parts that fail are listed as problems."""
     experiment = champion.experiment
     problems = []
     note, code = "", ""
@@ -103,7 +104,7 @@ def card_of(run: RunSnapshot, champion: Individual) -> Card:
 
 
 def _picture(skeleton: Skeleton, theme: str) -> str:
-    """Return a picture of a body in motion, as a URL that holds it."""
+    """Return a picture of a body in motion, as a data URL."""
     from PIL import Image
 
     scene = Scene([Clip(skeleton)], SIZE, "iso", theme)

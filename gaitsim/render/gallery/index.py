@@ -1,4 +1,4 @@
-"""The index of a gallery: HTML without scripts, which asks the network for nothing."""
+"""The index of a gallery: HTML without scripts that makes no network requests."""
 
 import html
 from collections.abc import Iterable, Sequence
@@ -19,8 +19,8 @@ _PAGE = """{head}<body>
 </main>
 <footer>
 <p>Scores are comparable between runs with the same options of body, fitness and worlds.
-A challenge code holds experiment, genome and score: <kbd>gaitsim verify CODE</kbd> plays it and
-says whether the score is true, <kbd>gaitsim run --from CODE</kbd> starts a run from it.</p>
+A challenge code holds an experiment, a genome and its score. <kbd>gaitsim verify CODE</kbd>
+checks the score, and <kbd>gaitsim run --from CODE</kbd> starts a run from the genome.</p>
 <p>{made}</p>
 </footer>
 </body>
@@ -29,12 +29,12 @@ says whether the score is true, <kbd>gaitsim run --from CODE</kbd> starts a run 
 
 
 def index(title: str, cards: Iterable[Card], problems: Sequence[tuple[str, str]]) -> bytes:
-    """Return the index, in UTF-8: the best first within each body and fitness.
+    """Return the index, in UTF-8, sorted by body and fitness, then from the best score down.
 
     Args:
-        title: of the gallery.
-        cards: of its runs.
-        problems: runs that cannot be shown, by name, each with the reason.
+        title: title of the gallery.
+        cards: cards of the runs.
+        problems: names of runs that cannot be shown, each with the reason.
     """
     ordered = ranked(cards)
     sections = [
@@ -62,7 +62,7 @@ def index(title: str, cards: Iterable[Card], problems: Sequence[tuple[str, str]]
 
 
 def ranked(cards: Iterable[Card]) -> list[Card]:
-    """Return cards by body and fitness, the best first within each."""
+    """Return cards sorted by body and fitness, then from the best score down."""
     return sorted(cards, key=lambda one: (one.body, one.fitness, -one.score, one.name))
 
 
@@ -108,7 +108,7 @@ def _code(card: Card) -> str:
         return f'<p><a href="{html.escape(card.code_file)}" download>Challenge code</a>, {size}</p>'
     return (
         f"<details><summary>Challenge code, {size}</summary>"
-        f"<p>A click selects it.</p><code>{html.escape(card.code)}</code></details>"
+        f"<p>Click the code to select it.</p><code>{html.escape(card.code)}</code></details>"
     )
 
 

@@ -1,4 +1,4 @@
-"""Write a gallery: a folder with the index, and a page and perhaps a code's file for each run."""
+"""Write a gallery: a folder with an index, a page for each run, and files of long codes."""
 
 import json
 import os
@@ -17,19 +17,19 @@ from gaitsim.runs.files.folder import check_links, create_out_folder, list_runs
 
 INDEX, RECORD, PAGES = "index.html", "gallery.json", "pages"
 KIND = "gaitsim gallery"
-LONG = 4000  # characters of a code in the index; a longer one has a file
-LARGEST = 50_000_000  # bytes of a gallery's record
+LONG = 4000  # maximum characters of a code in the index; longer codes have a file
+LARGEST = 50_000_000  # maximum bytes of a gallery's record
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_")
 
 
 @dataclass(frozen=True)
 class Gallery:
-    """A gallery that was written.
+    """The result of writing a gallery.
 
     Attributes:
-        index: its first page.
-        shown: how many runs have a card.
-        problems: what is missing: names of runs, each with the reason.
+        index: path of the index.
+        shown: number of runs with a card.
+        problems: names of runs with missing parts, each with the reason.
     """
 
     index: Path
@@ -44,28 +44,27 @@ def write_gallery(
     begin: Callable[[int], None] = lambda total: None,
     advance: Callable[[], None] = lambda: None,
 ) -> Gallery:
-    """Write a gallery of the runs in a folder; what cannot be shown is listed with the reason.
+    """Write a gallery of the runs in a folder; runs that cannot be shown are listed with reasons.
 
-    A gallery that is stopped by Ctrl-C has the runs that were finished. The same runs give the
-    same files.
+    Ctrl-C leaves a gallery of the runs processed so far. The same runs give the same files.
 
     Args:
-        root: the folder of the runs.
-        out: the folder of the gallery; one that exists is replaced, if it is a gallery.
-        begin: called with the number of runs.
-        advance: called after each one.
+        root: folder of the runs.
+        out: folder of the gallery; an existing gallery is replaced.
+        begin: function called with the number of runs.
+        advance: function called after each run.
 
     Raises:
-        GaitsimError: `out` is not a gallery.
-        RunError: `root` is not a folder, a link in `out` leads elsewhere, or a file cannot be
-            written.
+        GaitsimError: `out` exists and is not a gallery.
+        RunError: `root` is not a folder, a symbolic link in `out` leads elsewhere, or a file
+            cannot be written.
     """
     before = _own_files(out)
     paths = sorted(list_runs(root), key=lambda path: path.name)
     create_out_folder(out / PAGES)
     for folder in (out, out / PAGES):
         check_links(folder, "remove it, or choose another folder")
-    _write_record(out, [], before)  # from here on it is a gallery
+    _write_record(out, [], before)  # marks the folder as a gallery from here on
     begin(len(paths))
     cards: list[Card] = []
     problems: list[tuple[str, str]] = []
@@ -73,14 +72,14 @@ def write_gallery(
     try:
         for path, name in zip(paths, _file_names(paths), strict=True):
             try:
-                cards.append(_made(path, out, f"{PAGES}/{name}"))
+                cards.append(_write_run(path, out, f"{PAGES}/{name}"))
                 problems += [(path.name, one) for one in cards[-1].problems]
             except GaitsimError as error:
                 problems.append((path.name, _reason(error)))
             left.remove(path)
             advance()
     except KeyboardInterrupt:
-        problems += [(path.name, "the gallery was stopped before it") for path in left]
+        problems += [(path.name, "interrupted before this run") for path in left]
         _finish(root, out, cards, problems, before)
         raise
     written = _finish(root, out, cards, problems, before)
@@ -91,13 +90,13 @@ def write_gallery(
     return Gallery(out / INDEX, len(cards), tuple(problems))
 
 
-def _made(path: Path, out: Path, name: str) -> Card:
+def _write_run(path: Path, out: Path, name: str) -> Card:
     """Write the files of a run, and return its card.
 
     Args:
-        path: the run.
+        path: folder of the run.
         out: folder of the gallery.
-        name: of its files, from `out`, without their endings.
+        name: path of the run's files, relative to `out`, without extension.
 
     Raises:
         GaitsimError: the run cannot be shown, or a file cannot be written.
@@ -111,7 +110,7 @@ def _made(path: Path, out: Path, name: str) -> Card:
         return card
     try:
         write_page([champion], out / f"{name}.html", run)
-    except PluginError as error:  # such as of a measure, which a picture does without
+    except PluginError as error:  # such as an error in a measure, which pictures do not need
         return replace(card, problems=(*card.problems, f"no page: {_reason(error)}"))
     return replace(card, page=f"{name}.html")
 
@@ -123,7 +122,7 @@ def _finish(
     problems: Sequence[tuple[str, str]],
     before: set[str],
 ) -> set[str]:
-    """Write the index and the record, with the files of before; return those of the cards."""
+    """Write the index and the record, which keeps the earlier files; return the new files."""
     shown = {card.name for card in cards}
     missing = [(name, why) for name, why in problems if name not in shown]
     title = f"Gallery of {root.resolve().name or root}"
@@ -134,7 +133,7 @@ def _finish(
 
 
 def _write_record(out: Path, cards: Iterable[Card], written: Iterable[str]) -> None:
-    """Write the record by which a folder is known as a gallery."""
+    """Write the record that marks a folder as a gallery."""
     runs = [
         {
             "run": card.name,
@@ -152,10 +151,10 @@ def _write_record(out: Path, cards: Iterable[Card], written: Iterable[str]) -> N
 
 
 def _own_files(out: Path) -> set[str]:
-    """Return the pages and codes of the gallery in a folder, as paths from it; empty for none.
+    """Return the files of an existing gallery, as paths relative to it; empty for a new folder.
 
     Raises:
-        GaitsimError: the folder holds something else.
+        GaitsimError: the folder exists and is not a gallery.
     """
     if not os.path.lexists(out):
         return set()
@@ -169,15 +168,15 @@ def _own_files(out: Path) -> set[str]:
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         pass
     raise GaitsimError(
-        f"{out} is not a gallery, and would be overwritten",
+        f"{out} exists and is not a gallery",
         where="--out",
-        allowed=f"a new or an empty folder, or one that holds the {RECORD} of a gallery",
+        allowed=f"a new or empty folder, or one with the {RECORD} of a gallery",
         remedy="choose another folder",
     )
 
 
 def _file_names(paths: Iterable[Path]) -> list[str]:
-    """Return a file's name for each run, safe for any system and URL, each once."""
+    """Return a distinct file name for each run, safe in URLs and on any system."""
     found: list[str] = []
     taken: set[str] = set()
     for path in paths:
@@ -192,6 +191,6 @@ def _file_names(paths: Iterable[Path]) -> list[str]:
 
 
 def _reason(error: GaitsimError) -> str:
-    """Return what is wrong, without places on this machine."""
+    """Return the problems of an error, without paths on this machine."""
     problems = error.problems if isinstance(error, ExperimentError) else (error,)
     return "; ".join(" ".join(one.what.split()) for one in problems)

@@ -1,1 +1,1 @@
-"""Write glTF 2.0: a document with its buffers, and the meshes and rotations of bodies."""
+"""Writing of glTF 2.0: documents with their buffers, and the meshes and rotations of bodies."""

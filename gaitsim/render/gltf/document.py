@@ -1,8 +1,7 @@
 """A glTF 2.0 document with its binary buffer (Khronos Group, ISO/IEC 12113:2022).
 
-Of the packages that write glTF, trimesh exports no animations, and pygltflib mirrors the JSON
-alone: accessors, their bounds and the alignment of the buffer stay with its caller. That is the
-part below, so neither would make it shorter.
+No package makes this module shorter: trimesh does not export animations, and pygltflib only
+mirrors the JSON and leaves accessors, their bounds and the alignment of the buffer to the caller.
 """
 
 import json
@@ -18,7 +17,7 @@ from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.themes import Colour
 
 STILL = 1e-6
-"""Changes of a translation in m, of a quaternion or of a scale that are no movement."""
+"""Largest change of a translation (m), quaternion or scale that does not count as movement."""
 
 _FLOAT, _SHORT, _INT = 5126, 5123, 5125
 _VERTICES, _TRIANGLES, _TRACKS = range(3)
@@ -30,9 +29,9 @@ class Document:
     """A scene under one root node, with one animation.
 
     Args:
-        times: of the frames, ascending, (frames,) s.
+        times: ascending times of the frames, (frames,) s.
         root: name of the root node.
-        rotation: of the root node, a unit quaternion (x, y, z, w).
+        rotation: rotation of the root node, a unit quaternion (x, y, z, w).
     """
 
     def __init__(self, times: Points, root: str, rotation: Sequence[float]) -> None:
@@ -48,14 +47,14 @@ class Document:
         self._times, self._input = times, -1
 
     def material(self, name: str, colour: Colour, thin: bool = False) -> int:
-        """Add a matt colour, as red, green and blue of sRGB; return its number.
+        """Add a matt material; return its index.
 
         Args:
-            name: of the material.
-            colour: (3,), 0 to 1.
-            thin: whether its back is visible, too.
+            name: name of the material.
+            colour: sRGB colour, (3,), 0 to 1.
+            thin: whether the back of surfaces is visible.
         """
-        # glTF holds linear colours; the curve is that of IEC 61966-2-1.
+        # glTF has linear colours; the conversion is that of IEC 61966-2-1.
         linear = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
         self._materials.append(
             {
@@ -78,24 +77,24 @@ class Document:
         return {"attributes": attributes, "indices": self._indices(mesh.triangles)}
 
     def further(self, shape: Mapping[str, Any], triangles: NDArray[np.intp]) -> dict[str, Any]:
-        """Store other triangles between the points of a shape; return them as a primitive."""
+        """Store more triangles between the points of a shape; return them as a primitive."""
         return {**shape, "indices": self._indices(triangles)}
 
     def mesh(self, name: str, shapes: Mapping[int, Mapping[str, Any]]) -> int:
-        """Add a mesh of shapes by their materials; return its number."""
+        """Add a mesh of shapes, given by the index of their material; return its index."""
         primitives = [{**shape, "material": material} for material, shape in shapes.items()]
         self._meshes.append({"name": name, "primitives": primitives})
         return len(self._meshes) - 1
 
     def node(self, name: str, mesh: int | None = None, **tracks: Points) -> None:
-        """Add a node below the root, in its place of the first frame, and what moves it.
+        """Add a node below the root, with its pose in the first frame and its animation.
 
         Args:
-            name: of the node.
-            mesh: its number; None for an empty node.
+            name: name of the node.
+            mesh: index of the mesh; None for an empty node.
             tracks: `translation` (frames, 3) m, `rotation` (frames, 4) as unit quaternions
-                (x, y, z, w), `scale` (frames, 3), in the frame of the root. What does not change
-                has no channel.
+                (x, y, z, w) and `scale` (frames, 3), in the frame of the root. Constant tracks
+                are not animated.
         """
         node: dict[str, Any] = {"name": name} if mesh is None else {"name": name, "mesh": mesh}
         number = len(self._nodes)
@@ -155,10 +154,10 @@ class Document:
         """Return the document as a GLB file.
 
         Args:
-            animation: its name.
-            generator: the program that wrote it.
+            animation: name of the animation.
+            generator: name of the program that writes the file.
             title: name of the scene.
-            extras: what else is to say of the scene, as JSON.
+            extras: additional data of the scene, as JSON values.
         """
         used = [view for view, buffer in enumerate(self._buffers) if buffer]
         starts = np.cumsum([0, *(len(self._buffers[view]) for view in used)]).tolist()

@@ -9,21 +9,21 @@ from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.scene.ground import steps
 
-TILES = 40  # along the longer side, at most
+TILES = 40  # maximum number of tiles along the longer side
 
 
 def ground(clip: Clip) -> tuple[Mesh, NDArray[np.intp]]:
     """Return the ground with a margin of one body around the path.
 
-    Uneven ground has its own corners there, and is level with its edges beyond them.
+    Uneven ground includes its own corners, and extends its edges horizontally beyond them.
 
     Returns:
-        The ground with the tiles of one shade; the triangles of the other one.
+        A mesh of the tiles of one shade, and the triangles of the other shade.
     """
     path, span = np.asarray(clip.skeleton.path, dtype=np.float64)[:, :2], clip.anatomy.span
     low, high = path.min(axis=0) - span, path.max(axis=0) + span
     step = steps(float((high - low).max()) / TILES)[0]
-    # Further lines would cut the triangles of a terrain.
+    # Additional lines would split the triangles of a terrain.
     tiled = not isinstance(clip.skeleton.ground, Terrain)
     x, y = (
         _lines(low[axis], high[axis], step if tiled else np.inf, clip.corners[axis])
@@ -43,11 +43,11 @@ def ground(clip: Clip) -> tuple[Mesh, NDArray[np.intp]]:
 
 
 def _lines(low: float, high: float, step: float, corners: Points) -> Points:
-    """Return where the edges of tiles and the corners of the ground are along an axis, m."""
+    """Return the positions of tile edges and corners of the ground along an axis, m."""
     inside = corners[(low < corners) & (corners < high)]
     edges = np.empty(0)
     if np.isfinite(step):
         edges = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
     lines = np.unique(np.concatenate([[low, high], edges, inside]))
-    # Edges that differ by rounding would enclose nothing.
+    # Edges that differ only by rounding would enclose empty tiles.
     return np.asarray(lines[np.concatenate([[True], np.diff(lines) > 1e-9 * (high - low)])])

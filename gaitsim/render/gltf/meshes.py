@@ -1,4 +1,4 @@
-"""Triangle meshes of round rods, balls, plates and polyhedra, each in its own frame."""
+"""Triangle meshes of rods, balls, plates and polyhedra, each in its own frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from gaitsim.contracts import Solid
 from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.solids import surface
 
-AROUND = 16  # corners of a circle
-ARC = 5  # rings of a round end
+AROUND = 16  # number of corners of a circle
+ARC = 5  # number of rings of a round end
 _CIRCLE = np.linspace(0, 2 * np.pi, AROUND + 1)[:-1]
 
 
@@ -21,8 +21,8 @@ class Mesh:
 
     Attributes:
         points: (points, 3) m.
-        triangles: indices of their corners, counter-clockwise from outside, (triangles, 3).
-        normals: of the points, unit vectors (points, 3); None where the triangles are flat.
+        triangles: indices of the corners, counter-clockwise from outside, (triangles, 3).
+        normals: normals of the points, unit vectors (points, 3); None for flat triangles.
     """
 
     points: Points
@@ -31,14 +31,14 @@ class Mesh:
 
 
 def rod(first: float, second: float, length: float) -> Mesh:
-    """Return the hull of two balls on the z axis, at ∓ half the length.
+    """Return the convex hull of two balls on the z axis, half the length below and above 0.
 
     Args:
-        first: radius of the ball at the lower end, m.
-        second: of the one at the upper end, m.
-        length: between the centres, m.
+        first: radius of the lower ball, m.
+        second: radius of the upper ball, m.
+        length: distance of the centres, m.
     """
-    # The normals of the cone that touches both balls have this angle to the xy plane.
+    # Angle between the xy plane and the normals of the cone that touches both balls.
     touching = np.arcsin(np.clip((first - second) / max(length, 1e-12), -1, 1))
     lower = np.linspace(-np.pi / 2, touching, ARC)
     upper = np.linspace(touching, np.pi / 2, ARC)
@@ -70,7 +70,7 @@ def mesh_of(solid: Solid) -> Mesh:
 
 
 def polyhedron(points: Points, faces: Sequence[Sequence[int] | NDArray[np.intp]]) -> Mesh:
-    """Return convex faces, given by the indices of their corners, as flat triangles."""
+    """Return a mesh of convex faces, given by the indices of their corners."""
     fans = [
         (face[0], face[i], face[i + 1])
         for face in map(list, faces)
@@ -84,11 +84,11 @@ def slab(corners: Points, half: float) -> Mesh:
     """Return a plate with straight edges.
 
     Args:
-        corners: of its outline in order, (corners, 3) m.
-        half: of its thickness, m.
+        corners: corners of the outline in order, (corners, 3) m.
+        half: half the thickness, m.
     """
     count = len(corners)
-    # Newell's normal, also of outlines that are not quite plane.
+    # Newell's normal, which tolerates outlines that are not exactly plane.
     normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
     normal /= max(float(np.linalg.norm(normal)), 1e-30)
     middle = corners.mean(axis=0, keepdims=True)
@@ -102,7 +102,7 @@ def slab(corners: Points, half: float) -> Mesh:
 
 
 def _turned(outline: Points, normals: Points) -> Mesh:
-    """Turn an outline, (rings, 2) as radius and z in m, around the z axis, from below to above."""
+    """Revolve an outline, (rings, 2) as ascending radius and z in m, around the z axis."""
     circle = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
 
     def around(values: Points) -> Points:
@@ -115,7 +115,7 @@ def _turned(outline: Points, normals: Points) -> Mesh:
     other = AROUND * np.arange(len(outline) - 1)[:, None] + np.roll(ring, -1)
     quads = np.stack([one, other, other + AROUND, one, other + AROUND, one + AROUND], axis=-1)
     points, triangles = around(outline), quads.reshape(-1, 3)
-    # Triangles at a pole, or between two rings in the same place, have no area.
+    # Remove triangles without area, at poles or between coincident rings.
     sides = points[triangles[:, 1:]] - points[triangles[:, :1]]
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
     triangles = triangles[area > 1e-9 * area.max()]

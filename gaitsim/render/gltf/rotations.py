@@ -13,14 +13,14 @@ def continuous(quaternions: Points) -> Points:
 
 
 def along(directions: Points) -> Points:
-    """Turn the z axis along directions, with no twist from one frame to the next.
+    """Return the rotations that align the z axis with directions, without twist between frames.
 
     Args:
-        directions: unit vectors (frames, rods, 3); zero where a rod has no direction, which
-            then keeps the one that it had.
+        directions: unit vectors (frames, rods, 3); a rod of zero length, without a direction,
+            keeps its rotation.
 
     Returns:
-        (frames, rods, 4).
+        The rotations, (frames, rods, 4).
     """
     from scipy.spatial.transform import Rotation
 
@@ -34,10 +34,10 @@ def along(directions: Points) -> Points:
 
 
 def _arc(one: Points, other: Points) -> Points:
-    """Return the shortest rotations from unit vectors (…, 3) to others, (…, 4)."""
+    """Return the shortest rotations, (…, 4), from unit vectors to others, (…, 3) each."""
     cosine = (one * other).sum(axis=-1, keepdims=True)
     arc = np.concatenate([np.cross(one, other), 1 + cosine], axis=-1)
-    # Half a turn about an axis across, where the vectors are opposite.
+    # Opposite vectors need half a turn about a perpendicular axis.
     nearest = np.eye(3)[np.abs(one).argmin(axis=-1)]
     half = np.concatenate([np.cross(one, nearest), np.zeros_like(cosine)], axis=-1)
     return np.where(np.linalg.norm(arc, axis=-1, keepdims=True) < 1e-6, half, arc)
@@ -47,10 +47,10 @@ def rigid(places: Points) -> Points | None:
     """Return the rotations of points about the origin since the first frame (Kabsch 1976).
 
     Args:
-        places: (frames, points, 3) m.
+        places: positions of the points, (frames, points, 3) m.
 
     Returns:
-        (frames, 4); None where the points do not move as a rigid body, or are on one line.
+        The rotations, (frames, 4); None if the points are not rigid, or all on one line.
     """
     from scipy.spatial.transform import Rotation
 

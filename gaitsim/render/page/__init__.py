@@ -1,1 +1,1 @@
-"""Pages that play in a browser: one file each, which makes no request."""
+"""Pages for browsers: single files that make no network requests."""

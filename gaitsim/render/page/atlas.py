@@ -1,4 +1,4 @@
-"""A page of an archive: a map of its cells, and the gait of each in 3D."""
+"""Pages of an archive: a map of its cells, and the gait of each cell in 3D."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -25,7 +25,7 @@ from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
 SCRIPTS = ("rig.js", "gaits.js", "cells.js", "gait_list.js", "atlas.js")
-_DIGITS = 1e-4  # of its range: the step of a number that is printed
+_DIGITS = 1e-4  # rounding of numbers that are only printed, as a share of their range
 _OF_FRAMES = ("points", "poses", "centre", "angles", "ground", "measures", "terms")
 
 Json = dict[str, Any]
@@ -39,14 +39,14 @@ def write_atlas(
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda done: None,
 ) -> str:
-    """Write a page of a run's archive; return what it holds, a line.
+    """Write a page of a run's archive; return a one-line description of the file.
 
     Args:
-        run: whose search keeps an archive.
-        path: the file.
-        workers: how many work at a time; None for what suits the body.
-        begin: called with the number of gaits.
-        advance: called with a number of gaits when they are done.
+        run: run whose search keeps an archive.
+        path: path of the file.
+        workers: number of workers; None chooses the body's default.
+        begin: function called with the number of gaits.
+        advance: function called with the number of gaits finished since the last call.
 
     Raises:
         NothingToPlotError: the search keeps no archive.
@@ -78,14 +78,14 @@ def atlas_data(
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda done: None,
 ) -> Json:
-    """Return the data of a page of a run's archive; see `write_atlas`."""
+    """Return the data of a page of a run's archive, as `write_atlas` writes it."""
     best = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
     require_kept(best, "archive")
     members, view = run.members, ArchiveView.of(run.members)
     if members is None or view is None or view.best is None:
         raise RunError(
-            f"the run {run.path} has no cells to show",
-            allowed="a search that says where the cells of its archive are",
+            f"the run {run.path} has no archive cells to show",
+            allowed="a run of a search that provides the cells of its archive",
         )
     best = run.individual(Member(view.best))
     rig = _rig(best)
@@ -117,7 +117,7 @@ def atlas_data(
 
 
 def _rig(individual: Individual) -> Rig | None:
-    """Return the rig of an individual's body; None of a body without.
+    """Return the rig of an individual's body; None if the body has no rig.
 
     Raises:
         PluginError: the body fails.
@@ -131,7 +131,7 @@ def _rig(individual: Individual) -> Rig | None:
 
 
 def _axis(view: ArchiveView, name: str, unit: str) -> Json:
-    """Return an axis, its parts in the map, and value and part of each member along it."""
+    """Return an axis: its parts in the map, and each member's value and part."""
     borders = view.parts(name)
     return {
         "name": name,
@@ -143,30 +143,33 @@ def _axis(view: ArchiveView, name: str, unit: str) -> Json:
 
 
 def _raster(view: ArchiveView) -> Packed | None:
-    """Return the member in each part of two axes of Voronoi cells, from 1, or −1; else None."""
+    """Return the numbers of the members on a map of Voronoi cells, −1 if empty.
+
+    The result is None for other archives, and for tessellations of more or fewer than two axes.
+    """
     if view.members.centroids is None or len(view.names) != 2:
         return None
     return packed(view.panel(*view.names).members, 1.0)
 
 
 def _row(values: Any) -> Packed:
-    """Return a number of each member, in one row: neighbours in an archive are not alike."""
+    """Return one number per member in a single row, as neighbours in an archive are dissimilar."""
     span = float(np.ptp(values)) or float(np.abs(values).max()) or 1.0
     return packed(np.asarray(values)[None], 10.0 ** np.floor(np.log10(span * _DIGITS)))
 
 
 def _body(individual: Individual, rig: Rig) -> Json:
-    """Return how a body is drawn, and its rig.
+    """Return the drawn shape and the rig of a body.
 
     Raises:
-        PluginError: the body cannot be drawn, or its rig is of other joints or segments.
+        PluginError: the body cannot be drawn, or its rig has different joints or segments.
     """
     experiment, skeleton = individual.experiment, individual.skeleton
     if (rig.joints, rig.names) != (experiment.organism.joint_names(), skeleton.names):
         raise contract_error(
             experiment.entries["organism"],
-            "has a rig of other joints or segments",
-            "those of joint_names() and of the skeleton, in the same order",
+            "has a rig with different joints or segments",
+            "the joints of joint_names() and the segments of the skeleton, in the same order",
         )
     clip = {key: value for key, value in clip_data(individual).items() if key not in _OF_FRAMES}
     contacts = skeleton.contacts
@@ -175,7 +178,7 @@ def _body(individual: Individual, rig: Rig) -> Json:
     index = {link.name: number for number, link in enumerate(rig.links)}
     solids = [] if rig.solid_poses is None else rig.solid_poses.tolist()
     feet = [] if rig.feet is None else rig.feet.tolist()
-    # A foot may be the middle of a ball, which is above the ground when it stands.
+    # A foot may be the centre of a ball, which is above the ground in stance.
     stand = 0.0 if contacts is None else float(np.median(contacts[..., 2].min(axis=1)))
     return {
         "clip": clip,

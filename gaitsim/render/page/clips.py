@@ -1,4 +1,4 @@
-"""The motion of an individual as data of a page."""
+"""The motion of an individual as data for a page."""
 
 import math
 from typing import Any
@@ -16,20 +16,20 @@ from gaitsim.render.page.packing import LARGEST, packed
 from gaitsim.render.plots.labels import score_words
 from gaitsim.render.scene.clip import Clip
 
-STEP = 1e-5  # m, of places, and of the components of a quaternion
-FINEST = 20_000  # steps in the span of a body at least, so that small ones are smooth
-ANGLE = 1e-6  # rad: joint angles are right to half of it
-_TOGETHER = 0.05  # steps: ends of segments that are nearer in all frames are one point
+STEP = 1e-5  # rounding of positions, m, and of the components of quaternions
+FINEST = 20_000  # minimum steps in the span of a body, so that small bodies move smoothly
+ANGLE = 1e-6  # rounding of joint angles, rad
+_TOGETHER = 0.05  # maximum distance of segment ends that are one point, in steps
 _SIDES = {MIDDLE: "", LEFT: "left", RIGHT: "right"}
 
 Json = dict[str, Any]
 
 
 def clip_data(individual: Individual) -> Json:
-    """Return what a page shows of an individual: its body over time, its score and measures.
+    """Return the data of an individual for a page: its body over time, score and measures.
 
-    Lengths are in metres, angles in radians, z is up. Bodies made of solids are drawn by these, so
-    the ends of their segments are left out.
+    Lengths are in metres and angles in radians; z is up. The data of bodies with solids omit the
+    ends of segments, which are not drawn.
 
     Raises:
         PluginError: the body cannot be moved, drawn or measured, or its skeleton is not finite.
@@ -53,7 +53,7 @@ def clip_data(individual: Individual) -> Json:
 
 
 def body_data(clip: Clip) -> Json:
-    """Return what a page shows of a body in motion, with its captions; units as `clip_data`."""
+    """Return the data of a body in motion, with captions, in the units of `clip_data`."""
     skeleton = clip.skeleton
     step = _step(clip)
     return {
@@ -78,12 +78,12 @@ def body_data(clip: Clip) -> Json:
 
 
 def number(value: float) -> float | None:
-    """Return a number as JSON has it: None for one that is not finite."""
+    """Return a number for JSON; None if it is not finite."""
     return float(value) if math.isfinite(value) else None
 
 
 def _step(clip: Clip) -> float:
-    """Return the step of a clip's places, m; coarser for places very far away."""
+    """Return the rounding of a clip's positions, m, which is coarser for distant positions."""
     skeleton = clip.skeleton
     found = (skeleton.segments, skeleton.path, skeleton.contacts, skeleton.poses)
     farthest = max(float(np.abs(one).max(initial=0.0)) for one in found if one is not None)
@@ -91,7 +91,7 @@ def _step(clip: Clip) -> float:
 
 
 def _segments(clip: Clip, step: float) -> Json:
-    """Return a body of limbs, plates and hulls, whose corners are points."""
+    """Return a body of limbs, plates and hulls, with points as their corners."""
     anatomy = clip.anatomy
     places = clip.skeleton.segments.reshape(len(clip.skeleton.segments), -1, 3)
     ends, first = _joined(places, _TOGETHER * step)
@@ -117,7 +117,7 @@ def _segments(clip: Clip, step: float) -> Json:
 
 
 def _joined(places: NDArray[Any], tolerance: float) -> tuple[list[int], list[int]]:
-    """Number the ends of segments (frames, ends, 3) so that those that stay together share one.
+    """Number the ends of segments, (frames, ends, 3); ends that move together share a number.
 
     Returns:
         The number of each end, and the first end of each number.
@@ -164,7 +164,7 @@ def _solids(skeleton: Skeleton, poses: NDArray[Any], step: float) -> Json:
 
 
 def _mesh(solid: Solid, step: float) -> Json:
-    """Return the corners and the triangles of a mesh's hull; none of another shape."""
+    """Return the corners and triangles of a mesh's hull; none for other shapes."""
     if solid.vertices is None:
         return {"vertices": [], "faces": []}
     mesh = mesh_of(solid)
@@ -177,7 +177,7 @@ def _mesh(solid: Solid, step: float) -> Json:
 
 
 def _angles(individual: Individual) -> Json | None:
-    """Return the joint angles, which are right to half of `ANGLE`; None of a body without."""
+    """Return the joint angles, rounded to `ANGLE`; None for a body without joints."""
     if individual.joint_angles is None:
         return None
     gait = gait_of(individual)
@@ -185,7 +185,7 @@ def _angles(individual: Individual) -> Json | None:
 
 
 def _feet(skeleton: Skeleton, step: float) -> Json | None:
-    """Return the contacts and when they touch; None of a body without."""
+    """Return the contacts and when they touch the ground; None for a body without feet."""
     if skeleton.contacts is None or skeleton.touching is None:
         return None
     names = skeleton.contact_names or ("",) * skeleton.contacts.shape[1]

@@ -1,4 +1,4 @@
-"""A page: one HTML file with its scripts and data, that asks the network for nothing."""
+"""Pages: single HTML files with their scripts and data, which make no network requests."""
 
 import base64
 import gzip
@@ -18,7 +18,7 @@ _PAGE = """{head}<body>
 <main id="gaitsim">
 <h1>{title}</h1>
 <p>{description}</p>
-<noscript><p>The motion and the numbers need JavaScript, which is switched off.</p></noscript>
+<noscript><p>This page requires JavaScript, which is disabled.</p></noscript>
 </main>
 <script type="application/json" id="data">{data}</script>
 {packed}
@@ -38,15 +38,15 @@ def document(
 ) -> bytes:
     """Return a page of the viewer, in UTF-8.
 
-    The policy of the page allows the scripts in it and nothing else: no other script, and no
-    request. The same arguments give the same bytes.
+    The policy of the page allows only the scripts in it, and no requests. The same arguments give
+    the same bytes.
 
     Args:
-        title: of the page.
-        kind: of the page, by which its scripts show the data.
-        data: numbers, texts, lists and mappings; numbers are finite.
-        scripts: texts of further scripts, such as that of a kind of page.
-        description: of the page, as a browser without JavaScript shows it.
+        title: title of the page.
+        kind: kind of page, which selects the script that shows the data.
+        data: data of the page: finite numbers, texts, lists and mappings.
+        scripts: texts of additional scripts, such as that of the kind of page.
+        description: description of the page, shown without JavaScript.
 
     Raises:
         ValueError: a number is not finite.
@@ -70,25 +70,25 @@ def document(
 
 @cache
 def asset(name: str) -> str:
-    """Return the text of a script or style of the viewer, by its file's name."""
+    """Return the text of a script or style sheet of the viewer, by its file name."""
     return (files(assets) / name).read_text(encoding="utf-8").replace("\r\n", "\n")
 
 
 @cache
 def _viewer() -> str:
-    """Return the library and the viewer, as one script."""
+    """Return the library and the viewer as one script."""
     own = "\n".join(asset(name) for name in assets.VIEWER)
     return f"{asset(assets.LIBRARY)}\n{_enclosed(own)}"
 
 
 def _enclosed(text: str) -> str:
-    """Return a script whose names are its own."""
+    """Return a script with a scope of its own."""
     return f'(function () {{\n"use strict";\n{text}\n}})();\n'
 
 
 @cache
 def _packed(text: str) -> str:
-    # Without the time and the system, which gzip would write.
+    # gzip would write the current time, which would change the bytes.
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
 
 
@@ -97,5 +97,5 @@ def _digest(text: str) -> str:
 
 
 def _json(data: Mapping[str, Any]) -> str:
-    """Return JSON that ends no script element; characters beyond ASCII are escaped."""
+    """Return JSON that cannot end a script element; characters beyond ASCII are escaped."""
     return json.dumps(data, allow_nan=False, separators=(",", ":")).translate(_ESCAPED)

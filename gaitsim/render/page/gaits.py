@@ -1,4 +1,4 @@
-"""The gaits of many individuals in few numbers each, for a page that moves them again."""
+"""The gaits of many individuals as compact data from which a page computes their motions."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from gaitsim.registry import plugin_errors
 from gaitsim.render.page.packing import Packed, packed
 from gaitsim.render.page.strides import Floats, stride_of
 
-EXACT = 1e-6  # rad: farthest that an angle from shared waves may be from the body's
-SAMPLE = 64  # individuals in which waves are looked for
+EXACT = 1e-6  # rad: maximum error of an angle computed from shared waves
+SAMPLE = 64  # number of individuals from which waves are derived
 MOST_WAVES = 8
-_CHUNK = 50  # individuals, whose motions are in memory at once in each worker
-_WAVE_STEP = 1e-9  # of a wave, which is at most 1
-_STRIDE_STEP = float(np.radians(0.4))  # in which the angles of strides are rounded
+_CHUNK = 50  # individuals with motions in memory at once, per worker
+_WAVE_STEP = 1e-9  # rounding of waves, which are at most 1
+_STRIDE_STEP = float(np.radians(0.4))  # rounding of the angles of strides
 _PERIOD_STEP = 1e-4  # frames
 
 Json = dict[str, Any]
@@ -28,25 +28,25 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True, eq=False)
 class Waves:
-    """Courses over time of which all joint angles are sums.
+    """Functions of time whose linear combinations are the joint angles.
 
     Attributes:
-        values: (waves, frames), at most 1.
-        step: in which their amounts are rounded, rad.
+        values: values over time, (waves, frames), at most 1.
+        step: rounding of amplitudes, rad.
     """
 
     values: Floats
     step: float
 
     def amounts(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return how much of each wave is in joint angles, and how far off their sums are.
+        """Return the amplitudes of the waves in joint angles, and the errors of their sums.
 
         Args:
             angles: (individuals, frames, joints) rad.
 
         Returns:
-            (individuals, joints, waves) rad, rounded, and the largest error of each individual,
-            (individuals,) rad.
+            Rounded amplitudes, (individuals, joints, waves) rad, and the largest error of each
+            individual, (individuals,) rad.
         """
         courses = angles.swapaxes(1, 2)
         found = np.rint(courses @ np.linalg.pinv(self.values) / self.step) * self.step
@@ -54,14 +54,14 @@ class Waves:
 
 
 def shared_waves(angles: Floats) -> Waves | None:
-    """Return the waves that joint angles share; None where there are too many.
+    """Return the waves that joint angles share; None if more than `MOST_WAVES` are needed.
 
-    Angles of one frequency, such as A sin(2πft + φ), are sums of a sine and a cosine. Waves are
-    found by the Gram-Schmidt process on the courses of joints, that with the most left first, so
-    whatever else is shared is found, too. A singular value decomposition takes 100 times as long.
+    Angles of one frequency, such as A sin(2πft + φ), are sums of a sine and a cosine. The
+    Gram-Schmidt process on the angles over time, starting with the largest remainder, finds these
+    waves and any others. A singular value decomposition takes 100 times as long.
 
     Args:
-        angles: of some individuals, (individuals, frames, joints) rad.
+        angles: joint angles of some individuals, (individuals, frames, joints) rad.
     """
     courses = angles.swapaxes(1, 2).reshape(-1, angles.shape[1])
     left, found = courses.copy(), []
@@ -73,8 +73,8 @@ def shared_waves(angles: Floats) -> Waves | None:
             left -= np.outer(left @ found[-1], found[-1]) / (found[-1] @ found[-1])
         if np.abs(left).max() < EXACT / 10:
             waves = np.array(found or [np.ones(len(most))])
-            # Rounding moves each amount by half a step at most. The body's own angles may be
-            # rounded, too, so that what is left differs a little between individuals.
+            # Rounding changes each amplitude by at most half a step. The body may round its
+            # angles, too, so the remainders differ slightly between individuals.
             spare = 0.98 * EXACT - 2 * np.abs(left).max()
             return Waves(waves, float(2 * spare / np.abs(waves).sum(axis=0).max()))
     return None
@@ -88,18 +88,19 @@ def gaits_data(
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda done: None,
 ) -> Json | None:
-    """Return the joint angles of individuals as data of a page; None for a body without.
+    """Return the joint angles of individuals as data for a page; None for a body without joints.
 
-    Where all angles are sums of a few waves, these are stored, and the amounts of each individual:
-    right within `EXACT`, as measured for each. Otherwise a stride of each is stored, whose angles
-    are right within 0.2°. Their motions are never all in memory.
+    If all angles are sums of a few waves, the data are the waves and each individual's amplitudes,
+    with a measured error of at most `EXACT`. Otherwise the data are a stride of each individual,
+    with an error of at most 0.2°. Only a part of the motions is in memory at any time.
 
     Args:
-        experiment: whose body moves them.
+        experiment: experiment with the body.
         genomes: (individuals, genes).
-        workers: how many work at a time; None for what suits the body.
-        begin: called with the number of individuals to move, again where each is moved twice.
-        advance: called with a number of individuals when they were moved.
+        workers: number of workers; None chooses the body's default.
+        begin: function called with the number of individuals to move, and once more with the new
+            number if all must be moved a second time.
+        advance: function called with the number of individuals moved since the last call.
 
     Raises:
         PluginError: the body fails or breaks its contract.
@@ -145,10 +146,10 @@ def gaits_data(
 
 
 def _compact(amounts: Floats, step: float) -> Json:
-    """Return amounts, (individuals, …), from the lowest one on, so that none has a sign to store.
+    """Return amounts, (individuals, …), relative to the lowest one, which avoids signs.
 
-    In one row, since `packed` stores differences between rows, which here are wider than the
-    amounts themselves. Both save a tenth of the file.
+    The amounts are in one row, as `packed` stores differences between rows, which would have a
+    wider range here. Together these save a tenth of the file.
     """
     lowest = float(np.rint(amounts.min() / step) * step)
     found: Packed = packed((amounts - lowest).reshape(1, -1), step)
@@ -171,9 +172,9 @@ def _in_strides(experiment: Experiment, genomes: Genomes) -> tuple[Floats, Float
     """Return one stride of each individual.
 
     Returns:
-        Its period, (individuals,) frames; its length, (individuals,) frames; its angles as changes
-        from frame to frame, the first from zero, joint after joint and individual after
-        individual, rounded, rad; and the largest error of each.
+        The periods, (individuals,) frames; the lengths, (individuals,) frames; the rounded angles
+        as changes from frame to frame, starting from zero, by individual, joint and frame, rad;
+        and the largest error of each individual, rad.
     """
     periods, lengths, changes, errors = [], [], [], []
     for angles in _angles(experiment, genomes)[0]:

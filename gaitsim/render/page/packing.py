@@ -1,4 +1,4 @@
-"""Arrays as short texts, which a page unpacks."""
+"""Compression of arrays to short texts, which pages unpack."""
 
 import base64
 import zlib
@@ -10,33 +10,33 @@ from numpy.typing import ArrayLike, NDArray
 from gaitsim.errors import GaitsimError
 
 Packed = dict[str, Any]
-"""shape, step and data, as JSON holds them."""
+"""A packed array as JSON: shape, step and data."""
 
 LARGEST = 2**31 - 1
-"""The largest number of steps."""
+"""Largest number of steps."""
 
 
 def packed(values: ArrayLike, step: float) -> Packed:
     """Round numbers to multiples of a step, and compress them.
 
-    Whole numbers round(value / step) are replaced by their differences along the first axis, modulo
-    2³², as motion is smooth; the four bytes of all of them are put in planes, the lowest first, as
-    the higher ones are mostly equal; raw deflate and base64 follow. It is a function of the
-    numbers: the same text each time.
+    The integers round(value / step) are replaced by their differences along the first axis, modulo
+    2³², which are small as motion is smooth. Their four bytes are grouped in planes, lowest byte
+    first, as the higher bytes are mostly equal. Raw deflate and base64 follow. The same numbers
+    always give the same text.
 
     Args:
         values: numbers or truth values, (…).
-        step: the distance of representable numbers, in their unit; 1 for truth values.
+        step: distance of representable numbers, in their unit; 1 for truth values.
 
     Returns:
-        `{"shape": […], "step": step, "data": "…"}`; the numbers in it differ by at most step / 2.
+        `{"shape": […], "step": step, "data": "…"}`, with rounding errors of at most step / 2.
 
     Raises:
-        GaitsimError: a number is not finite, or is too large for the step.
+        GaitsimError: a number is not finite, or too large for the step.
     """
     array = np.asarray(values, dtype=np.float64)
     whole = np.rint(array / step)
-    if not (np.abs(whole) <= LARGEST).all():  # False for what is not a number, too
+    if not (np.abs(whole) <= LARGEST).all():  # NaN is refused as well
         raise GaitsimError(
             f"numbers of a motion cannot be stored in steps of {step:g}",
             allowed=f"finite numbers up to {LARGEST * step:.3g}",
@@ -52,7 +52,7 @@ def packed(values: ArrayLike, step: float) -> Packed:
 
 
 def unpacked(found: Packed) -> NDArray[np.float64]:
-    """Return the numbers of `packed`, as a page reads them."""
+    """Return the numbers in a packed array, as pages decode them."""
     shape = tuple(found["shape"])
     data = zlib.decompress(base64.b64decode(found["data"]), -15)
     planes = np.frombuffer(data, dtype=np.uint8).reshape(4, -1)

@@ -1,4 +1,4 @@
-"""A page that plays champions of a run."""
+"""Pages that play the champions of a run."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -19,23 +19,23 @@ from gaitsim.runs.files.folder import holds_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
 
-MOST = 12  # individuals side by side
-POINTS = 500  # of the fitness curve
-LARGEST = 100_000_000  # bytes of a page
+MOST = 12  # maximum number of individuals side by side
+POINTS = 500  # maximum number of points of the fitness curve
+LARGEST = 100_000_000  # maximum bytes of a page
 
 
 def write_page(
     individuals: Sequence[Individual], path: Path, run: RunSnapshot | None = None
 ) -> str:
-    """Write a page that plays individuals, several side by side; return what it holds, a line.
+    """Write a page that plays individuals side by side; return a one-line description.
 
     Args:
-        individuals: one or more.
-        path: the file.
-        run: the run whose fitness curve is shown; None for that of the first individual, if any.
+        individuals: one or more individuals.
+        path: path of the file.
+        run: run whose fitness curve to show; None for that of the first individual, if any.
 
     Raises:
-        GaitsimError: there are too many individuals, or the page is too large.
+        GaitsimError: too many individuals are given, or the page is too large.
         PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
         RunError: the run is damaged, or the file cannot be written.
     """
@@ -46,7 +46,7 @@ def write_page(
             f"a page of {len(data):,} bytes is too large for browsers",
             where=str(path),
             allowed=f"at most {LARGEST:,} bytes",
-            remedy="show fewer individuals, or a shorter motion",
+            remedy="choose fewer individuals, or a shorter motion",
         )
     write_bytes(path, data)
     one = individuals[0]
@@ -64,12 +64,12 @@ def page(
     """Return a page that plays individuals, in UTF-8.
 
     Args:
-        individuals: one or more.
-        run: the run whose fitness curve is shown; None for that of the first individual, if any.
-        embedded: whether it stands in another page, such as a notebook.
+        individuals: one or more individuals.
+        run: run whose fitness curve to show; None for that of the first individual, if any.
+        embedded: whether the page is part of another page, such as a notebook.
 
     Raises:
-        GaitsimError: there are too many individuals.
+        GaitsimError: too many individuals are given.
         PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
         RunError: the run is damaged.
     """
@@ -83,11 +83,11 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
     """Return the data of a page that plays individuals.
 
     Args:
-        individuals: one or more.
-        run: the run whose fitness curve is shown; None for that of the first individual, if any.
+        individuals: one or more individuals.
+        run: run whose fitness curve to show; None for that of the first individual, if any.
 
     Raises:
-        GaitsimError: there are too many individuals.
+        GaitsimError: too many individuals are given.
         PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
         RunError: the run is damaged.
     """
@@ -110,12 +110,12 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
 
 
 def themes() -> dict[str, Any]:
-    """Return the colours of both themes, as pages have them."""
+    """Return the colours of both themes, as data for pages."""
     return {name: asdict(theme) for name, theme in THEMES.items()}
 
 
 def _code(individuals: Sequence[Individual]) -> str:
-    """Return the challenge code of the one with the best score; '' where it has none."""
+    """Return the challenge code of the individual with the best score, or ''."""
     try:
         return code_of(max(individuals, key=lambda one: one.score))
     except GaitsimError:
@@ -123,13 +123,13 @@ def _code(individuals: Sequence[Individual]) -> str:
 
 
 def _run_of(individual: Individual) -> RunSnapshot | None:
-    """Return the run on disk that an individual is of; None where there is none."""
+    """Return the run on disk that contains an individual; None if there is none."""
     source = individual.source
     return RunSnapshot(source) if source is not None and holds_run(source) else None
 
 
 def _curve(run: RunSnapshot | None) -> dict[str, list[Any]]:
-    """Return the best score of each generation, of at most `POINTS` of them."""
+    """Return the best scores of at most `POINTS` generations, evenly spaced."""
     history = run.history if run else {}
     best = history.get("best", np.empty(0))
     last = len(best) - 1

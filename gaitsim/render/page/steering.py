@@ -1,4 +1,4 @@
-"""A page on which a person steers a body."""
+"""Pages on which users steer a body."""
 
 import json
 from collections.abc import Mapping
@@ -20,20 +20,20 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.steering import Drive
 
 SCRIPTS = ("pad.js", "steering.js")
-ABOUT = "Each key puts a network in command that evolution trained for it."
-SHOWN = 0.5  # seconds of the motion by which the page learns how the body is drawn
+ABOUT = "Each key selects an evolved network that controls the body."
+SHOWN = 0.5  # seconds of motion from which the drawn shape of the body is derived
 
 
 def write_page(experiment: Experiment, controllers: Mapping[str, Genomes], path: Path) -> str:
-    """Write a page that steers a body; return what it holds, a line.
+    """Write a page that steers a body; return a one-line description of the file.
 
     Args:
-        experiment: of the body.
-        controllers: a genome (genes,) by command.
-        path: the file.
+        experiment: experiment with the body.
+        controllers: genome (genes,) of each command's network.
+        path: path of the file.
 
     Raises:
-        GaitsimError: no page can simulate the body.
+        GaitsimError: pages cannot simulate the body.
         PluginError: the body fails.
         RunError: the file cannot be written.
     """
@@ -44,13 +44,13 @@ def write_page(experiment: Experiment, controllers: Mapping[str, Genomes], path:
 
 
 def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
-    """Return a page that steers a body, in UTF-8; see `write_page`."""
+    """Return a page that steers a body, in UTF-8, as `write_page` writes it."""
     entry = experiment.entries["organism"]
     with plugin_errors(entry, "making a page to steer it"):
         own = experiment.organism.steering_page(controllers)
     if own is None:
         raise GaitsimError(
-            f"no web page can simulate the body {entry.name!r}",
+            f"web pages cannot simulate the body {entry.name!r}",
             where=f"experiment {experiment.name}",
             allowed="a body with the method steering_page()",
             remedy="steer it in a terminal: gaitsim steer",

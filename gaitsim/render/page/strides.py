@@ -1,28 +1,29 @@
-"""One stride of each gait, cut out of its motion."""
+"""Extraction of one stride from a motion."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-SETTLED = 0.15  # of the motion: what comes before may be the way from standing into the gait
-_SEARCHED = 4  # harmonics by which the period is found
-_SAME = 0.02  # of the greatest difference: strides that differ less are one
+SETTLED = 0.15  # share of the motion at its start in which the gait may not have settled
+_SEARCHED = 4  # number of harmonics in the search for the period
+_SAME = 0.02  # differences of equal strides, as a share of the greatest difference
 
 
 def stride_of(angles: Floats) -> tuple[float, Floats]:
-    """Return a stride of a gait that has settled.
+    """Return a stride of a gait after it has settled.
 
     Args:
         angles: (frames, joints) rad.
 
     Returns:
-        The stride's period in frames, not a whole number, and the angles of its frames and one
-        more, (frames, joints) rad, so that they can be interpolated to its end. Where nothing
-        repeats, as before an early fall, all frames after settling, and their number as the period.
+        The period of the stride in frames, usually a fraction, and the angles of its frames and
+        one more, (frames, joints) rad, so that angles can be interpolated up to the end. For a
+        motion that does not repeat, such as one with an early fall, the number of frames after
+        settling and their angles.
     """
     changing = np.flatnonzero(np.diff(angles, axis=0).any(axis=1))
-    end = int(changing[-1]) + 2 if len(changing) else len(angles)  # a fallen body stays as it is
+    end = int(changing[-1]) + 2 if len(changing) else len(angles)  # a fallen body does not move
     settled = angles[min(int(SETTLED * end), max(end - 2, 0)) : end]
     period = _period(settled)
     if period > len(settled) - 1:
@@ -31,15 +32,16 @@ def stride_of(angles: Floats) -> tuple[float, Floats]:
 
 
 def _basis(frames: int, period: float, harmonics: int) -> Floats:
-    """Return 1, cosines and sines over time, (frames, 1 + 2 harmonics)."""
+    """Return ones, cosines and sines over time, (frames, 1 + 2 harmonics)."""
     turns = 2 * np.pi / period * np.outer(np.arange(frames), np.arange(1, harmonics + 1))
     return np.concatenate([np.ones((frames, 1)), np.cos(turns), np.sin(turns)], axis=1)
 
 
 def _period(angles: Floats) -> float:
-    """Return the period of joint angles, (frames, joints), in frames; their number without one.
+    """Return the period of joint angles, (frames, joints), in frames; without one, `frames`.
 
-    The first shift by whole frames that hardly changes them, refined by least squares.
+    The period is the first shift by whole frames that hardly changes the angles, refined by least
+    squares.
     """
     frames = len(angles)
     if frames < 6:
@@ -49,7 +51,7 @@ def _period(angles: Floats) -> float:
     if not differences.max() > 0:
         return float(frames)
     near = differences <= differences.min() + _SAME * differences.max()
-    # Only after a shift that changes them: neighbours in time are alike, too.
+    # Skip short shifts, up to the first that changes the angles: neighbouring frames are similar.
     first = int(np.argmax(differences > differences.max() / 3))
     candidates = np.flatnonzero(near[first:]) + first
     if not len(candidates):
@@ -57,7 +59,7 @@ def _period(angles: Floats) -> float:
     lag = int(candidates[0])
     while lag + 1 < len(lags) and differences[lag + 1] < differences[lag]:
         lag += 1
-    if lag + 1 == len(lags):  # they end before it is known where they are alike again
+    if lag + 1 == len(lags):  # the motion ends before the minimum
         return float(frames)
     guess = float(lags[lag])
     for reach, count in ((0.75, 16), (0.06, 9), (0.01, 9)):

@@ -165,5 +165,5 @@ def _label(channel: str, title: str, units: Sequence[str], several: bool) -> str
     place = several and channel in ("pose", "position")
     name = title if place else f"{channel} {title}".strip()
     unit = ", ".join(filter(None, dict.fromkeys(units)))
-    said = shortened(name.replace("_", " "), 24)
-    return f"{said}{chr(10) if several and not place else ' '}({unit})" if unit else said
+    text = shortened(name.replace("_", " "), 24)
+    return f"{text}{chr(10) if several and not place else ' '}({unit})" if unit else text

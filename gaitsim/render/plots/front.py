@@ -52,10 +52,12 @@ def front_figure(request: Request) -> "Figure":
     directions: Mapping[str, str] = getattr(run.experiment.search, "objectives", {})
     labels = {name: _label(name, individual.unit_of(name), directions) for name in names}
     last = run.finished
-    told = Results(last.genomes, last.scores, last.values)
+    results = Results(last.genomes, last.scores, last.values)
     if (tests := RealityTests.of(last.state)) is not None:
-        told = predicted(run.experiment_at(run.generation), tests, told)
-    everybody = {name: told.scores if name == "score" else told.values[name] for name in names}
+        results = predicted(run.experiment_at(run.generation), tests, results)
+    everybody = {
+        name: results.scores if name == "score" else results.values[name] for name in names
+    }
     pairs = [*combinations(names, 2)]
     with styled(theme):
         columns = min(len(pairs), 3)

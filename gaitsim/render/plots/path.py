@@ -34,7 +34,7 @@ class Scene:
         path: path of the body, (frames, 3) m.
         bodies: segments of the body at each moment, (moments, segments, 2, 3) m.
         at: frames of the moments, (moments,).
-        factor: factor by which the bodies are enlarged.
+        factor: enlargement of the bodies.
     """
 
     path: Floats
@@ -78,7 +78,7 @@ def path_figure(request: Request) -> "Figure":
         figure, space, above, scale = _panels(low, high)
         _corner_view(space, scene, low, high, scale, theme)
         _flat_view(above, scene, (0, 2) if scene.planar else (0, 1), theme)
-        # Texts reduce the scale. Draw again with the real scale, which decides the numbers.
+        # Texts reduce the scale. Redraw with the real scale, which decides the numbers.
         scale = _measured(figure, space)
         space.clear()
         _corner_view(space, scene, low, high, scale, theme)

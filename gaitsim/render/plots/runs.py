@@ -52,8 +52,8 @@ def runs_figure(request: Request) -> "Figure":
         units = {RunSnapshot(path).experiment.fitness.unit for path in dict.fromkeys(paths)}
         unit = units.pop() if len(units) == 1 else ""
         axes.set_ylabel("best score so far" + (f" ({unit})" if unit else ""))
-        said = warning([group[0] for group in groups])
-        axes.set_title("\n".join(wrap(said, 56)), color=theme.colours[1], size=7)
+        note = warning([group[0] for group in groups])
+        axes.set_title("\n".join(wrap(note, 56)), color=theme.colours[1], size=7)
         bands = any(len(group) > 1 for group in groups)
         text = "median and quartiles over seeds" if bands else f"{len(groups)} runs"
         head(figure, text, *axes.get_legend_handles_labels())

@@ -39,8 +39,8 @@ def progress(clip: Clip, pose: Pose, seconds: float) -> str:
     """Format the distance or altitude of one of several bodies, and when its motion ended."""
     away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
     altitude = float(pose.middle[2]) + clip.floor
-    said = f"altitude {length(clip, altitude)}" if clip.flies else f"distance {length(clip, away)}"
-    return said + (f", ended at {clip.seconds:.2f} s" if seconds > clip.seconds + 1e-6 else "")
+    text = f"altitude {length(clip, altitude)}" if clip.flies else f"distance {length(clip, away)}"
+    return text + (f", ended at {clip.seconds:.2f} s" if seconds > clip.seconds + 1e-6 else "")
 
 
 def length(clip: Clip, metres: float) -> str:

@@ -84,8 +84,8 @@ class Labels:
             return
         self.clock.set_text(captions.time(min(seconds, max(one.seconds for one in self._clips))))
         for clip, pose, (artist, at) in zip(self._clips, poses, self.progress, strict=True):
-            said = captions.progress(clip, pose, seconds)
-            artist.set_paths([glyphs(said, self._small, at)])
+            progress_text = captions.progress(clip, pose, seconds)
+            artist.set_paths([glyphs(progress_text, self._small, at)])
 
     def _rows(self, top: float, room: float, colours: Sequence[str]) -> None:
         """Write the colour and the name of each body, and leave space for its distance."""

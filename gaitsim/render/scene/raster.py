@@ -14,7 +14,7 @@ from gaitsim.render.scene.solids import Round, Surface, Surfaces, rotations
 
 FINE = 2  # samples per pixel in each direction, to smooth edges; `coloured` adds 2 × 2
 SHADES = 64  # shades of a solid; the first is that of its outline
-BIAS = 1e-4  # share by which a surface must be nearer; ties go to the first surface
+BIAS = 1e-4  # least relative difference of depth; ties go to the first surface
 
 Floats = NDArray[np.float32]
 

@@ -21,9 +21,9 @@ def words_of(individual: Individual, view: ArchiveView) -> dict[str, str]:
 def summary(run: RunSnapshot, view: ArchiveView) -> str:
     """Return generation, elites, coverage and, if the search records it, the QD score."""
     score = run.history.get(f"{FIGURE}QD score")
-    said = [
+    parts = [
         f"generation {run.generation:,}",
         view.filled,
         *([f"QD score {number(float(score[-1]), 1)}"] if score is not None else []),
     ]
-    return "  ".join(said)
+    return "  ".join(parts)

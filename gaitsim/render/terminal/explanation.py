@@ -55,9 +55,9 @@ def explanation(
     yield _over_time(individual)
     if individual.best_of:
         yield _over_generations(individual, history)
-    told = summarise(individual.scored_terms, history, individual.best_of)
-    if told:
-        yield Passage(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in told))
+    sentences = summarise(individual.scored_terms, history, individual.best_of)
+    if sentences:
+        yield Passage(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in sentences))
 
 
 def travel_and_stability(gait: GaitAnalysis) -> Passage:

@@ -47,18 +47,18 @@ def annotate(
         codes[row, column:end] = signs[: end - column]
         inks[row, column:end] = ink
 
-    said = []
+    texts = []
     if clip.flies:
-        said.append(f"altitude {_number(pose.middle[2] + clip.floor)} m")
+        texts.append(f"altitude {_number(pose.middle[2] + clip.floor)} m")
         if abs(float(eye.ahead[2])) < STEEP:
             for row, word in _altitudes(eye, clip, pose, rows - 1):
                 write(row, 0, _signs(word))
     if turned is not None:
-        said.append(yaw(turned))
+        texts.append(yaw(turned))
     bar = _bar(eye, columns // 2)
     write(rows - 1, 0, [*bar, SPACE] if bar else bar)
-    word = " " + "  ".join(said)
-    if said and len(bar) + 1 + len(word) <= columns:
+    word = " " + "  ".join(texts)
+    if texts and len(bar) + 1 + len(word) <= columns:
         write(rows - 1, columns - len(word), _signs(word))
 
 

@@ -1,10 +1,10 @@
-"""The parts of pages for a browser: scripts and styles, in the order in which a page needs them.
+"""Scripts and style sheets of pages, in the order in which a page needs them.
 
-`three.min.js` is built by `npm run build` in `viewer_build/`; users build nothing.
+`npm run build` in `viewer_build/` builds `three.min.js`; users do not need to build anything.
 """
 
 LIBRARY = "three.min.js"
-"""The part of three.js that the viewer uses; defines `THREE`."""
+"""The part of three.js that the viewer uses; it defines `THREE`."""
 
 VIEWER = (
     "unpack.js",
@@ -32,10 +32,10 @@ VIEWER = (
     "player.js",
     "main.js",
 )
-"""The viewer: plain scripts that share one function's scope with the library."""
+"""The scripts of the viewer, which run in the scope of one function."""
 
 STYLES = ("viewer.css", "steering.css", "atlas.css")
 """Style sheets."""
 
 BOOT = "boot.js"
-"""Unpacks and runs a page's scripts; the only script of a page that is not packed."""
+"""The script that unpacks and runs the others, and the only one that is not packed."""

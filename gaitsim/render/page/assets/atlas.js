@@ -1,4 +1,4 @@
-// The page of an atlas: the map of its cells, and the gait of the chosen one in 3D.
+// The page of an atlas: a map of its cells, and the gait of the selected cell in 3D.
 
 class Atlas {
   /** @param {object} data of the page @param {HTMLElement} root */
@@ -51,7 +51,7 @@ class Atlas {
     else this.play(true);
   }
 
-  /** Title, axes and filter. */
+  /** Return the title, the choice of axes and the filter. */
   _head() {
     const { data } = this;
     const named = (index) => data.axes[index].name;
@@ -81,7 +81,7 @@ class Atlas {
     ];
   }
 
-  /** What the colours mean. */
+  /** Return the legend of colours. */
   _legend() {
     const { lowest, highest, colours, unit } = this.data;
     const below = this.data.below ? "≤ " : "";
@@ -91,7 +91,7 @@ class Atlas {
     return element("p", { class: "scales" }, `score ${low}`, bar, high);
   }
 
-  /** The picture and its controls. */
+  /** Return the picture and its controls. */
   _picture(does) {
     this.controls = new gaitsim.Controls(does);
     this.controls.rate = 1;
@@ -103,13 +103,13 @@ class Atlas {
     return [view, deck];
   }
 
-  /** Build the stage; without WebGL say so, and leave map and texts. */
+  /** Build the stage; without WebGL, show a message in place of the picture. */
   _open() {
     const { theme } = this.themes;
     try {
       this.stage = new gaitsim.Stage(this.canvas, theme);
     } catch {
-      gaitsim.withoutPicture(this.canvas, "The map and the numbers are complete.");
+      gaitsim.withoutPicture(this.canvas, "The map and the numbers are still available.");
       return;
     }
     const { clip } = this.data.body;
@@ -143,13 +143,13 @@ class Atlas {
     };
   }
 
-  /** @param {number[]} axes of the map */
+  /** @param {number[]} axes indices of the axes of the map */
   _axes(axes) {
     this.map.show(axes);
     this.list.moved();
   }
 
-  /** @param {number} score from which gaits are shown; 0 as the slider's begin: all */
+  /** @param {number} score least score shown; 0, the start of the slider, shows all */
   _filter(score) {
     const all = !this.least.valueAsNumber;
     this.map.filter = all ? -Infinity : score;
@@ -159,8 +159,8 @@ class Atlas {
 
   /**
    * Show a gait.
-   * @param {number} member from 0
-   * @param {boolean} aloud whether to say it
+   * @param {number} member counted from 0
+   * @param {boolean} aloud whether to announce it
    */
   select(member, aloud = true) {
     const { data, gaits } = this;
@@ -186,7 +186,11 @@ class Atlas {
     );
     if (gaits && !gaits.repeats(member))
       this.facts.append(
-        element("p", { class: "details" }, "It ended, perhaps in a fall, before it repeated."),
+        element(
+          "p",
+          { class: "details" },
+          "The motion ended, perhaps in a fall, before the gait repeated.",
+        ),
       );
     this.list.selected = member;
     if (aloud) this.announcer.say(this._words(member));
@@ -196,14 +200,14 @@ class Atlas {
     this._show();
   }
 
-  /** @param {number} member @returns {string} its values in words */
+  /** @param {number} member @returns {string} text with the member's values */
   _words(member) {
     const { scores, unit } = this.data;
     const shown = this.map.axes.map(({ name, values }) => `${name} ${numeral(values[member], 3)}`);
     return [`gait ${member + 1}: score ${numeral(scores[member])} ${unit}`, ...shown].join(", ");
   }
 
-  /** @param {number} member under the pointer */
+  /** @param {number} member the member under the pointer, or -1 */
   _hint(member) {
     this.hint.textContent = member < 0 ? "" : this._words(member);
   }
@@ -243,7 +247,7 @@ class Atlas {
     this.map.draw();
   }
 
-  /** @param {number} member from 0 @returns {Float64Array[]} its joint angles in each frame, rad */
+  /** @param {number} member counted from 0 @returns {Float64Array[]} joint angles by frame, rad */
   anglesOf(member) {
     return Array.from({ length: this.gaits.framesOf(member) }, (_, frame) =>
       this.gaits.atFrame(member, frame),

@@ -1,18 +1,17 @@
-// One body on the stage: limbs, plates, hulls, solids, feet and the path behind it.
+// One body on the stage: limbs, plates, hulls, solids, feet and its path.
 
-const FOOT = 1.55; // radius of a foot's mark, in the usual radius of limbs
-const PATH = 400; // pieces of the path, at most
-const THIN = 1.1; // pixels, of edges between faces
-const WIDE = 2.4; // pixels, of the path
+const FOOT = 1.55; // radius of a foot's mark, relative to the usual radius of limbs
+const PATH = 400; // maximum pieces of the path
+const THIN = 1.1; // width of edges between faces, pixels
+const WIDE = 2.4; // width of the path, pixels
 
 class Body {
   /**
-   * @param {object} clip how it is drawn, see gaitsim/render/page/clips.py; of its frames nothing
-   *   is read
+   * @param {object} clip drawn shape, see gaitsim/render/page/clips.py; its frames are not read
    * @param {object} theme see gaitsim/render/scene/themes.py
-   * @param {number} lane how far it is moved to the left, m
-   * @param {number} number of the body among others, from 0, for its colour
-   * @param {Ground | null} ground the clip's; None: level at its floor
+   * @param {number} lane displacement to the left, m
+   * @param {number} number index of the body, which selects its colour
+   * @param {Ground | null} ground ground of the clip; null for level ground at its floor
    */
   constructor(clip, theme, lane = 0, number = 0, ground = null) {
     this.clip = clip;
@@ -21,7 +20,7 @@ class Body {
     this.ground = ground ?? new Ground(null, clip.floor ?? 0, null);
     this.shades = new Shades(theme);
     this.box = new Box();
-    /** Its greatest length, m; known from its first pose where the clip does not say it. */
+    /** Largest extent, m; taken from the first pose if the clip has none. */
     this.span = clip.span ?? 0;
     this.group = new THREE.Group();
     this.group.position.y = lane;
@@ -68,8 +67,8 @@ class Body {
   }
 
   /**
-   * Move it to a pose.
-   * @param {Pose} pose points, poses, feet, touching and centre; what the clip does not have may be
+   * Move the body to a pose.
+   * @param {Pose} pose points, poses, feet, touching and centre; parts that the clip lacks may be
    *   missing
    */
   show(pose) {
@@ -91,9 +90,9 @@ class Body {
   }
 
   /**
-   * Draw the path to here.
-   * @param {Float64Array} centre where it was in each frame, (frames, 3) m
-   * @param {number} frame the last one to draw
+   * Draw the path up to a frame.
+   * @param {Float64Array} centre position of the body in each frame, (frames, 3) m
+   * @param {number} frame last frame to draw
    */
   trail(centre, frame) {
     const every = Math.max(1, Math.ceil(frame / PATH));
@@ -111,7 +110,7 @@ class Body {
   }
 
   /**
-   * Give all parts the materials of their shadow, or their own ones again.
+   * Switch all parts between the materials of their shadow and their own.
    * @param {boolean} on
    */
   casting(on) {
@@ -128,7 +127,7 @@ class Body {
       else mesh.layers.disable(CASTERS);
   }
 
-  /** Free what it holds. */
+  /** Free the resources of the body. */
   dispose() {
     this.group.traverse((mesh) => mesh.geometry?.dispose());
   }

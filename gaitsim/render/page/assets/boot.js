@@ -1,4 +1,4 @@
-// Unpacks the page's scripts and runs them; the policy of the page allows exactly these texts.
+// Unpacks and runs the page's scripts, which are the only ones that the page's policy allows.
 "use strict";
 (async () => {
   const root = document.getElementById("gaitsim");
@@ -15,7 +15,7 @@
   } catch (error) {
     const words = document.createElement("p");
     words.setAttribute("role", "alert");
-    words.textContent = `This browser cannot show the motion; a newer one can. (${error.message})`;
+    words.textContent = `This browser cannot show the motion; try a newer one. (${error.message})`;
     root.prepend(words);
   }
 })();

@@ -6,7 +6,7 @@ const MARGIN = { left: 58, right: 12, top: 10, bottom: 44 };
 class CellMap {
   /**
    * @param {object} atlas axes with borders, places and values; scores; colours; lowest; raster
-   * @param {(member: number) => void} choose called with the member of a chosen cell
+   * @param {(member: number) => void} choose called with the member of a selected cell
    * @param {(member: number) => void} point called with the member under the pointer, or EMPTY
    */
   constructor(atlas, choose, point) {
@@ -30,7 +30,7 @@ class CellMap {
   }
 
   /**
-   * Show two axes, or one.
+   * Show one or two axes.
    * @param {number[]} axes indices
    */
   show(axes) {
@@ -55,12 +55,12 @@ class CellMap {
     const names = this.axes.map(({ name }) => name).join(" and ");
     this.canvas.setAttribute(
       "aria-label",
-      `Map of ${atlas.scores.length} gaits by ${names}; arrow keys go from cell to cell`,
+      `Map of ${atlas.scores.length} gaits by ${names}; arrow keys move between cells`,
     );
     this.draw();
   }
 
-  /** @param {number} score below which cells are faint */
+  /** @param {number} score threshold; cells below it are faint */
   set filter(score) {
     this.least = score;
     this.draw();
@@ -92,7 +92,7 @@ class CellMap {
     return `rgb(${mixed.map(Math.round).join(" ")})`;
   }
 
-  /** @returns {{x: number, y: number, width: number, height: number}} of the cells, pixels */
+  /** @returns {{x: number, y: number, width: number, height: number}} area of the cells, pixels */
   _area() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     return {
@@ -103,7 +103,7 @@ class CellMap {
     };
   }
 
-  /** Return where borders are, pixels. */
+  /** Return the positions of the borders, pixels. */
   _lines() {
     const { x, y, width, height } = this._area();
     const share = (axis, value) =>
@@ -141,7 +141,7 @@ class CellMap {
       pen.globalAlpha = atlas.scores[member] < this.least ? 0.12 : 1;
       pen.fillStyle = this.colour(atlas.scores[member]);
       const [x, y, w, h] = box(cell);
-      pen.fillRect(x, y, w + 0.4, h + 0.4); // no hairlines between neighbours
+      pen.fillRect(x, y, w + 0.4, h + 0.4); // avoids hairlines between neighbours
     });
     pen.globalAlpha = 1;
     this._words(pen, style);
@@ -158,7 +158,7 @@ class CellMap {
     }
   }
 
-  /** Write the axes' names and ends. */
+  /** Write the names and ends of the axes. */
   _words(pen, style) {
     const { x, y, width, height } = this._area();
     const [across, up] = this.axes;
@@ -191,7 +191,7 @@ class CellMap {
     pen.restore();
   }
 
-  /** Return the cell at a point, the nearest occupied one within a finger's reach; or EMPTY. */
+  /** Return the nearest occupied cell within a finger's width of a point, or EMPTY. */
   _cellAt({ offsetX, offsetY }) {
     const { columns, rows } = this._lines();
     let [nearest, least] = [EMPTY, 22];
@@ -232,7 +232,7 @@ class CellMap {
     this.choose(this.cells[cell]);
   }
 
-  /** Go to the nearest occupied cell in the direction of an arrow. */
+  /** Select the nearest occupied cell in the direction of an arrow key. */
   _key(event) {
     const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
     const step = way[event.key];

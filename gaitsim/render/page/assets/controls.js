@@ -1,10 +1,10 @@
-// The clock and the buttons that move it, views, theme, keys and help.
+// The clock, the controls of playback, view and theme, the keys and the help.
 
 const SPEEDS = [0.1, 0.2, 0.25, 0.5, 0.75, 1, 1.5, 2];
 const NAMES = { iso: "oblique", side: "side", top: "top" };
 
 /**
- * Return the speed that is so many steps from another.
+ * Return the speed a number of steps above or below another.
  * @param {number} speed one of SPEEDS
  * @param {number} steps
  */
@@ -12,7 +12,7 @@ const speedBeside = (speed, steps) =>
   SPEEDS[clamp(SPEEDS.indexOf(speed) + steps, 0, SPEEDS.length - 1)];
 
 /**
- * Show the view after the one that a stage has, and say which.
+ * Switch a stage to the next view and announce its name.
  * @param {Stage | undefined} stage
  * @param {Announcer} announcer
  */
@@ -24,9 +24,9 @@ function nextView(stage, announcer) {
   announcer.say(`${NAMES[next]} view`);
 }
 
-/** A clock that runs, rests, and begins again at its end. */
+/** A clock that runs, pauses, and restarts at its end. */
 class Clock {
-  /** @param {number} seconds at which it begins again */
+  /** @param {number} seconds time at which the clock restarts */
   constructor(seconds) {
     this.end = seconds;
     this.now = 0;
@@ -34,7 +34,7 @@ class Clock {
     this.runs = false;
   }
 
-  /** @param {number} seconds of the wall's clock */
+  /** @param {number} seconds elapsed real time */
   advance(seconds) {
     this.now += seconds * this.speed;
     if (this.now > this.end) this.now = this.end > 0 ? this.now % this.end : 0;
@@ -43,7 +43,8 @@ class Clock {
 
 class Controls {
   /**
-   * @param {object} does what the buttons do: play(), speed(factor), view(), theme(), zoom(factor)
+   * @param {object} does actions of the buttons: play(), speed(factor), view(), theme(),
+   *   zoom(factor)
    */
   constructor(does) {
     this.does = does;
@@ -60,7 +61,7 @@ class Controls {
     this.factor = element("span", { class: "factor", "aria-hidden": "true" });
     this.readout = element("span", { class: "readout" });
     this.help = helpDialog();
-    /** Buttons over the picture. */
+    /** Buttons on top of the picture. */
     this.tools = element(
       "div",
       { class: "tools", role: "group", "aria-label": "View" },
@@ -99,8 +100,8 @@ class Controls {
 }
 
 /**
- * Listen to keys anywhere on the page, but where a control uses them.
- * @param {object} does as of Controls, and step(seconds), faster(steps), end(last), help()
+ * Listen to keys anywhere on the page, except those that the focused control uses itself.
+ * @param {object} does actions as in Controls, and step(seconds), faster(steps), reset(), help()
  */
 function listenToKeys(does) {
   document.addEventListener("keydown", (event) => {
@@ -159,9 +160,9 @@ function helpDialog() {
     element(
       "p",
       {},
-      "Drag to turn the view, with Shift or the right button to move it; the wheel zooms, a double ",
-      "click resets. With touch, one finger turns, two zoom and move. When the picture has the ",
-      "focus, the arrow keys turn it.",
+      "Drag to turn the view; drag with Shift or the right button to move it. The wheel zooms; a ",
+      "double click resets the view. On a touch screen, one finger turns the view, two fingers ",
+      "zoom and move it. When the picture has focus, the arrow keys turn the view.",
     ),
     element("form", { method: "dialog" }, element("button", {}, "Close")),
   );

@@ -1,9 +1,9 @@
-// Elements of the page and texts in them. Texts are always set as text, never as markup.
+// Elements of the page and their texts. Texts are always set as text, never as markup.
 
 /**
  * Return an element.
  * @param {string} tag
- * @param {Record<string, any>} attributes; functions are listeners, true is an empty attribute
+ * @param {Record<string, any>} attributes functions are listeners, true is an empty attribute
  * @param {(Node | string | null)[]} children
  * @returns {any}
  */
@@ -12,7 +12,7 @@ function element(tag, attributes = {}, ...children) {
 }
 
 /**
- * Return an element of a drawing.
+ * Return an SVG element.
  * @param {string} tag
  * @param {Record<string, any>} attributes
  * @param {(Node | string | null)[]} children
@@ -47,10 +47,10 @@ function icon(name) {
 
 /**
  * Return a button.
- * @param {string} label what it does, for people who do not see its picture
+ * @param {string} label accessible name
  * @param {Node | string} face
  * @param {() => void} click
- * @param {string} key that does the same
+ * @param {string} key key with the same action
  */
 function button(label, face, click, key = "") {
   const title = key ? `${label} (${key})` : label;
@@ -58,17 +58,17 @@ function button(label, face, click, key = "") {
 }
 
 /**
- * Say in a canvas's place that the browser cannot draw on it.
+ * Replace a canvas with a message that the browser cannot draw in 3D.
  * @param {HTMLCanvasElement} canvas
- * @param {string} rest what the page has all the same
+ * @param {string} rest sentence on the parts of the page that work
  */
 function withoutPicture(canvas, rest) {
-  const words = `This browser cannot draw in three dimensions (WebGL 2 is missing or switched off). ${rest}`;
+  const words = `This browser cannot draw in 3D (WebGL 2 is missing or disabled). ${rest}`;
   canvas.replaceWith(element("p", { class: "missing", role: "alert" }, words));
 }
 
 /**
- * Return a number as people read it, with four digits at most.
+ * Format a number with at most four significant digits.
  * @param {number} value
  * @param {number} digits
  */
@@ -92,7 +92,7 @@ function lengthText(metres) {
 /** @param {number} seconds */
 const secondsText = (seconds) => `${seconds.toFixed(2)} s`;
 
-/** What the page says aloud to people who do not see it. */
+/** Announcements for screen readers. */
 class Announcer {
   constructor() {
     this.root = element("div", { class: "unseen", "aria-live": "polite", role: "status" });
@@ -104,7 +104,7 @@ class Announcer {
   }
 }
 
-/** The theme in force: the browser's, until a person chooses. */
+/** The current theme: the browser's, until the user chooses one. */
 class Themes {
   /**
    * @param {{light: object, dark: object}} themes

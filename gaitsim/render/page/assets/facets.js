@@ -1,4 +1,4 @@
-// Flat faces that move with the points of a body: plates such as wings, and hulls such as a trunk.
+// Flat faces that move with the points of a body: plates, such as wings, and hulls, such as trunks.
 
 const FACET_VERTEX = `precision highp float;
 in vec3 position;
@@ -34,9 +34,8 @@ void main() {
 
 class Facets {
   /**
-   * @param {{corners: number[], half: number}[]} plates their corners in order, half of their
-   *   thickness in m
-   * @param {number[][][]} hulls the corners of their faces
+   * @param {{corners: number[], half: number}[]} plates corners in order, and half the thickness, m
+   * @param {number[][][]} hulls corners of the faces of each hull
    * @param {Shades} shades
    */
   constructor(plates, hulls, shades) {
@@ -59,7 +58,7 @@ class Facets {
     this.count = count;
   }
 
-  /** The rounded edges of plates, as limbs. */
+  /** Rounded edges of plates, as limbs. */
   get rims() {
     return this.plates.flatMap(({ corners, half }) =>
       corners.map((corner, i) => [corner, corners[(i + 1) % corners.length], half, half, "trunk"]),

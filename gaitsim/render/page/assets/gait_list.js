@@ -1,13 +1,13 @@
-// The list of gaits beside the map, and what the page says about itself.
+// The list of gaits beside the map, and notes on the page's accuracy.
 
 const { element, numeral } = gaitsim;
-const LISTED = 40; // gaits at a time
+const LISTED = 40; // gaits added to the list at a time
 
 class GaitList {
   /**
-   * @param {object} atlas the page's data
+   * @param {object} atlas data of the page
    * @param {CellMap} map
-   * @param {(member: number) => void} choose called with the member of a pressed row
+   * @param {(member: number) => void} choose called with the member of a selected row
    */
   constructor(atlas, map, choose) {
     Object.assign(this, { atlas, map, choose });
@@ -40,7 +40,7 @@ class GaitList {
     );
   }
 
-  /** The map has other axes. */
+  /** Update the list after the axes of the map or the selection have changed. */
   moved() {
     if (this.here.checked) this.show(0);
   }
@@ -54,7 +54,7 @@ class GaitList {
     });
   }
 
-  /** Fill the list. @param {number} more gaits than now; 0 begins anew */
+  /** Fill the list. @param {number} more gaits to add; 0 starts from the beginning */
   show(more) {
     const { axes, scores } = this.atlas;
     this.listed = more ? this.listed + more : LISTED;
@@ -82,8 +82,8 @@ class GaitList {
 }
 
 /**
- * Say what the page shows and how exact it is.
- * @param {object} atlas the page's data
+ * Return notes on the content and the accuracy of the page.
+ * @param {object} atlas data of the page
  */
 function notesOf({ gaits, made, axes, count, body }) {
   const degrees = (angle) => numeral((angle * 180) / Math.PI, 2);
@@ -91,17 +91,17 @@ function notesOf({ gaits, made, axes, count, body }) {
   if (axes.length > 2)
     words.push("A cell of the map shows the best gait over all the other axes.");
   if (!body)
-    words.push("The body has no joint angles and links to move here: the map and the values are all.");
+    words.push("The page cannot move this body, which lacks joint angles or links to move.");
   else {
     words.push(
-      "The body is held in place with its lowest foot on the ground and its trunk level. How " +
-        "far and how straight it goes is in its score and values, not in the picture.",
+      "The body is held in place, with its lowest foot on the ground and its trunk level. The " +
+        "score and the values show how far and how straight it goes; the picture does not.",
     );
     words.push(
       gaits.form === "waves"
         ? `Joint angles as commanded, within ${gaits.error.toExponential(1)} rad of gaitsim's, ` +
             `measured over all ${count} gaits.`
-        : `One stride of each gait as commanded, over and over; its joint angles are within ` +
+        : `One stride of each gait as commanded, repeated, with joint angles within ` +
             `${degrees(gaits.error)}° of gaitsim's.`,
     );
   }

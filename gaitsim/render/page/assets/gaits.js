@@ -1,4 +1,4 @@
-// Joint angles of the gaits of an archive, as gaitsim/render/page/gaits.py stores them.
+// Joint angles of the gaits of an archive, in the form stored by gaitsim/render/page/gaits.py.
 
 class Gaits {
   /**
@@ -29,24 +29,24 @@ class Gaits {
     this.held = { member: -1, stride: new Float64Array(0) };
   }
 
-  /** @param {number} member from 0 @returns how long its gait is until it begins again, s */
+  /** @param {number} member counted from 0 @returns {number} time until the gait repeats, s */
   seconds(member) {
     return (this.exact ? this.frames : this.periods[member]) / this.rate;
   }
 
-  /** @param {number} member from 0 @returns {boolean} whether it goes on as it begins */
+  /** @param {number} member counted from 0 @returns {boolean} whether the gait repeats */
   repeats(member) {
     return this.exact || this.periods[member] < this.lengths[member] - 0.5;
   }
 
-  /** @param {number} member from 0 @returns {number} of frames stored */
+  /** @param {number} member counted from 0 @returns {number} number of stored frames */
   framesOf(member) {
     return this.exact ? this.frames : this.lengths[member];
   }
 
   /**
    * Return the joint angles of a gait at a time, interpolated between frames.
-   * @param {number} member from 0
+   * @param {number} member counted from 0
    * @param {number} seconds
    * @returns {Float64Array} rad
    */
@@ -62,7 +62,7 @@ class Gaits {
   }
 
   /**
-   * @param {number} member from 0
+   * @param {number} member counted from 0
    * @param {number} frame
    * @returns {Float64Array} joint angles, rad
    */
@@ -81,7 +81,7 @@ class Gaits {
     return angles;
   }
 
-  /** Add up the changes from frame to frame of a stride. */
+  /** Return the joint angles of a stride, by summing its changes from frame to frame. */
   _stride(member) {
     if (this.held.member === member) return this.held.stride;
     const length = this.lengths[member];

@@ -1,11 +1,11 @@
-// The grid of the ground: lines that fade with distance, and get coarser as the camera goes away.
+// The grid of the ground: lines that fade with distance and are coarser if the camera is far away.
 
-const DENSE = 40; // pixels between lines that are not visible
-const SPARSE = 420; // and that are drawn in full
-const MOST_LINES = 80; // in each direction
+const DENSE = 40; // pixels between lines at which they become invisible
+const SPARSE = 420; // pixels between lines of full strength
+const MOST_LINES = 80; // maximum lines in each direction
 
 /**
- * Return distances between lines, each a multiple of the one before, from a least one, m.
+ * Return four distances between lines, m, each a multiple of the previous, from a minimum.
  * @param {number} least
  */
 function gridSteps(least) {
@@ -16,11 +16,11 @@ function gridSteps(least) {
 }
 
 /**
- * Return the lines of the grid around a point, the finer the nearer the camera is.
+ * Return the lines of the grid around a point, finer if the camera is near.
  * @param {Ground} ground
  * @param {ArrayLike<number>} middle
- * @param {number} scale pixels a metre there
- * @param {number} radius how far the ground is drawn, m
+ * @param {number} scale pixels per metre at that point
+ * @param {number} radius radius of the drawn ground, m
  * @returns {{ends: number[], strengths: number[]}}
  */
 function gridLines(ground, middle, scale, radius) {
@@ -35,10 +35,10 @@ function gridLines(ground, middle, scale, radius) {
     for (const axis of [0, 1]) {
       const nearest = Math.round(middle[axis] / step);
       for (let line = nearest - lines; line <= nearest + lines; line++) {
-        // Lines of the next step are drawn once, and stronger.
+        // Leave out the lines that the coarser grid draws.
         const share = (line * step) / coarser;
         if (coarser && Math.abs(share - Math.round(share)) < 1e-6) continue;
-        // A chord of the circle in which the ground is drawn.
+        // The line is a chord of the circle of the drawn ground.
         const half = Math.sqrt(Math.max(radius ** 2 - (line * step - middle[axis]) ** 2, 0));
         const [start, end] = [middle[1 - axis] - half, middle[1 - axis] + half];
         const along = [start, ...ground.bends(axis, line * step, start, end), end];
@@ -64,11 +64,11 @@ class Grid extends Ribbons {
   }
 
   /**
-   * Show the lines around a point; they are kept until the camera has moved somewhat.
+   * Show the lines around a point; small movements of the camera do not change them.
    * @param {Ground} ground
    * @param {ArrayLike<number>} middle
-   * @param {number} scale pixels a metre there
-   * @param {number} reach how far the ground is drawn, m
+   * @param {number} scale pixels per metre at that point
+   * @param {number} reach radius of the drawn ground, m
    */
   show(ground, middle, scale, reach) {
     this.fade(middle, reach);

@@ -1,15 +1,15 @@
-// The ground: its height, and its surface where it is uneven.
+// The ground: its height, and the surface of uneven ground.
 
 class Ground {
   /**
-   * @param {object | null} ground of a clip
-   * @param {number} floor height where it is level, m
-   * @param {Numbers | null} heights unpacked, (rows, columns) m
+   * @param {object | null} ground ground of a clip; null for level ground
+   * @param {number} floor height of level ground, m
+   * @param {Numbers | null} heights unpacked heights of a terrain, (rows, columns) m
    */
   constructor(ground, floor, heights) {
     this.floor = floor;
     this.level = !ground;
-    /** The x and the y of its corners, ascending, m. */
+    /** Ascending x and y of the corners, m. */
     this.corners = [[], []];
     if (ground?.x) {
       this.corners = [ground.x, []];
@@ -24,7 +24,7 @@ class Ground {
   }
 
   /**
-   * Return its height, m.
+   * Return the height of the ground, m.
    * @param {number} x
    * @param {number} y
    */
@@ -37,7 +37,7 @@ class Ground {
       return this._z(i) + u * (next - this._z(i));
     }
     const [j, v] = placeIn(this.corners[1], y);
-    // The squares are cut from their first corner to the opposite one, as MuJoCo does.
+    // Squares are cut along the diagonal from their first corner, as in MuJoCo.
     const first = this._z(i, j);
     const across = this._z(i + 1, j + 1);
     const beside = v >= u ? this._z(i, j + 1) : this._z(i + 1, j);
@@ -45,12 +45,12 @@ class Ground {
   }
 
   /**
-   * Return its surface within a distance of a point; it is level beyond its corners.
+   * Return the surface within a distance of a point; beyond its corners the ground is level.
    * @param {ArrayLike<number>} middle
    * @param {number} reach m
    */
   surface(middle, reach) {
-    // No farther than is seen: the depths of great triangles are not exact.
+    // Only the visible part, as the depths of very large triangles are inexact.
     const [xs, ys] = this.corners.map((corners, axis) => {
       const [low, high] = [middle[axis] - reach, middle[axis] + reach];
       return [Math.min(corners[0] ?? low, low), ...corners, Math.max(corners.at(-1) ?? high, high)];
@@ -67,7 +67,7 @@ class Ground {
         const [right, left] = [at(xs[i + 1], ys[j]), at(xs[i], ys[j + 1])];
         for (const triangle of [[one, right, other], [one, other, left]]) {
           const normal = normalOf(triangle.flat(), [0, 1, 2]);
-          // 0 where level, 1 where light grazes, below 0 towards the light.
+          // 0 for level ground, 1 for grazing light, negative for slopes that face the light.
           const slope = 1 - (0.3 * normal[0] - 0.5 * normal[1] + 0.81 * normal[2]) / 0.81;
           points.push(...triangle.flat());
           slopes.push(slope, slope, slope);
@@ -81,11 +81,11 @@ class Ground {
   }
 
   /**
-   * Return where a line of the grid bends: at corners, and where it crosses a cut of a square.
-   * @param {number} axis across which the line runs
-   * @param {number} place of the line on that axis, m
-   * @param {number} start of the line along the other axis, m
-   * @param {number} end
+   * Return where a line of the grid bends: at corners, and where it crosses the cut of a square.
+   * @param {number} axis axis perpendicular to the line
+   * @param {number} place position of the line on that axis, m
+   * @param {number} start start of the line along the other axis, m
+   * @param {number} end end of the line, m
    */
   bends(axis, place, start, end) {
     const own = this.corners[1 - axis];
@@ -99,7 +99,7 @@ class Ground {
 }
 
 /**
- * Return the interval of ascending corners that a value is in, and its share of it.
+ * Return the index of the interval between corners that contains a value, and its share of it.
  * @param {number[]} corners
  * @param {number} value
  * @returns {[number, number]}

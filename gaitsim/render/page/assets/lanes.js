@@ -1,11 +1,11 @@
-// Several bodies side by side on one ground, as gaitsim/render/scene/race.py has them.
+// Several bodies side by side on one ground, in lanes like those of gaitsim/render/scene/race.py.
 
-const APART = 0.3; // between bodies side by side, in their widths
-const STEEP = 0.7; // between lanes at least, in heights of a body
-const WIDEST = 3; // of a lane, in widths of a body: a body that drifts farther crosses into another
+const APART = 0.3; // gap between bodies side by side, in body widths
+const STEEP = 0.7; // minimum distance of lanes, in body heights
+const WIDEST = 3; // maximum width of a lane, in body widths; bodies that drift farther leave theirs
 
 /**
- * Return how far to the left each body is moved, the first the farthest, m.
+ * Return the displacement of each body to the left, m; the first body is leftmost.
  * @param {Recording[]} recordings
  * @returns {number[]}
  */

@@ -1,22 +1,23 @@
-// The viewer's only global, `gaitsim`. What pages of other kinds build on:
+// The viewer's only global, `gaitsim`, which scripts of other kinds of pages use:
 //
-//   gaitsim.register(kind, (data, root) => …)   a kind of page; `start` calls it with the page's data
-//   gaitsim.start(kind, data, root)             build the page into an element; boot.js calls it
+//   gaitsim.register(kind, (data, root) => …)   add a kind of page; `start` calls the function
+//   gaitsim.start(kind, data, root)             build a page in an element; called by boot.js
 //   await gaitsim.unpack(packed)                {shape, values: Float64Array}, see packing.py
-//   new gaitsim.Stage(canvas, theme)            throws where there is no WebGL 2; .add(body), .remove(body),
+//   new gaitsim.Stage(canvas, theme)            throws without WebGL 2; .add(body), .remove(body),
 //     .setGround(ground), .theme = theme, .frame(box) fits the picture, .view("iso" | "side" | "top"),
 //     .lookAt(point), .follow(point, seconds) smoothly, .request() draws once,
-//     .animate((seconds) => boolean) draws until it returns false, .listeners after each picture
+//     .animate((seconds) => boolean) draws until the function returns false, .listeners are called
+//     after each picture
 //   new gaitsim.Body(clip, theme, lane, number, ground)   clip: limbs, plates, hulls, solids, feet, flies,
-//     floor (its frames are not read); .show({points, poses, feet, touching, centre}) moves it,
-//     .trail(centre, frame) draws the path behind it, .box is where it is
+//     floor (its frames are not read); .show({points, poses, feet, touching, centre}) moves the body,
+//     .trail(centre, frame) draws its path, .box is its bounding box
 //   await gaitsim.Recording.read(clip)          .at(seconds) is a pose for Body.show, with `aim` for
-//     Stage.lookAt; .box for Stage.frame, .seconds, .ground, .anglesAt(frame)
+//     Stage.lookAt; .box is for Stage.frame; .seconds, .ground, .anglesAt(frame)
 //   new gaitsim.Ground(null, floor, null)       level ground
 //   new gaitsim.Box().add(x, y, z, radius)      a box that grows around points
 //   gaitsim.Themes, Announcer, Timeline, Controls, Clock, element, drawing, button, icon, numeral,
 //     lengthText, secondsText, withoutPicture, listenToKeys, speedBeside, nextView, panelOf: parts of
-//     the page, see their files
+//     pages, described in their files
 //
 // `theme` is data.theme.light or data.theme.dark.
 
@@ -24,14 +25,14 @@
 const kinds = new Map();
 
 /**
- * Build a page into an element.
+ * Build a page in an element.
  * @param {string} kind
  * @param {any} data
  * @param {HTMLElement} root
  */
 async function start(kind, data, root) {
   const build = kinds.get(kind);
-  if (!build) throw new Error(`This viewer has no pages of the kind ${kind}.`);
+  if (!build) throw new Error(`unknown kind of page: ${kind}`);
   return build(data, root);
 }
 

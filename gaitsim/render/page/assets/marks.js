@@ -1,12 +1,12 @@
-// Feet: a disc on the ground while one stands, a ring around it in the air, a cross where it is lost.
+// Marks of feet: a disc in stance, a ring in swing, a cross for a lost leg.
 
-const LIFTED = 0.06; // of a mark's radius, above the ground
+const LIFTED = 0.06; // height of a disc above the ground, relative to its radius
 
 const MARK_VERTEX = `precision highp float;
 in vec2 corner;
 in vec3 centre;
-in vec3 upright; // normal of the ground for a foot on it, 0 for one in the air
-in vec4 look; // colour, and kind: 0 disc, 1 ring, 2 cross
+in vec3 upright; // normal of the ground for a foot in stance, else 0
+in vec4 look; // colour and kind: 0 disc, 1 ring, 2 cross
 uniform mat4 modelMatrix;
 uniform mat4 viewMatrix;
 uniform mat4 projectionMatrix;
@@ -51,7 +51,7 @@ const KINDS = { disc: 0, ring: 1, cross: 2 };
 
 class Marks {
   /**
-   * @param {object} feet of a clip
+   * @param {object} feet feet of a clip
    * @param {number} radius m
    * @param {Shades} shades
    */
@@ -89,7 +89,7 @@ class Marks {
   /**
    * @param {Pose} pose
    * @param {Ground} ground
-   * @param {number} lane of the body, m
+   * @param {number} lane lane of the body, m
    */
   show({ feet, touching }, ground, lane) {
     const { centre, upright, look } = this.mesh.geometry.attributes;

@@ -1,12 +1,12 @@
-// The camera: it turns around a point that it follows; mouse, touch and keys move it.
+// A camera that turns around a point and follows it, moved by mouse, touch and keys.
 
-// Azimuth and elevation as seen from the body, degrees: at −90° it stands on the body's right, so
-// that forward is to the right of the picture.
+// Azimuth and elevation as seen from the body, degrees. At −90° the camera is on the body's right,
+// so forward points to the right of the picture.
 const VIEWS = { iso: [-58, 27], side: [-90, 7], top: [-90, 89.9] };
-const FIELD = 26; // degrees, of the picture's height
-const CLOSEST = 0.15; // zoom, of what fits
+const FIELD = 26; // vertical field of view, degrees
+const CLOSEST = 0.15; // limits of the zoom, 1 fits the picture
 const FARTHEST = 40;
-const TURN = 0.35; // degrees a pixel
+const TURN = 0.35; // degrees per pixel
 
 class Orbit {
   /**
@@ -21,7 +21,7 @@ class Orbit {
     this.size = [1, 1];
     this.box = new Box().add(0, 0, 0, 0.5);
     this.target = [0, 0, 0];
-    this.room = 0; // pixels at the lower edge that something covers
+    this.room = 0; // pixels covered at the lower edge
     /** @type {Map<number, {x: number, y: number}>} */
     this.fingers = new Map();
     this.view("iso");
@@ -29,7 +29,7 @@ class Orbit {
   }
 
   /**
-   * Show a view anew.
+   * Show a view, without zoom and shift.
    * @param {keyof VIEWS} name
    */
   view(name) {
@@ -41,7 +41,7 @@ class Orbit {
   }
 
   /**
-   * Choose the distance at which a box about the target fits the picture.
+   * Choose the distance at which a box around the target fits the picture.
    * @param {Box} box
    */
   fit(box = this.box) {
@@ -57,7 +57,7 @@ class Orbit {
     this.changed();
   }
 
-  /** Its right, its up and its direction ahead, unit vectors. */
+  /** Return the right, up and ahead axes of the camera, unit vectors. */
   axes() {
     const [a, e] = [this.azimuth, this.elevation].map((angle) => (angle * Math.PI) / 180);
     const [ca, sa, ce, se] = [Math.cos(a), Math.sin(a), Math.cos(e), Math.sin(e)];
@@ -68,25 +68,25 @@ class Orbit {
     ];
   }
 
-  /** Where it looks, m. */
+  /** Point at which the camera looks, m. */
   get aim() {
     const { middle } = this.box;
     return this.target.map((value, axis) => value + middle[axis] + this.pan[axis]);
   }
 
-  /** How far it is from there, m. */
+  /** Distance of the camera from that point, m. */
   get away() {
     return this.distance / this.zoom;
   }
 
-  /** Pixels a metre there. */
+  /** Pixels per metre at that point. */
   get scale() {
     return this.size[1] / (2 * Math.tan((FIELD * Math.PI) / 360) * this.away);
   }
 
   /**
-   * Move the camera to its place.
-   * @param {number} reach how far the ground is drawn, m
+   * Move the camera to its position.
+   * @param {number} reach radius of the drawn ground, m
    */
   place(reach) {
     const { camera, away } = this;
@@ -121,9 +121,9 @@ class Orbit {
   }
 
   /**
-   * Move sideways, as if the picture were dragged.
-   * @param {number} x pixels
-   * @param {number} y pixels, down
+   * Shift the view, as if the picture were dragged.
+   * @param {number} x pixels to the right
+   * @param {number} y pixels downwards
    */
   drag(x, y) {
     const [right, up] = this.axes();

@@ -1,4 +1,4 @@
-// The buttons of the commands of a steered body: each is held like its key.
+// Buttons for the commands of a steered body, held down like keys.
 
 const SIGNS = { up: "↑", down: "↓", left: "←", right: "→", space: "Space" };
 
@@ -6,8 +6,8 @@ class Pad {
   /**
    * @param {{name: string, key: string, help: string}[]} commands
    * @param {(name: string, down: boolean) => void} press
-   * @param {(name: string) => void} choose for good, by a click without a pointer, as of screen
-   *   readers
+   * @param {(name: string) => void} choose selects a command permanently, by a click without a
+   *   pointer, such as that of a screen reader
    */
   constructor(commands, press, choose) {
     this.commands = commands;
@@ -41,7 +41,7 @@ class Pad {
   }
 
   /**
-   * Show which command is in force, and how much each controller has of it.
+   * Show the current command and the share of each controller.
    * @param {string} command
    * @param {number[] | undefined} shares
    */

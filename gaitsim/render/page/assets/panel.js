@@ -1,8 +1,8 @@
-// What the page says in words and numbers: title, scores, terms, measures, the search, the code.
+// The panel beside the picture: title, score, terms, measures, fitness curve and challenge code.
 
 /**
  * Return the panel beside the stage.
- * @param {object} data of the page
+ * @param {object} data data of the page
  * @param {Announcer} announcer
  */
 function panelOf(data, announcer) {
@@ -22,18 +22,18 @@ function panelOf(data, announcer) {
   );
 }
 
-/** @param {object} clip @param {string} title what is said already */
+/** @param {object} clip @param {string} title title of the page, which is not repeated */
 function detailsOf(clip, title) {
   const lines = [clip.title, clip.details].filter((line) => line && line !== title);
   return element("div", { class: "details" }, ...lines.map((line) => element("p", {}, line)));
 }
 
-/** @param {number} number of a clip */
+/** @param {number} number index of a clip */
 const dotOf = (number) =>
   element("span", { class: "dot", style: `background: var(--body-${number % 5})` });
 
 /**
- * Return a table: a row for each quantity, a column for each clip.
+ * Return a table with a row for each quantity and a column for each clip.
  * @param {string} heading
  * @param {object[]} clips
  * @param {"terms" | "measures"} kind
@@ -86,7 +86,7 @@ const unitOf = (unit) => (unit ? element("small", {}, ` ${unit}`) : null);
 const words = (name) => String(name).replaceAll("_", " ");
 
 /**
- * Return what the clips are called: a word for all of them where there is one, and a tag of each.
+ * Return the word that the tags of all clips begin with, or "", and the rest of each tag.
  * @param {object[]} clips
  * @returns {[string, string[]]}
  */
@@ -97,7 +97,7 @@ function tagsOf(clips) {
   return alike ? [word, tags.map((tag) => tag.slice(word.length + 1))] : ["", tags];
 }
 
-/** Return what the measures mean, folded. */
+/** Return the meanings of the measures, as a collapsed element. */
 function glossaryOf(clips) {
   const meanings = new Map();
   for (const clip of clips)
@@ -118,7 +118,7 @@ function glossaryOf(clips) {
   );
 }
 
-/** Return the best score by generation, with the generations that are shown. */
+/** Return the curve of the best score, with marks at the generations of the clips. */
 function curveOf({ curve, clips }) {
   const points = (curve?.best ?? [])
     .map((score, i) => [curve.generation[i], score])
@@ -176,10 +176,10 @@ function codeOf(code, announcer) {
     text.select();
     try {
       await navigator.clipboard.writeText(code);
-      announcer.say("The code is copied.");
+      announcer.say("Code copied.");
       said.textContent = "Copied.";
     } catch {
-      said.textContent = "Selected: copy it with Ctrl+C.";
+      said.textContent = "Selected; press Ctrl+C to copy.";
     }
   };
   const said = element("span", { class: "said", "aria-hidden": "true" });
@@ -187,7 +187,7 @@ function codeOf(code, announcer) {
     "section",
     { class: "code" },
     element("h2", {}, "Challenge code"),
-    element("p", {}, "Check the score, or try to beat it: ", element("code", {}, "gaitsim verify CODE")),
+    element("p", {}, "Verify the score, or try to beat it: ", element("code", {}, "gaitsim verify CODE")),
     text,
     element("div", {}, element("button", { type: "button", click: copy }, "Copy the code"), said),
   );

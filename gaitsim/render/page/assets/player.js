@@ -1,10 +1,10 @@
-// The player: recorded motions on the stage, with the time line, the controls and the panel.
+// The player: recorded motions on the stage, with the timeline, the controls and the panel.
 
-const ROOM = 2.4; // lengths of a body that the picture of several bodies is wide, at most
+const ROOM = 2.4; // maximum width of the picture of several bodies, in body lengths
 
 class Player {
   /**
-   * @param {object} data of the page
+   * @param {object} data data of the page
    * @param {Recording[]} recordings
    * @param {HTMLElement} root
    */
@@ -49,13 +49,13 @@ class Player {
     else this.play(true);
   }
 
-  /** Build the stage; without WebGL say so, and leave the texts. */
+  /** Build the stage; without WebGL, show a message in place of the picture. */
   _open() {
     const { theme } = this.themes;
     try {
       this.stage = new Stage(this.canvas, theme);
     } catch {
-      withoutPicture(this.canvas, "The numbers and the footfalls are complete.");
+      withoutPicture(this.canvas, "The numbers and the footfalls are still available.");
       this.place.remove();
       this.controls.tools.remove();
       return;
@@ -72,10 +72,10 @@ class Player {
     this.stage.setGround(uneven?.ground ?? this.recordings[0].ground);
     this.lanes = lanes;
     this.stage.frame(this._box());
-    this.stage.listeners.push(() => this._told());
+    this.stage.listeners.push(() => this._showGridStep());
   }
 
-  /** Return a box about where the camera looks that holds all bodies. */
+  /** Return a box, relative to the aim of the camera, that contains all bodies. */
   _box() {
     this.room = Infinity;
     if (this.recordings.length === 1) return this.recordings[0].box;
@@ -99,7 +99,7 @@ class Player {
     return box;
   }
 
-  /** Return where the camera looks: at the middle of the bodies, near the selected one, m. */
+  /** Return the aim of the camera, m: the middle of the bodies, but near the selected one. */
   _aim(poses) {
     const box = new Box();
     poses.forEach(({ aim }, number) => box.add(aim[0], aim[1] + this.lanes[number], aim[2]));
@@ -109,7 +109,7 @@ class Player {
     return away > this.room ? mixed(chosen, box.middle, this.room / away) : box.middle;
   }
 
-  /** What buttons and keys do. */
+  /** Return the actions of buttons and keys. */
   _actions() {
     return {
       play: () => this.play(!this.clock.runs),
@@ -164,7 +164,7 @@ class Player {
 
   _show() {
     const { now } = this.clock;
-    this._tell(now);
+    this._showTime(now);
     if (!this.stage) return;
     const poses = this.recordings.map((one) => one.at(now));
     poses.forEach((pose, number) => {
@@ -175,21 +175,21 @@ class Player {
   }
 
   /**
-   * Say the time, when it is played a few times a second only: words cost more than pictures.
+   * Update the time; while playing only ten times a second, as texts cost more than pictures.
    * @param {number} now s
    */
-  _tell(now) {
+  _showTime(now) {
     this.timeline.head.style.transform = `translateX(${this.timeline._x(now)}px)`;
     const time = performance.now();
-    if (this.clock.runs && time - (this.said ?? 0) < 100) return;
-    this.said = time;
+    if (this.clock.runs && time - (this.timeShown ?? 0) < 100) return;
+    this.timeShown = time;
     this.timeline.time = now;
     this.controls.readout.textContent = secondsText(now);
-    if (this.stage) this._places(this.recordings[this.selected].at(now));
+    if (this.stage) this._showPosition(this.recordings[this.selected].at(now));
   }
 
-  /** Say how far the selected body has come. @param {Pose} pose */
-  _places({ centre }) {
+  /** Show the distance and altitude of the selected body. @param {Pose} pose */
+  _showPosition({ centre }) {
     const { clip, values } = this.recordings[this.selected];
     const gone = Math.hypot(centre[0] - values.centre[0], centre[1] - values.centre[1]);
     const parts = [`distance ${lengthText(gone)}`];
@@ -197,23 +197,23 @@ class Player {
     this.place.textContent = parts.join("   ");
   }
 
-  /** After each picture. */
-  _told() {
+  /** Update the step of the grid after each picture. */
+  _showGridStep() {
     const text = `grid ${lengthText(this.stage.gridStep)}`;
     if (this.scale.textContent !== text) this.scale.textContent = text;
   }
 
-  /** Return what the colours of feet mean. */
+  /** Return the legend of the colours of feet. */
   _key() {
     const sides = new Set(this.recordings.flatMap(({ clip }) => clip.feet?.sides ?? []));
     const named = ["left", "right"].filter((side) => sides.has(side));
-    // Of a body in a plane the sides are near and far: the camera stands on its right.
+    // The sides of a planar body are near and far; the camera is on its right.
     const planar = this.recordings[0].clip.feet?.names.some((name) => /^(near|far)\b/.test(name));
     const word = planar ? { left: "far", right: "near" } : { left: "left", right: "right" };
     return named.map((side) => element("span", { class: `foot ${side}` }, word[side]));
   }
 
-  /** Return the names of the bodies; a press chooses whose footfalls are shown. */
+  /** Return the names of the bodies, as buttons that select the footfalls to show. */
   _legend() {
     const choices = this.recordings.map(({ clip }, number) =>
       element(
@@ -230,11 +230,11 @@ class Player {
       ),
     );
     this.choices = choices;
-    const label = "Bodies: press one to show its footfalls";
+    const label = "Bodies: select one to show its footfalls";
     return element("div", { class: "legend", role: "group", "aria-label": label }, ...choices);
   }
 
-  /** @param {number} number of the body whose footfalls are shown */
+  /** @param {number} number index of the body whose footfalls to show */
   select(number) {
     this.selected = number;
     this.choices?.forEach((choice, i) => choice.setAttribute("aria-pressed", String(i === number)));
@@ -253,7 +253,7 @@ class Player {
   }
 }
 
-/** Describe the picture for people who do not see it. */
+/** Return a description of the picture for screen readers. */
 function describe(data, recordings) {
   const each = recordings.map(({ clip, seconds, feet, values }) => {
     const end = values.centre.length - 3;
@@ -264,5 +264,5 @@ function describe(data, recordings) {
     const how = clip.flies ? "a flying body" : `a body with ${feet} feet`;
     return `${clip.tag || clip.title}: ${how} moves ${lengthText(gone)} in ${secondsText(seconds)}`;
   });
-  return `${data.title}, in three dimensions. ${each.join(". ")}.`;
+  return `${data.title}, in 3D. ${each.join(". ")}.`;
 }

@@ -1,13 +1,13 @@
-// Pictures that the processor draws, put onto the page without waiting for them: browsers that read
-// them back themselves stop meanwhile, and say so in the console.
+// Asynchronous copying of software-rendered pictures to the page. Browsers that read such pictures
+// back themselves block in the meantime and print warnings in the console.
 
-const POLL = 2; // ms between two looks whether a picture is ready
-const UNDER_WAY = 3; // pictures at a time
+const POLL = 2; // ms between checks for finished pictures
+const UNDER_WAY = 3; // maximum pictures in progress
 
 class Readback {
   /**
-   * @param {WebGL2RenderingContext} gl of a canvas that is not shown
-   * @param {HTMLCanvasElement} canvas that is; its style turns it upside down, as rows of a picture
+   * @param {WebGL2RenderingContext} gl context of a hidden canvas
+   * @param {HTMLCanvasElement} canvas visible canvas; its style flips it, as the rows of pictures
    *   begin at the bottom
    */
   constructor(gl, canvas) {
@@ -16,21 +16,21 @@ class Readback {
     this.pen = canvas.getContext("2d", { alpha: false });
     /** @type {{buffer: WebGLBuffer, bytes: number}[]} */
     this.free = Array.from({ length: UNDER_WAY }, () => ({ buffer: gl.createBuffer(), bytes: 0 }));
-    /** Pictures that are not ready, the oldest first. */
+    /** Unfinished pictures, the oldest first. */
     this.pictures = [];
     canvas.style.transform = "scaleY(-1)";
   }
 
-  /** Whether no other picture may be drawn now. */
+  /** Whether the maximum number of pictures is in progress. */
   get busy() {
     return !this.free.length;
   }
 
   /**
-   * Take the picture that was drawn.
+   * Start to read the current picture back.
    * @param {number} width pixels
    * @param {number} height pixels
-   * @param {() => void} shown is called when it is on the page
+   * @param {() => void} shown called when the picture is on the page
    */
   take(width, height, shown) {
     const { gl } = this;
@@ -48,7 +48,7 @@ class Readback {
     if (this.pictures.length === 1) setTimeout(() => this._look(), POLL);
   }
 
-  /** Show the pictures that are ready. */
+  /** Show the finished pictures. */
   _look() {
     const { gl, pictures } = this;
     while (pictures.length) {

@@ -1,11 +1,11 @@
-// One individual's motion: frames stored in the page, and poses between them.
+// The motion of one individual: frames stored in the page, and poses between them.
 
 /**
  * @typedef {object} Pose a body at one moment
  * @property {ArrayLike<number>} points (points, 3) m
  * @property {ArrayLike<number> | null} poses position and quaternion w x y z of solids, (solids, 7)
  * @property {ArrayLike<number> | null} feet (feet, 3) m
- * @property {ArrayLike<number> | null} touching which feet are on the ground, (feet,)
+ * @property {ArrayLike<number> | null} touching whether each foot is on the ground, (feet,)
  * @property {ArrayLike<number>} centre (3,) m
  */
 
@@ -56,9 +56,9 @@ class Recording {
   }
 
   /**
-   * Return the pose at a time, interpolated between frames; after the end, the last one.
+   * Return the pose at a time, interpolated between frames; the last pose after the end.
    * @param {number} seconds
-   * @returns {Pose & {aim: number[], frame: number}} with where the camera looks
+   * @returns {Pose & {aim: number[], frame: number}} pose with the aim of the camera
    */
   at(seconds) {
     const place = clamp(seconds * this.frameRate, 0, this.frames - 1);
@@ -77,7 +77,7 @@ class Recording {
   }
 
   /**
-   * Return the joint angles of a frame, rad; null where the body has none.
+   * Return the joint angles of a frame, rad; null for a body without joints.
    * @param {number} frame
    */
   anglesAt(frame) {
@@ -86,7 +86,7 @@ class Recording {
     return angles && angles.subarray(frame * joints, (frame + 1) * joints);
   }
 
-  /** A box around the body about where the camera looks, over up to 100 moments, m. */
+  /** A box around the body relative to the aim of the camera, from up to 100 moments, m. */
   get box() {
     this._box ??= this._boxAbout((pose) => pose.aim);
     return this._box;
@@ -108,7 +108,7 @@ class Recording {
     return box;
   }
 
-  /** Up to 100 times of the motion, s. */
+  /** Return up to 100 times of the motion, s. */
   moments() {
     const count = Math.min(this.frames, 100);
     return Array.from({ length: count }, (_, i) => (i * this.seconds) / Math.max(count - 1, 1));
@@ -143,7 +143,7 @@ class Recording {
 }
 
 /**
- * Grow a box around a body in a pose, about an origin.
+ * Extend a box to contain a body in a pose, relative to an origin.
  * @param {Box} box
  * @param {object} clip
  * @param {Pose} pose
@@ -160,7 +160,7 @@ function spanned(box, clip, pose, origin) {
 }
 
 /**
- * Return a length between the least and the greatest radius of a solid about its place, m.
+ * Return an approximate radius of a solid around its position, m.
  * @param {object} solid
  */
 function radiusOf(solid) {

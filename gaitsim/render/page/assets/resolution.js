@@ -1,18 +1,18 @@
-// How finely pictures are drawn: edges are smooth by more pixels than the page has, fewer where
-// pictures are slow.
+// The resolution of pictures: higher than that of the page, to smooth edges, or lower if drawing
+// is slow.
 
-const FIRST = 8; // pictures that do not count
-const TRIES = 4;
-const SLOW = 1 / 33; // s a frame: slower ones lower the resolution
-const COARSEST = 0.6; // pixels of the picture a pixel of the page
-const FINEST = 2;
-const DENSEST = 3; // the same, at most, on screens that are finer
-const MOST = 8e6; // pixels of a picture
+const FIRST = 8; // pictures ignored after a pause
+const TRIES = 4; // maximum number of increases
+const SLOW = 1 / 33; // seconds per picture above which the resolution is reduced
+const COARSEST = 0.6; // least pixels of the picture per pixel of the page
+const FINEST = 2; // usual maximum of these
+const DENSEST = 3; // maximum on high-resolution screens
+const MOST = 8e6; // maximum pixels of a picture
 
 class Resolution {
-  /** @param {boolean} coarse whether the processor draws */
+  /** @param {boolean} coarse whether rendering is done in software */
   constructor(coarse) {
-    /** Pixels of the picture a pixel of the page while something moves. */
+    /** Pixels of the picture per pixel of the page during movement. */
     this.ratio = coarse ? 1 : Infinity;
     this.most = this.ratio;
     this.tries = TRIES;
@@ -20,7 +20,7 @@ class Resolution {
   }
 
   /**
-   * Return the finest resolution, pixels of the picture a pixel of the page.
+   * Return the highest resolution, pixels of the picture per pixel of the page.
    * @param {number[]} size width and height of the picture, pixels of the page
    */
   finest([width, height]) {
@@ -29,8 +29,8 @@ class Resolution {
   }
 
   /**
-   * Lower it where pictures are slow; raise it where they are fast again, a few times.
-   * @param {number} seconds since the last picture
+   * Reduce the resolution if drawing is slow; increase it, a few times, if drawing is fast.
+   * @param {number} seconds time since the last picture
    * @param {number[]} size
    */
   adapt(seconds, size) {
@@ -48,7 +48,7 @@ class Resolution {
       this.ratio = Math.min(this.most, 1.2 * this.ratio);
   }
 
-  /** Forget how long pictures took: the first ones after a rest are slow. */
+  /** Discard the measured times, as the first pictures after a pause are slow. */
   rest() {
     this.paces = [];
     this.skipped = 0;
@@ -56,7 +56,7 @@ class Resolution {
 }
 
 /**
- * Return what draws in three dimensions on a canvas; null where nothing does.
+ * Return the WebGL 2 context of a canvas; null if the browser has none.
  * @param {HTMLCanvasElement} canvas
  * @returns {WebGL2RenderingContext | null}
  */
@@ -65,7 +65,7 @@ function contextOf(canvas) {
   return canvas.getContext("webgl2", wishes);
 }
 
-/** Return whether pictures are drawn by the processor, with no graphics card. */
+/** Return whether the browser renders in software, without a graphics card. */
 function drawnByProcessor() {
   const context = contextOf(document.createElement("canvas"));
   const names = context?.getExtension("WEBGL_debug_renderer_info");

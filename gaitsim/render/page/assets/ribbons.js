@@ -1,4 +1,4 @@
-// Lines of a width in pixels with smooth edges: the grid of the ground, a path, outlines.
+// Lines with smooth edges and a width in pixels: the grid of the ground, paths and outlines.
 
 const RIBBON_VERTEX = `precision highp float;
 in vec2 corner;
@@ -19,7 +19,7 @@ void main() {
   vec3 worldTo = (modelMatrix * vec4(to, 1.0)).xyz;
   vec3 a = (viewMatrix * vec4(worldFrom, 1.0)).xyz;
   vec3 b = (viewMatrix * vec4(worldTo, 1.0)).xyz;
-  // Cut lines that reach behind the camera.
+  // Clip lines that extend behind the camera.
   float near = -projectionMatrix[3][2] / (1.0 - projectionMatrix[2][2]) * 1.01;
   float start = a.z > -near ? clamp((a.z + near) / (a.z - b.z), 0.0, 1.0) : 0.0;
   float stop = b.z > -near ? clamp((a.z + near) / (a.z - b.z), 0.0, 1.0) : 1.0;
@@ -57,7 +57,7 @@ void main() {
 class Ribbons {
   /**
    * @param {number} width pixels
-   * @param {object} settings of the material
+   * @param {object} settings settings of the material
    */
   constructor(width, settings = {}) {
     this.width = width;
@@ -86,10 +86,10 @@ class Ribbons {
   }
 
   /**
-   * Set the size of the picture, pixels, and of a pixel of the page in them.
-   * @param {number} width
-   * @param {number} height
-   * @param {number} ratio
+   * Set the size of the picture.
+   * @param {number} width pixels of the picture
+   * @param {number} height pixels of the picture
+   * @param {number} ratio pixels of the picture per pixel of the page
    */
   resize(width, height, ratio) {
     this.uniforms.screen.value.set(width, height);
@@ -128,8 +128,8 @@ class Ribbons {
   }
 
   /**
-   * Make room for lines: four corners each. Instances would be fewer numbers, but twenty times as
-   * slow where the processor draws.
+   * Allocate lines with four corners each. Instanced drawing would need less memory, but takes
+   * twenty times as long in software rendering.
    * @param {number} count
    */
   _grow(count) {
@@ -153,9 +153,9 @@ class Ribbons {
 }
 
 /**
- * Return room for numbers that change in each frame, one row an instance.
- * @param {number} count
- * @param {number} size numbers of each
+ * Return an attribute with a row for each instance, which changes in each picture.
+ * @param {number} count number of instances
+ * @param {number} size numbers per instance
  */
 function instanced(count, size) {
   const attribute = new THREE.InstancedBufferAttribute(new Float32Array(count * size), size);

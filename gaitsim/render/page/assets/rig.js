@@ -1,4 +1,4 @@
-// A body as a tree of links that joint angles place; the same arithmetic as gaitsim/contracts/rig.py.
+// A body as a tree of links placed by joint angles, computed as in gaitsim/contracts/rig.py.
 
 /**
  * Rotate a point by a quaternion.
@@ -17,7 +17,7 @@ function rotated(turn, point) {
   ];
 }
 
-/** The turn `other`, then `one`. */
+/** Return the rotation `other` followed by `one`. */
 function product(one, other) {
   const [a, b, c, d] = one;
   const [w, x, y, z] = other;
@@ -30,15 +30,15 @@ function product(one, other) {
 }
 
 class Rig {
-  /** @param {object} body of the page's data, see gaitsim/render/page/atlas.py */
+  /** @param {object} body body in the page's data, see gaitsim/render/page/atlas.py */
   constructor(body) {
     this.body = body;
     this.count = body.clip.ends.length ? Math.max(...body.clip.ends) + 1 : 0;
-    this.near = 0.01 * body.clip.span; // m above the ground: such feet count as on it
+    this.near = 0.01 * body.clip.span; // maximum height of feet on the ground, m
   }
 
   /**
-   * Place the body at joint angles, the lowest foot on the ground, its trunk above the origin.
+   * Place the body at joint angles, with its lowest foot on the ground and its trunk above 0.
    * @param {ArrayLike<number>} angles rad
    * @returns {object} a pose for gaitsim.Body
    */

@@ -1,13 +1,13 @@
-// Limbs: tapered rods with round ends, all of a body in one draw.
+// Limbs: tapered rods with round ends, drawn in one call for each body.
 
-const COARSE = [10, 2]; // corners around a rod, and rings of each round end
+const COARSE = [10, 2]; // corners around a rod, and rings per round end
 const FINE = [16, 4];
 
 const ROD_VERTEX = `precision highp float;
-in vec3 position; // on a unit sphere, its axis along z
+in vec3 position; // on a unit sphere with its axis along z
 in vec3 from;
 in vec3 to;
-in vec3 across; // a unit vector at a right angle to the axis
+in vec3 across; // unit vector perpendicular to the axis
 in vec3 axis; // unit vector
 in vec2 radii;
 in vec3 side;
@@ -43,9 +43,9 @@ void main() {
 `;
 
 /**
- * Return the shape of a rod, whose ends the shader moves apart: points and triangles.
- * @param {number} around corners
- * @param {number} each rings of a round end
+ * Return points and triangles of a rod whose ends the shader moves apart.
+ * @param {number} around corners around the rod
+ * @param {number} each rings per round end
  */
 function rodShape(around, each) {
   const points = [];
@@ -53,7 +53,7 @@ function rodShape(around, each) {
   for (let ring = 0; ring < rings; ring++) {
     const far = ring > each;
     const step = far ? ring - each - 1 : ring - each;
-    // Rings at the equators are moved a little to tell to which end they belong.
+    // Rings at the equators are displaced slightly, which shows their end to the shader.
     const angle = (step / each) * (Math.PI / 2) + (step ? 0 : far ? 1e-4 : -1e-4);
     for (let i = 0; i < around; i++) {
       const turn = (2 * Math.PI * i) / around;
@@ -72,7 +72,7 @@ function rodShape(around, each) {
 
 class Rods {
   /**
-   * @param {[number, number, number, number, string][]} limbs ends, radii in m, and role
+   * @param {[number, number, number, number, string][]} limbs ends, radii, m, and role
    * @param {Shades} shades
    */
   constructor(limbs, shades) {
@@ -88,7 +88,7 @@ class Rods {
     this.caster = castingMaterial(ROD_VERTEX, shades.uniforms);
   }
 
-  /** Make them rounder, before the first picture. */
+  /** Make the rods rounder; call it before the first picture. */
   refine() {
     this._shape(this.mesh.geometry, FINE);
   }
@@ -123,7 +123,7 @@ class Rods {
       const length = Math.hypot(...along);
       const [x, y, z] = length > 1e-9 ? along.map((value) => value / length) : [0, 0, 1];
       axis.setXYZ(i, x, y, z);
-      // At a right angle to the axis and to whichever of z and x is farther from it.
+      // Perpendicular to the axis and to z or x, whichever is farther from the axis.
       const [u, v, w] = Math.abs(z) < 0.9 ? [y, -x, 0] : [0, z, -y];
       const wide = Math.hypot(u, v, w);
       across.setXYZ(i, u / wide, v / wide, w / wide);

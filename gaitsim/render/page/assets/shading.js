@@ -1,12 +1,12 @@
-// How surfaces take light: two tones of a colour, a dark outline, and haze on the far side.
+// The shading of surfaces: two tones of a colour, a dark outline, and haze on the far side.
 
-const LIGHT = "normalize(vec3(0.3, -0.5, 0.81))"; // to where the light is, as in the videos
+const LIGHT = "normalize(vec3(0.3, -0.5, 0.81))"; // direction to the light, as in videos
 
 const LIT = `
 uniform vec3 cameraPosition;
 uniform vec3 outline;
 uniform vec3 haze;
-uniform vec2 depths; // of the body's middle, and its span, m
+uniform vec2 depths; // depth of the body's middle, and its span, m
 
 vec3 lit(vec3 side, vec3 light, vec3 normal, vec3 place) {
   vec3 away = cameraPosition - place;
@@ -26,7 +26,7 @@ vec3 lit(vec3 side, vec3 light, vec3 normal, vec3 place) {
 }
 `;
 
-// A body's shadow from above: the stronger the nearer to the ground.
+// The shadow of a body under light from above, stronger near the ground.
 const CAST = `precision highp float;
 in vec3 place;
 out vec4 colour;
@@ -42,8 +42,8 @@ void main() {
  * Return a material.
  * @param {string} vertex
  * @param {string} fragment
- * @param {object} uniforms shared with others
- * @param {object} settings of the material
+ * @param {object} uniforms shared uniforms
+ * @param {object} settings settings of the material
  */
 function material(vertex, fragment, uniforms, settings = {}) {
   return new THREE.RawShaderMaterial({
@@ -55,14 +55,14 @@ function material(vertex, fragment, uniforms, settings = {}) {
   });
 }
 
-// Blends, and yet is drawn in the order of `renderOrder` with what does not.
+// Settings for blended materials that keep their place in `renderOrder` among opaque ones.
 const BLENDED = { blending: THREE.CustomBlending, depthWrite: false, side: THREE.DoubleSide };
 
-/** The order in which things are drawn. */
+/** Drawing order. */
 const ORDER = { surface: 0, shadow: 1, grid: 2, path: 3, body: 4, edges: 5, marks: 6 };
 
 /**
- * Return the material of a body's shadow, which is the strongest where several parts cast one.
+ * Return the material of a body's shadow; where shadows overlap, the strongest one counts.
  * @param {string} vertex
  * @param {object} uniforms
  */
@@ -76,7 +76,7 @@ function castingMaterial(vertex, uniforms) {
   });
 }
 
-/** Colours and distances that all surfaces of a body share. */
+/** Colours and distances shared by all surfaces of a body. */
 class Shades {
   /** @param {object} theme see gaitsim/render/scene/themes.py */
   constructor(theme) {
@@ -97,9 +97,9 @@ class Shades {
 }
 
 /**
- * Return the dark and the light tone of each part of a body.
+ * Return the dark and the light tone of each role of a body's parts.
  * @param {object} theme
- * @param {number} number of the body among others, from 0
+ * @param {number} number index of the body
  */
 function tonesOf(theme, number) {
   const own = rgb(theme.bodies[number % theme.bodies.length]);

@@ -1,14 +1,14 @@
-// The soft shadow of a body on the ground below it: a picture of the body from above, blurred.
+// The soft shadow of a body on the ground: a blurred picture of the body from above.
 
-const SIZE = 128; // pixels of that picture
+const SIZE = 128; // width and height of that picture, pixels
 const DRAPE = 36; // squares along each side of the shadow's sheet on uneven ground
-const CASTERS = 1; // the layer of what casts a shadow
+const CASTERS = 1; // layer of the objects that cast a shadow
 
 const SHEET_VERTEX = `precision highp float;
 in vec3 position;
 uniform mat4 viewMatrix;
 uniform mat4 projectionMatrix;
-uniform vec3 box; // x, y of the middle, and half of the sides, m
+uniform vec3 box; // x and y of the middle, and half the length of the sides, m
 out vec2 at;
 
 void main() {
@@ -47,7 +47,7 @@ uniform sampler2D picture;
 uniform vec2 direction;
 
 void main() {
-  // Five reads between pixels are a Gaussian of nine.
+  // Five reads between pixels give a Gaussian filter of nine pixels.
   vec4 sum = 0.2270 * texture(picture, at);
   sum += 0.3162 * (texture(picture, at + 1.3846 * direction) + texture(picture, at - 1.3846 * direction));
   sum += 0.0703 * (texture(picture, at + 3.2308 * direction) + texture(picture, at - 3.2308 * direction));
@@ -94,7 +94,7 @@ class Shadow {
   }
 
   /**
-   * Draw the picture of a body and lay its sheet on the ground.
+   * Draw the picture of a body and place its sheet on the ground.
    * @param {object} renderer
    * @param {object} scene
    * @param {Body} body

@@ -1,4 +1,4 @@
-// The rigid solids of robots, each placed by its pose.
+// The rigid solids of robots, placed by their poses.
 
 const SOLID_VERTEX = `precision highp float;
 in vec3 position;
@@ -29,11 +29,11 @@ void main() {
 `;
 
 const ROUND = 24; // corners of a round shape
-const CREASED = 12; // a mesh of more faces is taken for a round one, whose edges are not drawn
+const CREASED = 12; // maximum faces of a mesh with sharp edges; others are assumed to be round
 
 class Solids {
   /**
-   * @param {object[]} solids of a clip
+   * @param {object[]} solids solids of a clip
    * @param {Shades} shades
    */
   constructor(solids, shades) {
@@ -74,7 +74,7 @@ class Solids {
 
 /**
  * Return the surface of a solid in its own frame.
- * @param {object} solid sizes as in gaitsim/contracts/solid.py
+ * @param {object} solid solid with sizes as in gaitsim/contracts/solid.py
  */
 function solidGeometry({ shape, size, vertices, faces }) {
   if (shape === "box") return polyhedron(...boxOf(size));
@@ -105,9 +105,9 @@ function boxOf([x, y, z]) {
 }
 
 /**
- * Return half the outline of a capsule or a ball: distance from the axis, height, and its normal.
+ * Return half the outline of a capsule or a ball: distance from the axis, height, and normal.
  * @param {number} radius
- * @param {number} half length of the cylinder between the round ends
+ * @param {number} half half the length of the cylinder between the round ends
  */
 function ballProfile(radius, half) {
   const steps = ROUND / 4;
@@ -122,9 +122,9 @@ function ballProfile(radius, half) {
 }
 
 /**
- * Return the surface that an outline makes around the z axis.
- * @param {number[][]} profile from below
- * @param {number[]} scale along the axes
+ * Return the surface of an outline revolved around the z axis.
+ * @param {number[][]} profile outline from bottom to top
+ * @param {number[]} scale scale along the axes
  */
 function turned(profile, scale = [1, 1, 1]) {
   const points = [];
@@ -148,7 +148,7 @@ function turned(profile, scale = [1, 1, 1]) {
 }
 
 /**
- * Return the surface of flat faces; smooth where there are many.
+ * Return the surface of flat faces, smoothed if there are many.
  * @param {number[][]} corners
  * @param {number[][]} triangles counter-clockwise from outside
  */

@@ -1,7 +1,7 @@
-// The stage: a canvas with ground, light, camera and bodies. It draws only when something changes.
+// The stage: a canvas with ground, light, camera and bodies, redrawn only when something changes.
 
-const REACH = 0.75; // how far the ground is drawn, in diagonals of the picture
-const REST = 250; // ms after which a picture that rests is drawn as fine as it may be
+const REACH = 0.75; // radius of the drawn ground, in diagonals of the picture
+const REST = 250; // ms without changes after which the picture is redrawn at the highest resolution
 
 class Stage {
   /**
@@ -29,7 +29,7 @@ class Stage {
     this.resolution = new Resolution(this.coarse);
     /** @type {Map<Body, Shadow>} */
     this.bodies = new Map();
-    /** @type {((seconds: number) => boolean) | null} moves the bodies; false at the end */
+    /** @type {((seconds: number) => boolean) | null} moves the bodies; returns false at the end */
     this.step = null;
     /** @type {(() => void)[]} called after each picture */
     this.listeners = [];
@@ -98,7 +98,7 @@ class Stage {
   }
 
   /**
-   * Choose the triangles of the ground that are seen.
+   * Choose the visible triangles of the ground.
    * @param {ArrayLike<number>} middle
    * @param {number} reach m
    */
@@ -127,9 +127,9 @@ class Stage {
   }
 
   /**
-   * Follow a point that is not known in advance, smoothly.
+   * Follow a moving point smoothly.
    * @param {ArrayLike<number>} point m
-   * @param {number} seconds since the last call
+   * @param {number} seconds time since the last call
    */
   follow(point, seconds) {
     const share = 1 - Math.exp(-seconds / 0.25);
@@ -138,7 +138,7 @@ class Stage {
   }
 
   /**
-   * Show a box about the point that the camera looks at.
+   * Fit the picture to a box around the point at which the camera looks.
    * @param {Box} box m
    */
   frame(box) {
@@ -151,9 +151,9 @@ class Stage {
   }
 
   /**
-   * Draw picture after picture.
-   * @param {((seconds: number) => boolean) | null} step gets the seconds since the last picture and
-   *   moves the bodies; returns whether to go on. None stops.
+   * Start or stop an animation.
+   * @param {((seconds: number) => boolean) | null} step function that moves the bodies, given the
+   *   seconds since the last picture, and returns whether to continue; null stops the animation
    */
   animate(step) {
     this.step = step;
@@ -162,7 +162,7 @@ class Stage {
     if (step) this.request();
   }
 
-  /** Draw soon. */
+  /** Schedule a redraw. */
   request() {
     this.asked ??= requestAnimationFrame((time) => this._next(time));
   }
@@ -191,7 +191,7 @@ class Stage {
     this.request();
   }
 
-  /** @param {number} ratio pixels of the picture a pixel of the page */
+  /** @param {number} ratio pixels of the picture per pixel of the page */
   _sharpen(ratio) {
     const [width, height] = this.orbit.size.map((length) => Math.floor(length * ratio));
     if (this.drawn.width !== width || this.drawn.height !== height)
@@ -202,7 +202,7 @@ class Stage {
   }
 
   /**
-   * Draw now.
+   * Draw immediately.
    * @param {boolean} rests whether nothing has moved for a while
    */
   draw(rests = false) {
@@ -239,20 +239,20 @@ class Stage {
     else this._shown();
   }
 
-  /** After a picture is on the page. */
+  /** Call the listeners after a picture is on the page. */
   _shown() {
     if (this.again) this.request();
     this.again = false;
     this.listeners.forEach((listener) => listener());
   }
 
-  /** Return the middle of the drawn ground, and how far it is drawn, m. */
+  /** Return the middle and the radius of the drawn ground, m. */
   _drawnGround() {
     const { orbit } = this;
     const { aim, away, size } = orbit;
     const ahead = orbit.axes()[2];
     const foot = [aim[0], aim[1], this.ground.height(aim[0], aim[1])];
-    // Below a body; below a flying one, where the camera looks.
+    // Below the body, or in the view of the camera if the body flies high.
     const above = Math.max(aim[2] - foot[2] - Math.max(...orbit.box.size), 0);
     const far = ahead[2] < -1e-3 ? Math.min(above / -ahead[2], 4 * away) : 0;
     foot[0] += ahead[0] * far;
@@ -260,7 +260,7 @@ class Stage {
     return [foot, (REACH * Math.hypot(...size)) / this._scaleAt(foot)];
   }
 
-  /** @param {ArrayLike<number>} point @returns pixels of the page a metre at its distance */
+  /** @param {ArrayLike<number>} point @returns {number} pixels of the page per metre at a point */
   _scaleAt(point) {
     const { orbit } = this;
     const ahead = orbit.axes()[2];
@@ -269,13 +269,13 @@ class Stage {
     return (orbit.scale * away) / Math.max(depth, 0.15 * away);
   }
 
-  /** The distance between the finest lines of the grid that are visible, m. */
+  /** Distance between the finest visible lines of the grid, m. */
   get gridStep() {
     const [middle] = this._drawnGround();
     return gridSteps((1.5 * DENSE) / this._scaleAt(middle))[0];
   }
 
-  /** Free what the stage holds. */
+  /** Free the resources of the stage. */
   dispose() {
     cancelAnimationFrame(this.asked);
     clearTimeout(this.resting);

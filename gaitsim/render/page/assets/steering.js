@@ -1,19 +1,19 @@
-// The page of a body under command: keys and buttons choose which controller steers it. The script
-// of the body's package, which follows this one, simulates it.
+// The page of a steered body: keys and buttons select the controller. The next script, from the
+// body's package, simulates the body.
 
 const { element, button, icon, clamp } = gaitsim;
 const CODES = {
   ArrowUp: "up", ArrowDown: "down", ArrowLeft: "left", ArrowRight: "right", " ": "space",
 };
 const VIEWS = [["behind", 180, 18], ["side", -90, 8], ["above", 180, 80]];
-const CALM = 0.35; // s in which the camera turns most of the way to the heading
-const WIDE = 1.6; // spans of the body that the picture shows to each side
-const SPEED = 0.25; // s over which speeds are taken
-const PLACES = 10; // places of the path a second, Hz
-const TRAIL = 8; // s of the path that are drawn
+const CALM = 0.35; // time constant with which the camera turns to the heading, s
+const WIDE = 1.6; // half the width of the picture, in spans of the body
+const SPEED = 0.25; // interval over which speeds are measured, s
+const PLACES = 10; // points of the path per second, Hz
+const TRAIL = 8; // drawn length of the path, s
 
 let simulate = null;
-// Not of the viewer itself, whose object is frozen: only pages of this kind take such scripts.
+// The viewer's own object is frozen; only pages of this kind accept simulation scripts.
 globalThis.gaitsim = Object.freeze({
   ...gaitsim,
   registerSteering: (make) => {
@@ -22,18 +22,18 @@ globalThis.gaitsim = Object.freeze({
 });
 
 class Steering {
-  /** @param {object} data of the page @param {HTMLElement} root */
+  /** @param {object} data data of the page @param {HTMLElement} root */
   constructor(data, root) {
     this.data = data;
     this.commands = data.commands;
-    this.held = []; // names of commands, the one pressed last at the end
-    this.latched = null; // chosen by a click without a pointer, as screen readers do
+    this.held = []; // names of held commands, in the order in which they were pressed
+    this.latched = null; // command selected by a click without a pointer, as by a screen reader
     this.view = 0;
     this.best = 0;
     this.themes = new gaitsim.Themes(data.theme, (theme) => this._paint(theme));
     this.announcer = new gaitsim.Announcer();
     this.canvas = element("canvas", {
-      tabindex: "0", role: "img", "aria-label": `${data.title}: the body, in three dimensions`,
+      tabindex: "0", role: "img", "aria-label": `${data.title}: the body in 3D`,
     });
     this.place = element("p", { class: "place", "aria-hidden": "true" });
     this.said = element("p", { class: "said", role: "alert", hidden: true });
@@ -66,7 +66,7 @@ class Steering {
       element(
         "div", { class: "controls", role: "group", "aria-label": "Flight" },
         element(
-          "button", { type: "button", title: "Begin again (r)", click: () => this.restart() },
+          "button", { type: "button", title: "Restart (r)", click: () => this.restart() },
           "Restart"),
         this.pauser,
         button("Zoom out", icon("minus"), () => this.zoom(1 / 1.25), "−"),
@@ -76,20 +76,20 @@ class Steering {
       table,
       element(
         "p", { class: "how" },
-        "Hold a key or a button: its network takes over, within a moment, and lets go with it; then ",
-        element("b", {}, this.commands[0].name), " is in command. Bars are the networks' shares."),
+        "Hold a key or a button to give its network control; the change takes a moment. On release, ",
+        element("b", {}, this.commands[0].name), " is in control. Bars show the networks' shares."),
       element("p", { class: "made" }, made ? `Made by ${made}` : ""));
   }
 
-  /** Build the stage; without WebGL say so, and leave the numbers. */
+  /** Build the stage; without WebGL, show a message in place of the picture. */
   _open() {
     const { clip } = this.data;
     try {
       this.stage = new gaitsim.Stage(this.canvas, this.themes.theme);
     } catch {
       const words =
-        "This browser cannot draw in three dimensions (WebGL 2 is missing or switched off). " +
-        "The numbers are complete.";
+        "This browser cannot draw in 3D (WebGL 2 is missing or disabled). " +
+        "The numbers are still available.";
       this.canvas.replaceWith(element("p", { class: "missing" }, words));
       return;
     }
@@ -102,7 +102,7 @@ class Steering {
   }
 
   _listen() {
-    // First of all, as the picture takes arrow keys, too, to turn the camera.
+    // Capture arrow keys before the picture, which would turn the camera.
     addEventListener("keydown", (event) => this._pressed(event, true), { capture: true });
     addEventListener("keyup", (event) => this._pressed(event, false), { capture: true });
     addEventListener("blur", () => {
@@ -113,7 +113,7 @@ class Steering {
   /** @param {KeyboardEvent} event @param {boolean} down */
   _pressed(event, down) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    // Space presses a button that has the focus, but for those of the commands.
+    // Space presses the focused button, unless it is the button of a command.
     const pressed = event.target instanceof Element && event.target.closest("button:not(.key)");
     if (down && pressed && event.key === " ") return;
     const command = this.commands.find(({ key }) => key === CODES[event.key]);
@@ -129,7 +129,7 @@ class Steering {
     else if (!event.repeat) actions[event.key]();
   }
 
-  /** Hold or let go of a command. @param {string} name @param {boolean} down */
+  /** Press or release a command. @param {string} name @param {boolean} down */
   press(name, down) {
     if (down && this.held.at(-1) === name) return;
     this.held = this.held.filter((one) => one !== name);
@@ -139,7 +139,7 @@ class Steering {
     }
   }
 
-  /** The name of the command in force: that of the key pressed last, else the first one. */
+  /** The name of the current command: that of the last key pressed, else the first command. */
   get command() {
     return this.held.at(-1) ?? this.latched ?? this.commands[0].name;
   }
@@ -147,7 +147,7 @@ class Steering {
   restart() {
     this.flight = simulate(this.data.body);
     this.seconds = this.frames = this.heading = this.looking = 0;
-    this.left = 0; // seconds that passed and are not simulated yet
+    this.left = 0; // elapsed seconds not yet simulated
     this.path = [];
     this.ending = "";
     this.latched = null;
@@ -180,12 +180,12 @@ class Steering {
     });
   }
 
-  /** Simulate what has passed, s; return whether the flight goes on. @param {number} passed */
+  /** Simulate the elapsed time; return whether the flight continues. @param {number} passed s */
   _tick(passed) {
     this.left += passed;
     const frames = Math.floor(this.left * this.flight.frameRate);
     this.left -= frames / this.flight.frameRate;
-    // One by one: the ground is found where it is hit.
+    // Frame by frame, to stop in the frame that hits the ground.
     for (let n = 0; n < frames && !this.ending; n += 1) this._advance(1);
     this._show(passed);
     return !this.ending && !this.paused;
@@ -200,7 +200,8 @@ class Steering {
     const every = Math.max(1, Math.round(this.flight.frameRate / PLACES));
     this.state = state;
     if (this.frames % every === 0) this.path.push([this.seconds, ...state.centre]);
-    if (state.failed) this._end(`It ended after ${this.seconds.toFixed(1)} s: too fast to follow.`);
+    if (state.failed)
+      this._end(`The simulation failed after ${this.seconds.toFixed(1)} s: the body is too fast.`);
     else if (lowest < 0 && this.data.clip.flies)
       this._end(`It hit the ground after ${this.seconds.toFixed(1)} s.`);
   }
@@ -216,7 +217,7 @@ class Steering {
     this.said.hidden = false;
   }
 
-  /** Show the state. @param {number} passed seconds since the last picture */
+  /** Show the current state. @param {number} passed seconds since the last picture */
   _show(passed) {
     const { state, stage } = this;
     this._facts();

@@ -1,13 +1,13 @@
-// The time line: when each foot is on the ground, or a flying body's altitude, under a play head.
+// The timeline: footfalls, or the altitude of a flying body, with a playhead.
 
-const ROWS = 104; // pixels that the feet share
+const ROWS = 104; // height of all rows of feet, pixels
 const WIDEST_LABEL = 92; // pixels
-const EDGE = 8; // pixels right of them
-const AXIS = 16; // pixels below them
+const EDGE = 8; // margin to the right of the rows, pixels
+const AXIS = 16; // height of the axis below the rows, pixels
 
 class Timeline {
   /**
-   * @param {number} seconds of the longest recording
+   * @param {number} seconds length of the longest recording
    * @param {(seconds: number) => void} seek
    */
   constructor(seconds, seek) {
@@ -39,7 +39,7 @@ class Timeline {
    * Show a recording.
    * @param {Recording} recording
    * @param {object} theme
-   * @param {number} number of the body, for its colour
+   * @param {number} number index of the body, which selects its colour
    */
   show(recording, theme, number) {
     Object.assign(this, { recording, theme, number });
@@ -50,7 +50,7 @@ class Timeline {
     this.draw();
   }
 
-  /** Move the play head. @param {number} seconds */
+  /** Move the playhead. @param {number} seconds */
   set time(seconds) {
     this.now = seconds;
     const text = `${seconds.toFixed(2)} seconds of ${this.seconds.toFixed(2)}`;
@@ -86,7 +86,7 @@ class Timeline {
     this.time = this.now;
   }
 
-  /** Return the pixels left of the rows, for the names of feet or altitudes. */
+  /** Return the width of the labels, the names of feet or altitudes, pixels. */
   _labels(pen) {
     const { recording } = this;
     let names = recording.clip.feet?.names;
@@ -199,7 +199,7 @@ class Timeline {
 }
 
 /**
- * Return when a foot is on the ground: first frame, and the one after the last.
+ * Return the stances of a foot, each as the first frame and the frame after the last.
  * @param {Recording} recording
  * @param {number} foot
  */
@@ -217,7 +217,7 @@ function stances(recording, foot) {
 }
 
 /**
- * Return a text that fits.
+ * Shorten a text to fit a width.
  * @param {CanvasRenderingContext2D} pen
  * @param {string} text
  * @param {number} width pixels

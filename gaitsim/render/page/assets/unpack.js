@@ -1,4 +1,4 @@
-// Numbers as gaitsim/render/page/packing.py packs them.
+// Unpacking of arrays packed by gaitsim/render/page/packing.py.
 
 /**
  * @typedef {{shape: number[], step: number, data: string}} Packed
@@ -6,7 +6,7 @@
  */
 
 /**
- * Return the bytes of a base64 text.
+ * Decode a base64 text.
  * @param {string} text
  * @returns {Uint8Array}
  */
@@ -15,7 +15,7 @@ function bytesOf(text) {
 }
 
 /**
- * Return the inflated bytes of raw deflate.
+ * Decompress raw deflate data.
  * @param {Uint8Array} bytes
  * @returns {Promise<Uint8Array>}
  */
@@ -25,7 +25,7 @@ async function inflate(bytes) {
 }
 
 /**
- * Unpack numbers: planes of bytes of int32 differences along the first axis, in steps.
+ * Unpack numbers, stored as byte planes of int32 differences along the first axis, in steps.
  * @param {Packed} packed
  * @returns {Promise<Numbers>} shape and values, row by row
  */

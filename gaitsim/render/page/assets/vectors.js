@@ -1,9 +1,9 @@
-// Small arithmetic on points and colours.
+// Arithmetic on points and colours.
 
 /** @typedef {[number, number, number]} Point metres; x forward, y left, z up */
 
 /**
- * Return a value moved into an interval.
+ * Clip a value to an interval.
  * @param {number} value
  * @param {number} low
  * @param {number} high
@@ -11,7 +11,7 @@
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
 /**
- * Return red, green and blue of '#rrggbb', 0 to 1 each.
+ * Return the red, green and blue of '#rrggbb', 0 to 1 each.
  * @param {string} colour
  * @returns {Point}
  */
@@ -24,7 +24,7 @@ function rgb(colour) {
  * Mix two colours or points.
  * @param {Point} one
  * @param {Point} other
- * @param {number} share of the other
+ * @param {number} share share of the other
  * @returns {Point}
  */
 const mixed = (one, other, share) =>
@@ -34,7 +34,7 @@ const BLACK = /** @type {Point} */ ([0, 0, 0]);
 const WHITE = /** @type {Point} */ ([1, 1, 1]);
 
 /**
- * Smooth a path by a Gaussian in time, for the camera to follow.
+ * Smooth a path with a Gaussian in time, for the camera to follow.
  * @param {Float64Array} path (frames, 3)
  * @param {number} frameRate Hz
  * @param {number} seconds standard deviation
@@ -55,7 +55,7 @@ function steadied(path, frameRate, seconds = 0.2) {
     for (let axis = 0; axis < 3; axis++) {
       let sum = 0;
       for (let i = -half; i <= half; i++) {
-        // Mirrored at its ends so that a steady walk stays one.
+        // The ends are mirrored, so that a steady walk remains steady.
         const at = frame + i;
         const end = at < 0 ? 0 : last;
         const value =
@@ -77,7 +77,7 @@ class Box {
   }
 
   /**
-   * Grow around a ball.
+   * Extend the box to contain a ball.
    * @param {number} x
    * @param {number} y
    * @param {number} z
@@ -91,12 +91,12 @@ class Box {
     return this;
   }
 
-  /** Its lengths along the axes, m. */
+  /** Lengths along the axes, m. */
   get size() {
     return this.high.map((value, axis) => value - this.low[axis]);
   }
 
-  /** Its middle. */
+  /** Middle of the box. */
   get middle() {
     return /** @type {Point} */ (this.high.map((value, axis) => (value + this.low[axis]) / 2));
   }
