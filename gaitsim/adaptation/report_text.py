@@ -48,9 +48,9 @@ def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
         "",
         f"Trials {where}. Best on the intact body: {report.best:.3g}{unit}"
         + (f", of the {tried} most promising gaits." if tried > 1 else "."),
-        "Each column gives a share of this value: kept, of the best gait found by adaptation; "
-        "champion, of the map's best gait without adaptation; random, of the best among random "
-        "gaits of the map, one for each trial.",
+        "The last three columns are shares of this value. Kept is that of the best gait found by "
+        "adaptation. The champion is the map's best gait, without adaptation. Random is the best "
+        "of as many random gaits of the map as there were trials.",
         "",
         "| damage | trials | kept | champion | random |",
         "| --- | --- | --- | --- | --- |",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 TOLERANCE = np.radians(1.0)  # rad, largest difference between a cycle and the next
-SET_OFF = np.radians(0.1)  # rad; a larger difference belongs to the transient at the start
+SET_OFF = np.radians(0.1)  # rad, or twice the difference of cycles; more is the initial transient
 LONGEST = 0.5  # share of the gait, as every cycle must occur twice
 WATCHED = 0.25  # smallest share of the gait that is compared with the next cycle
 STILL = np.radians(1.0)  # rad; the gait stands still if all joints turn less

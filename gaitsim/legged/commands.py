@@ -13,7 +13,7 @@ def held(
 ) -> NDArray[_Float]:
     """Return the commands in force in each step, for a controller with a fixed command rate.
 
-    The controller sends the gait's angles at that moment, interpolated between frames.
+    Each command is the gait's pose at the moment of sending, interpolated between frames.
 
     Args:
         commands: (…, frames, joints) rad.

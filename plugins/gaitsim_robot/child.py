@@ -60,7 +60,7 @@ def in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str,
     try:
         answer = json.loads(done.stdout)
     except ValueError:
-        reason = f"crashed MuJoCo's reader (status {done.returncode})"
+        reason = f"crashed MuJoCo (exit status {done.returncode})"
         raise _failed(reason, where) from None
     if "error" in answer:
         raise RobotError(**answer["error"])

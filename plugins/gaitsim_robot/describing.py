@@ -51,7 +51,7 @@ def library(robots: Mapping[str, Anatomy]) -> Facts:
         "Servos: organism.servo": {
             "model": "the limits in the robot's file",
             **{name: f"{_limits(servo)}. {servo.source}" for name, servo in SERVOS.items()},
-            "ideal": "stiff, strong and immediate",
+            "ideal": "stiff, strong and without delay",
         },
     }
 

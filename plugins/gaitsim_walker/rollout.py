@@ -14,7 +14,9 @@ FASTEST = 30.0  # m/s; at higher speeds, the simulation has diverged
 
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """The recorded frames of one walker; constant from the frame in which it fell.
+    """The recorded frames of one walker.
+
+    After a fall, positions, angles and work stay constant, and all other quantities are 0.
 
     Attributes:
         position: x and z of the torso's middle, (frames, 2) m.
