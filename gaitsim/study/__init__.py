@@ -1,1 +1,1 @@
-"""Sweeps: many experiments that differ along axes, each repeated, in one table."""
+"""Studies and comparisons of experiments, over repeats."""

@@ -1,4 +1,4 @@
-"""Compare runs: their curves, their results, the options that differ."""
+"""Compare runs: their curves, their results and the options that differ."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -21,15 +21,15 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ComparedRun:
-    """What a comparison shows of one run.
+    """A run in a comparison.
 
     Attributes:
-        label: its name in the comparison.
-        path: its folder.
-        history: its columns; empty before the first generation.
-        stages: the first generation and the experiment of each.
-        comparable: the first generation whose scores compare with those of the last one.
-        problem: why it cannot be read; None where it can.
+        label: name of the run in the comparison.
+        path: folder of the run.
+        history: columns of the history; empty before the first generation.
+        stages: first generation and experiment of each stage.
+        comparable: first generation whose scores are comparable with those of the last one.
+        problem: reason why the run cannot be read; None if it can.
     """
 
     label: str
@@ -41,19 +41,19 @@ class ComparedRun:
 
     @property
     def generation(self) -> int:
-        """The last finished generation; 0 before the first."""
+        """Number of the last finished generation; 0 before the first."""
         return len(self.history["generation"]) if self.history else 0
 
     @property
     def champion(self) -> int | None:
-        """The generation of the best score; None where there is none."""
+        """Generation of the best score; None without a finite score."""
         scores = self.history["best"][self.comparable - 1 :] if self.history else np.empty(0)
         if not np.isfinite(scores).any():
             return None
         return self.comparable + int(np.argmax(np.where(np.isfinite(scores), scores, -np.inf)))
 
     def best_within(self, evaluations: float) -> float:
-        """Return the best comparable score of the generations within some evaluations, or −inf."""
+        """Return the best comparable score within a number of evaluations, or −inf."""
         if not self.history:
             return -np.inf
         scores = self.history["best"][self.comparable - 1 :]
@@ -80,19 +80,19 @@ class ComparedRun:
 
     @property
     def begins(self) -> tuple[int, ...]:
-        """Where in the columns the second and later stages begin."""
+        """Indices in the columns at which the second and later stages begin."""
         return tuple(first - 1 for first, _ in self.stages[1:] if first <= self.generation)
 
     def marks(self, by: str) -> tuple[float, ...]:
-        """Return where the second and later stages begin on one of `AXES`."""
+        """Return the values on one of `AXES` at which the second and later stages begin."""
         return tuple(self.axis(by)[list(self.begins)].tolist())
 
 
 class RunsReader:
-    """Runs to compare, each read again only when it has changed.
+    """A reader of runs to compare, which rereads a run only when it has changed.
 
     Args:
-        paths: their folders.
+        paths: folders of the runs.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
@@ -104,7 +104,7 @@ class RunsReader:
         ]
 
     def read(self) -> tuple[ComparedRun, ...]:
-        """Return the runs as they are now; one that cannot be read has its problem."""
+        """Return the current state of the runs; unreadable runs hold their problem."""
         for place, (follower, history) in enumerate(self._followed):
             run = follower.poll()
             if run is not None:
@@ -115,7 +115,7 @@ class RunsReader:
 def _read(
     label: str, run: RunSnapshot, follower: RunFollower, history: HistoryBuffer
 ) -> ComparedRun:
-    """Return a run that has changed; `history` outlasts moments in which it is unreadable."""
+    """Return a changed run; `history` is kept while the run is temporarily unreadable."""
     try:
         history.extend(follower.read_rows(run))
         stages = tuple((stage.first, stage.outline) for stage in run.stages)
@@ -129,12 +129,12 @@ def _read(
 
 
 def shortest(runs: Sequence[ComparedRun]) -> int:
-    """Return the fewest evaluations of a run that has any; 0 where none has."""
+    """Return the number of evaluations of the shortest run with any; 0 if none has any."""
     return min((int(one.history["evaluations"][-1]) for one in runs if one.history), default=0)
 
 
 def fair_axis(runs: Sequence[ComparedRun]) -> Axis:
-    """Return the axis on which runs compare: evaluations where generations have others."""
+    """Return the axis for comparisons: evaluations if the sizes of generations differ."""
     columns = [one.history["evaluations"] for one in runs if one.history]
     shared = min(map(len, columns), default=0)
     same = all(np.array_equal(one[:shared], columns[0][:shared]) for one in columns)
@@ -142,7 +142,7 @@ def fair_axis(runs: Sequence[ComparedRun]) -> Axis:
 
 
 def comparison_table(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
-    """Return the rows of a table: the results of the runs, then the options that differ."""
+    """Return the rows of a table: results of the runs, then the options that differ."""
     facts: dict[str, Callable[[ComparedRun], str]] = {
         "generations": lambda one: f"{one.generation:,}",
         "best score": lambda one: _score(one.best_within(np.inf)),
@@ -166,12 +166,12 @@ def differing_options(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
 
 
 def warning(runs: Sequence[ComparedRun]) -> str:
-    """Return a warning where the scores of runs, or of a run's stages, do not compare; or ''."""
+    """Return a warning if the scores of runs, or of a run's stages, are not comparable; or ''."""
     return scoring_warning(differing_options(runs))
 
 
 def in_words(quantity: str) -> str:
-    """Return what one of `QUANTITIES` is, as axes say it."""
+    """Return the label of an axis for one of `QUANTITIES`."""
     return quantity if quantity == "diversity" else f"{quantity} score"
 
 

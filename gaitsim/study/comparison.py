@@ -1,4 +1,4 @@
-"""Compare experiments: repeats with equal numbers of evaluations, and their statistics."""
+"""Compare experiments: statistics of repeats with equal numbers of evaluations."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -49,12 +49,12 @@ class Sample:
 
     @property
     def evaluations(self) -> NDArray[np.int64]:
-        """The number of evaluations of one repeat so far, (generations,)."""
+        """Number of evaluations of one repeat so far, (generations,)."""
         return self.experiment.individuals * np.arange(1, self.best.shape[1] + 1)
 
     @property
     def final(self) -> NDArray[np.float64]:
-        """The best score of each repeat, (repeats,)."""
+        """Best score of each repeat, (repeats,)."""
         return self.best[:, -1]
 
 
@@ -63,15 +63,15 @@ class Findings:
     """The results of a comparison, by the labels of the experiments.
 
     Attributes:
-        samples: the repeats.
-        evaluations: how many each repeat was allowed; its generations hold at most as many.
+        samples: repeats of each experiment.
+        evaluations: budget of each repeat; its generations use at most that number.
         descriptions: descriptive statistics of the final scores.
-        pairs: a test of every pair.
-        targets: scores of the ECDF, ascending.
-        ecdfs: the ECDF of runtimes over these targets.
-        reached: how often, and how soon, the repeats reach each of a few targets.
-        target_tests: tests of every pair at each of these few targets.
-        targets_given: whether the user gave the targets of both.
+        pairs: tests of every pair of experiments.
+        targets: target scores of the ECDF, ascending.
+        ecdfs: ECDFs of runtimes over these targets.
+        reached: how often and how soon the repeats reach each of a few targets.
+        target_tests: tests of every pair of experiments at each of these few targets.
+        targets_given: whether the user gave the targets, both for the ECDF and for the tests.
     """
 
     samples: Mapping[str, Sample]
@@ -86,32 +86,32 @@ class Findings:
 
     @property
     def ecdf_rule(self) -> str:
-        """How the targets of the ECDF were chosen."""
+        """Rule that chose the targets of the ECDF."""
         return GIVEN if self.targets_given else SPACED
 
     @property
     def ert_rule(self) -> str:
-        """How the targets of the expected running times and of their tests were chosen."""
+        """Rule that chose the targets of the expected running times and of their tests."""
         return GIVEN if self.targets_given else QUARTILES
 
     @property
     def ert_targets(self) -> list[float]:
-        """The targets of the expected running times, ascending."""
+        """Targets of the expected running times, ascending."""
         return [one.target for one in next(iter(self.reached.values()))]
 
     @property
     def warning(self) -> str:
-        """Why the scores do not compare; '' where they do."""
+        """Reason why the scores are not comparable, or ''."""
         return warning(one.experiment for one in self.samples.values())
 
     @property
     def repeats(self) -> int:
-        """The number of repeats of each experiment."""
+        """Number of repeats of each experiment."""
         return len(next(iter(self.samples.values())).best)
 
     @property
     def notes(self) -> list[str]:
-        """What limits the results: too few repeats, equal scores, targets out of reach."""
+        """Limits of the results: too few repeats, equal scores, unreached targets."""
         found = []
         for tests, what in (
             (len(self.pairs), "best scores"),
@@ -121,14 +121,14 @@ class Findings:
             if tests and least >= 1 - CONFIDENCE:
                 found.append(
                     f"{self.repeats} repeats are too few for a significant difference of {what}: "
-                    f"with {tests} test{'s' * (tests != 1)} the least possible p after "
+                    f"with {tests} test{'s' * (tests != 1)}, the smallest possible p after "
                     f"correction is {least:.2g}."
                 )
         finals = np.concatenate([one.final for one in self.samples.values()])
         if finals.min() == finals.max():
             found.append(
-                f"All repeats of all experiments have the best score {finals[0]:.6g}: only the "
-                "running times can differ."
+                f"All repeats of all experiments have the same best score, {finals[0]:.6g}, so "
+                "only the running times can differ."
             )
         missed = [target for target in self.ert_targets if target > finals.max()]
         if missed:
@@ -143,14 +143,14 @@ class Findings:
 def check_request(
     targets: str | None, evaluations: int | None, generations: int | None
 ) -> tuple[float, ...]:
-    """Return the targets of `--targets 1.5,2`, () for none, after a check of all three options.
+    """Check three options, and return the targets of `--targets 1.5,2`; () for none.
 
     Raises:
         GaitsimError: the targets are not numbers, or both evaluations and generations are given.
     """
     if evaluations is not None and generations is not None:
         raise GaitsimError(
-            "evaluations and generations are both given",
+            "evaluations and generations cannot be given together",
             where="--evaluations, --generations",
             allowed="one of the two",
         )
@@ -162,15 +162,15 @@ def check_request(
         raise GaitsimError(
             f"{targets!r} is not a list of scores",
             where="--targets",
-            allowed="numbers with commas between them, such as 1.5,2,2.5",
+            allowed="numbers separated by commas, such as 1.5,2,2.5",
         ) from None
 
 
 def check_targets(targets: ArrayLike) -> tuple[float, ...]:
-    """Return targets after a check.
+    """Return targets after checking them.
 
     Raises:
-        GaitsimError: one is not a finite number, or there are too many.
+        GaitsimError: a target is not a finite number, or there are too many targets.
     """
     every = np.atleast_1d(np.asarray(targets, dtype=object)).tolist()
     for target in every:
@@ -180,7 +180,9 @@ def check_targets(targets: ArrayLike) -> tuple[float, ...]:
             )
     if len(every) > MOST_TARGETS:
         raise GaitsimError(
-            f"{len(every):,} targets are too many", where="targets", allowed=f"≤ {MOST_TARGETS}"
+            f"{len(every):,} targets are too many",
+            where="targets",
+            allowed=f"at most {MOST_TARGETS}",
         )
     return tuple(map(float, every))
 
@@ -191,9 +193,9 @@ def analyse(
     """Describe and compare samples.
 
     Args:
-        samples: by label.
-        evaluations: how many each repeat was allowed.
-        targets: scores to reach; () for 51 at equal distances in the ECDF, and the quartiles
+        samples: repeats of the experiments, by label.
+        evaluations: budget of each repeat.
+        targets: scores to reach; () for 51 equally spaced targets of the ECDF, and the quartiles
             of the final scores of all experiments for the expected running times.
 
     Raises:
@@ -204,8 +206,8 @@ def analyse(
             failed = int((~np.isfinite(one.final)).sum())
             raise GaitsimError(
                 f"every individual failed in {failed} of {len(one.final)} repeats of {label}, "
-                "which have no score to compare",
-                remedy=f"see why with: gaitsim run {one.experiment.name}",
+                "so these repeats have no score to compare",
+                remedy=f"show the reasons with: gaitsim run {one.experiment.name}",
             )
     every = np.unique(targets) if targets else spaced_targets(s.best for s in samples.values())
     descriptions = {label: describe(s.final, _stream(s)) for label, s in samples.items()}
@@ -238,5 +240,5 @@ def analyse(
 
 
 def _stream(sample: Sample) -> np.random.Generator:
-    # By seed, so that neither the order nor the number of experiments and targets matters.
+    # The seed makes results independent of the order and number of experiments and targets.
     return np.random.default_rng([sample.experiment.seed, len(sample.final)])

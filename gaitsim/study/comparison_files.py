@@ -1,4 +1,4 @@
-"""The files of a comparison: the report, and the tables from which it can be recomputed."""
+"""The files of a comparison: the report, and tables from which it can be recomputed."""
 
 import csv
 import io
@@ -17,13 +17,13 @@ REPORT, TABLE, CURVES = "report.md", "results.csv", "ecdf.csv"
 
 
 def write_comparison(folder: Path, findings: Findings, command: str, figures: list[Path]) -> None:
-    """Write the tables of all repeats and of the ECDF, and the report, which shows the figures.
+    """Write the tables of all repeats and of the ECDF, and the report with its figures.
 
     Args:
-        folder: where to write.
-        findings: what was found.
-        command: the command that repeats the comparison.
-        figures: in the folder.
+        folder: folder to write to.
+        findings: results of the comparison.
+        command: command line that repeats the comparison.
+        figures: files of the figures, in the folder.
 
     Raises:
         RunError: a file cannot be written.
@@ -36,8 +36,8 @@ def write_comparison(folder: Path, findings: Findings, command: str, figures: li
 def results(findings: Findings) -> str:
     """Return the best score so far of every repeat as tidy CSV.
 
-    A repeat has a row for its first and last generation, and for each in which the score
-    changes, so nothing is lost.
+    A repeat has a row for its first and last generation, and for each generation in which the
+    score changes, so no data is lost.
     """
     return _csv(
         ("experiment", "repeat", "generation", "evaluations", "best"),
@@ -51,7 +51,7 @@ def results(findings: Findings) -> str:
 
 
 def curves(findings: Findings) -> str:
-    """Return the ECDFs as tidy CSV: their first and last generations, and those of each step."""
+    """Return the ECDFs as tidy CSV, with their first and last generations and every step."""
     return _csv(
         ("experiment", "evaluations", "share"),
         (
@@ -63,7 +63,7 @@ def curves(findings: Findings) -> str:
 
 
 def _changes(values: NDArray[np.float64]) -> list[int]:
-    """Return the first and last index, and those whose value is not that of the one before."""
+    """Return the first and last index, and every index whose value differs from the previous."""
     changed = np.concatenate([[True], values[1:] != values[:-1]])
     changed[-1] = True
     return np.flatnonzero(changed).tolist()

@@ -1,4 +1,4 @@
-"""The report of a comparison: tables, a paragraph of methods, JSON."""
+"""The report of a comparison: tables, a paragraph on methods, and JSON."""
 
 import math
 from importlib.metadata import version
@@ -16,9 +16,9 @@ class Table(NamedTuple):
     """A table of the report.
 
     Attributes:
-        title: the heading.
-        columns, rows: the cells.
-        note: how to read it, or ''.
+        title: heading.
+        columns, rows: cells.
+        note: explanation below the table, or ''.
     """
 
     title: str
@@ -36,24 +36,25 @@ def methods(findings: Findings) -> str:
     return (
         f"Each of the {len(findings.samples)} experiments was repeated {findings.repeats} times "
         f"with {findings.evaluations:,} evaluations from independent random populations (gaitsim "
-        f"{version('gaitsim')}); a score counts when its generation is finished. The outcome of a "
+        f"{version('gaitsim')}); a score counts once its generation is finished. The outcome of a "
         f"repeat is its best score. We report medians with {CONFIDENCE:.0%} percentile bootstrap "
         f"confidence intervals ({RESAMPLES:,} resamples of the repeats) and quartiles. Pairs were "
-        f"compared by two-sided Mann–Whitney U tests ({_exactness(findings)}), corrected for "
-        f"{_counted(pairs)} by Holm's procedure, with the Vargha–Delaney A12 as "
+        f"compared with two-sided Mann–Whitney U tests ({_exactness(findings)}), corrected for "
+        f"{_counted(pairs)} with Holm's procedure, and the Vargha–Delaney A12 as "
         "effect size (Arcuri and Briand 2011). The ECDF of runtimes is the share of pairs of a "
-        f"repeat and a target that are reached, over {target_words(findings)}, "
-        f"{findings.ecdf_rule}; the area under it "
+        f"repeat and a target in which the repeat has reached the target, over "
+        f"{target_words(findings)}, {findings.ecdf_rule}; the area under the ECDF "
         "is its mean over all evaluations. The expected running time (ERT) to a target is the "
-        "number of evaluations of all repeats, until success or their end, over the number of "
-        f"successes (Hansen et al. 2021). Its targets are {targets}, {findings.ert_rule}{digits}. "
-        "At each of them, successes were compared by two-sided Fisher's exact tests, and numbers "
-        "of evaluations until success by the same Mann–Whitney test and A12, in which all repeats "
-        "without success tie after all others (Gehan 1965); each kind of test was corrected for "
-        f"{_counted(tests)} by Holm's procedure, over all pairs and targets. Every interval "
-        "draws its resamples from numpy.random.default_rng([seed, repeats]), as "
-        f"integers(0, repeats, ({RESAMPLES}, repeats)); that of an ERT is the inverse of the "
-        f"interval of successes per evaluation.{warning}"
+        "number of evaluations of all repeats, until success or their end, divided by the number "
+        f"of successes (Hansen et al. 2021). Its targets are {targets}, "
+        f"{findings.ert_rule}{digits}. "
+        "At each target, successes were compared with two-sided Fisher's exact tests, and numbers "
+        "of evaluations until success with the same Mann–Whitney test and A12, in which all "
+        "repeats without success tie after all others (Gehan 1965); each kind of test was "
+        f"corrected for {_counted(tests)} with Holm's procedure, over all pairs and targets. Every "
+        "interval draws its resamples from numpy.random.default_rng([seed, repeats]), as "
+        f"integers(0, repeats, ({RESAMPLES}, repeats)); the interval of an ERT is the inverse of "
+        f"the interval of successes per evaluation.{warning}"
     )
 
 
@@ -68,7 +69,7 @@ def _counted(tests: int) -> str:
 
 
 def target_words(findings: Findings) -> str:
-    """Return which scores are the targets of the ECDF, such as '51 targets from 0.1 to 2.5'."""
+    """Return a description of the targets of the ECDF, such as '51 targets from 0.1 to 2.5'."""
     few = findings.targets
     if len(few) == 1:
         return f"one target, {_short(few[0])}"
@@ -166,7 +167,7 @@ def tables(findings: Findings) -> list[Table]:
         ]
         for one in findings.target_tests
     ]
-    # Beside the effects, too: "large" must not be read without it.
+    # The warning is repeated beside the effects, as nobody should read "large" without it.
     caution = f"{findings.warning} " if findings.warning else ""
     after = f"Best scores after {findings.evaluations:,} evaluations, {findings.repeats} repeats"
     return [
@@ -175,8 +176,8 @@ def tables(findings: Findings) -> list[Table]:
             "Differences",
             ["pair", "p", "p (Holm)", "A12", "effect", "differs at 5 %"],
             pairs,
-            f"{caution}A12 is how often a score of the first exceeds one of the second, ties half: "
-            "0.5 where neither tends to be higher, as where all are equal.",
+            f"{caution}A12 is the share of pairs of scores in which the first experiment's score "
+            "is higher; ties count half. It is 0.5 if neither tends to be higher.",
         ),
         Table(
             f"ECDF over {target_words(findings)}",
@@ -202,8 +203,8 @@ def tables(findings: Findings) -> list[Table]:
                 "differs at 5 %",
             ],
             contests,
-            f"{caution}A12 is how often a repeat of the first reaches the target sooner than one "
-            "of the second, ties half; repeats that never reach it tie.",
+            f"{caution}A12 is the share of pairs of repeats in which the first experiment's repeat "
+            "reaches the target sooner; ties count half, and repeats that never reach it tie.",
         ),
     ]
 
@@ -220,7 +221,7 @@ def _verdict(test: TargetTest) -> str:
 
 
 def _exact(target: float) -> str:
-    """Return a target in as many digits as give the same number."""
+    """Return a target with enough digits to reproduce the number exactly."""
     return repr(target).removesuffix(".0").replace("-", "−")
 
 
@@ -256,6 +257,6 @@ def report(findings: Findings, command: str, figures: list[Path]) -> str:
 
 
 def remarks(findings: Findings) -> list[tuple[str, str]]:
-    """Return what to know before reading the tables, each with its heading."""
+    """Return warnings and notes to read before the tables, each with its heading."""
     warning = [("Warning:", findings.warning)] if findings.warning else []
     return [*warning, *(("Note:", note) for note in findings.notes)]

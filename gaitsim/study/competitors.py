@@ -1,4 +1,4 @@
-"""The experiments of a comparison: labels, independent seeds, equal budgets."""
+"""The experiments of a comparison, with labels, independent seeds and equal budgets."""
 
 import hashlib
 import json
@@ -23,18 +23,18 @@ def load_experiments(
     overrides: Overrides,
     place: str = COMMAND_LINE,
 ) -> dict[str, Experiment]:
-    """Load experiments by label, each with a seed of its own, so that samples are independent.
+    """Load experiments by label, each with its own seed, so that samples are independent.
 
-    Experiments that share a seed get seeds derived from it and from their options; a repeated name
-    gets a number. Neither depends on the order in which the experiments are given.
+    Experiments that share a seed get seeds derived from it and from their options; repeated names
+    get numbers. Neither depends on the order of the experiments.
 
     Raises:
         GaitsimError: there are fewer than two experiments, or one has problems.
     """
     if isinstance(references, str | Path | Experiment) or len(references) < 2:
         raise GaitsimError(
-            "one experiment cannot be compared",
-            allowed="two or more, as: gaitsim compare millipede-random millipede-mutation",
+            "a comparison needs two experiments",
+            allowed="two or more, such as: gaitsim compare millipede-random millipede-mutation",
         )
     given = [
         with_overrides(one, overrides, place)
@@ -47,9 +47,9 @@ def load_experiments(
 
 
 def _with_distinct_seeds(experiments: Sequence[Experiment]) -> list[Experiment]:
-    """Return the experiments, those with a shared seed with other ones.
+    """Return the experiments with new seeds for those that share one.
 
-    Distinct seeds stay, so the files that a comparison writes give the same comparison again.
+    Distinct seeds are kept, so the files that a comparison writes reproduce the comparison.
     """
     counts = Counter(one.seed for one in experiments)
     used = {seed for seed, number in counts.items() if number == 1}
@@ -62,8 +62,8 @@ def _with_distinct_seeds(experiments: Sequence[Experiment]) -> list[Experiment]:
         shared = found[index].seed
         if counts[shared] > 1:
             digest = hashlib.sha256(f"{shared} {contents[index]}".encode()).digest()
-            seed = int.from_bytes(digest[:4], "big")  # ten digits at most, easy to copy
-            while seed in used:  # by an equal experiment
+            seed = int.from_bytes(digest[:4], "big")  # at most ten digits, easy to copy
+            while seed in used:  # an equal experiment has it
                 seed += 1
             used.add(seed)
             found[index] = with_overrides(found[index], {"seed": seed})
@@ -71,7 +71,7 @@ def _with_distinct_seeds(experiments: Sequence[Experiment]) -> list[Experiment]:
 
 
 def _content(experiment: Experiment) -> str:
-    """Return the options that matter; the length does not, which equal budgets change."""
+    """Return the options that distinguish experiments; equal budgets change the length."""
     options = experiment.to_dict()
     del options["name"], options["description"], options["seed"]
     del options["evolution"]["generations"]
@@ -79,7 +79,7 @@ def _content(experiment: Experiment) -> str:
 
 
 def _labels(experiments: Sequence[Experiment]) -> list[str]:
-    """Return the names, with a number where one repeats, in an order of options and seeds."""
+    """Return unique labels: repeated names get numbers, in the order of options and seeds."""
     labels: dict[int, str] = {}
     for index in sorted(
         range(len(experiments)),
@@ -97,21 +97,21 @@ def _labels(experiments: Sequence[Experiment]) -> list[str]:
 def equal_budgets(
     experiments: Mapping[str, Experiment], evaluations: int | None
 ) -> tuple[int, dict[str, Experiment]]:
-    """Return the evaluations of each repeat, and the experiments with generations for no more.
+    """Return the evaluations of each repeat, and the experiments shortened or extended to them.
 
     Args:
-        experiments: by label.
-        evaluations: of each repeat; None for those of the shortest experiment.
+        experiments: experiments by label.
+        evaluations: evaluations of each repeat; None for those of the shortest experiment.
 
     Raises:
-        GaitsimError: they are fewer than a generation of an experiment.
+        GaitsimError: the evaluations are not enough for one generation of an experiment.
     """
     lengths = [one.individuals * one.evolution.generations for one in experiments.values()]
     budget = min(lengths) if evaluations is None else evaluations
     label, largest = max(experiments.items(), key=lambda item: item[1].individuals)
     if budget < largest.individuals:
         raise GaitsimError(
-            f"{budget:,} evaluations are fewer than a generation of {label}",
+            f"{budget:,} evaluations are not enough for one generation of {label}",
             where="evaluations",
             allowed=f"a whole number ≥ {largest.individuals:,}",
             remedy="allow more evaluations, or make the population smaller",
@@ -125,6 +125,6 @@ def equal_budgets(
 
 
 def warning(experiments: Iterable[Experiment]) -> str:
-    """Return a warning where the scores of experiments do not compare; '' where they do."""
+    """Return a warning if the scores of experiments are not comparable, else ''."""
     outlines = [read_outline(one.to_toml(), one.name) for one in experiments]
     return scoring_warning(differences([[(1, one)] for one in outlines]))

@@ -1,12 +1,12 @@
-"""Find the cheapest cells that reach the target, so that the claim holds.
+"""Find the cheapest cells that reach the target, with a claim that holds statistically.
 
-The cheapest of many noisy means above a target is one that was lucky: most of the cells that a
-sweep finds there miss it. So the sweep only proposes cells. Two sets of fresh repeats, of random
-numbers of their own, decide: the first one chooses the candidates, in order of cost; the second
-one tests them, one after another. Nothing in the second set had a part in the choice, so its mean
-is unbiased. The k-th test of an experiment has the error 0.05 / (2ᵏ E) in a study of E
-experiments: by Bonferroni's inequality all tests of a study together err with a probability of
-at most 0.05, however many there are and whenever they stop.
+The cheapest of many noisy means above a target is a lucky one: most of the cells that a sweep finds
+there miss the target. The sweep therefore only proposes cells. Two sets of fresh repeats, with
+independent random numbers, decide: the first set chooses candidates in order of cost, and the
+second set tests them one by one. The second set has no part in the choice, so its mean is unbiased.
+The k-th test of an experiment has the error 0.05 / (2ᵏ E) in a study of E experiments. By
+Bonferroni's inequality, the probability of any error in a study is at most 0.05, for any number of
+tests.
 """
 
 from collections.abc import Generator, Sequence
@@ -26,18 +26,18 @@ Search = Generator[list[Cell], list[Means], "Reached"]
 
 @dataclass(frozen=True)
 class Reached:
-    """The cheapest cell of one experiment that reaches the target, or the highest where none does.
+    """The cheapest cell of one experiment that reaches the target, or else the highest cell.
 
     Attributes:
-        experiment: its name on the axis.
+        experiment: name of the experiment on its axis.
         reached: whether the target is reached.
-        population, generations: the cell.
-        point: its values on the other axes, by name.
-        mean: of fresh repeats that had no part in the choice of the cell.
+        population, generations: population and generations of the cell.
+        point: values of the cell on the other axes, by name.
+        mean: mean of fresh repeats that had no part in the choice of the cell.
         low, high: confidence interval of the mean.
-        level: the confidence of the interval, with which all those of a study hold together
-            with 95 %.
-        repeats: number of fresh repeats; 0 where the mean is the sweep's, as nothing is finite.
+        level: confidence level of the interval, chosen so that all intervals of a study hold
+            together with 95 % confidence.
+        repeats: number of fresh repeats; 0 if the mean is that of the sweep, when none is finite.
     """
 
     experiment: str
@@ -54,13 +54,13 @@ class Reached:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A cell at one recorded generation, which by the sweep may reach the target.
+    """A cell at one recorded generation that may reach the target, according to the sweep.
 
     Attributes:
         cell: the cell.
-        place: of the generation among the recorded ones.
-        cost: evaluations until then.
-        clear: whether the whole interval of its mean in the sweep is above the target.
+        place: index of the generation among the recorded generations.
+        cost: number of evaluations up to this generation.
+        clear: whether the whole interval of the sweep's mean is above the target.
     """
 
     cell: Cell
@@ -69,7 +69,7 @@ class _Candidate:
     clear: bool
 
     def low(self, sets: dict[int, Means], level: float) -> float | None:
-        """Return the lower end of the interval of its mean in fresh sets; None without one."""
+        """Return the lower end of the interval of the mean in fresh sets; None if not known."""
         found = sets.get(self.cell.index)
         if found is None or self.place >= len(found.mean):
             return None
@@ -77,18 +77,18 @@ class _Candidate:
 
 
 def search(study: Study, target: float, sweep: Sweep) -> Search:
-    """Find the cheapest cell of one experiment that reaches the target, by fresh sets.
+    """Find the cheapest cell of one experiment that reaches the target, using fresh repeats.
 
     Args:
         study: the study.
         target: mean best score to reach.
-        sweep: the cells of one experiment, with the means of their repeats.
+        sweep: cells of one experiment, with the means of their repeats.
 
     Yields:
-        Cells to repeat afresh; their means are sent back.
+        Cells that need fresh repeats; the caller sends their means back.
 
     Returns:
-        The cheapest cell whose test succeeds; else the one with the highest mean.
+        The cheapest cell whose test succeeds, or else the cell with the highest mean.
     """
     share = (1 - CONFIDENCE) / len(study.experiments)
     candidates = _candidates(study, sweep, target)
@@ -108,7 +108,7 @@ def search(study: Study, target: float, sweep: Sweep) -> Search:
         candidates.remove(chosen)
         share /= 2
         level = 1 - share / 2
-    # The last test is of the highest mean, which few repeats may have put below the target.
+    # The last test is that of the highest mean, which may miss the target for lack of repeats.
     cell, place, means = _highest(sweep)
     if np.isneginf(means.mean[place]):
         return _reached(study, cell, place, replace(means, repeats=0), level, False)
@@ -120,7 +120,7 @@ def search(study: Study, target: float, sweep: Sweep) -> Search:
 
 
 def afresh(study: Study, cell: Cell, place: int, purpose: Purpose) -> Cell:
-    """Return a cell up to a recorded generation, with random numbers for another purpose."""
+    """Return a cell up to a recorded generation, with a new seed for another purpose."""
     experiment = cell.experiment
     generations = int(recorded(experiment, study.record_every)[place])
     seed = int(stream(experiment.seed, 0, purpose).integers(2**63))
@@ -129,7 +129,7 @@ def afresh(study: Study, cell: Cell, place: int, purpose: Purpose) -> Cell:
 
 
 def _candidates(study: Study, sweep: Sweep, target: float) -> list[_Candidate]:
-    """Return what the sweep proposes, the cheapest first: means that miss by noise at most."""
+    """Return the cells of the sweep whose interval reaches the target, the cheapest first."""
     found = []
     for cell, means in sweep:
         low, high = means.interval(CONFIDENCE)
@@ -147,9 +147,9 @@ def _screen(
     target: float,
     level: float,
 ) -> Generator[list[Cell], list[Means], None]:
-    """Add to the first sets what decides which candidate is the cheapest that reaches the target.
+    """Add the first sets that decide which candidate is the cheapest that reaches the target.
 
-    Candidates that cost more than one that surely reaches it are not repeated.
+    Candidates that cost more than a candidate that clearly reaches the target are not repeated.
     """
     while True:
         needed: dict[int, _Candidate] = {}
@@ -179,7 +179,7 @@ def _cheapest(
 
 
 def _highest(sweep: Sweep) -> tuple[Cell, int, Means]:
-    """Return the cell, and the place of its generation, with the sweep's highest mean."""
+    """Return the cell with the sweep's highest mean, the index of its generation, and its means."""
     cell, means = max(sweep, key=lambda one: float(one[1].mean.max()))
     return cell, int(means.mean.argmax()), means
 

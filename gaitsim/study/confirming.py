@@ -1,4 +1,4 @@
-"""Run the fresh repeats by which a study's cells are chosen and tested; they are kept, too."""
+"""Run and store the fresh repeats that choose and test the cells of a study."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -13,7 +13,7 @@ from gaitsim.study.means import Means
 from gaitsim.study.running import FRESH, Best, finished, run_cells
 
 OnSets = Callable[[int, int], None]
-"""Takes how many sets of fresh repeats are done, and how many are known to be needed."""
+"""Called with the numbers of finished and of needed sets of fresh repeats."""
 
 
 def confirm(
@@ -26,15 +26,15 @@ def confirm(
     on_warning: OnWarning = lambda text: None,
     cluster: Executor | None = None,
 ) -> list[Reached]:
-    """Find the cheapest cell of each experiment that reaches the target, by fresh repeats.
+    """Find the cheapest cell of each experiment that reaches the target, using fresh repeats.
 
-    Sets of them that are in the folder are not run again, so it can be stopped at any time.
+    Sets of repeats already in the folder are reused, so this function can be stopped at any time.
 
     Args:
-        folder: the study's folder.
+        folder: folder of the study.
         study: the study.
-        results: of its sweep.
-        workers: number of processes; None for one a core.
+        results: results of the sweep.
+        workers: number of processes; None for one per core.
         on_sets: called when sets are needed or finished.
         on_warning: called with a message for the user when workers died.
         cluster: workers to use instead of processes; the caller closes it.
@@ -43,8 +43,7 @@ def confirm(
         One entry for each experiment, in order; [] without a target.
 
     Raises:
-        GaitsimError: a cell fails, or ends its workers again and again, or a result cannot
-            be written.
+        GaitsimError: a cell fails, repeatedly crashes its workers, or cannot be written.
     """
     if study.target is None:
         return []
@@ -69,7 +68,7 @@ def confirm(
                     asked[name] = searches[name].send(means)  # type: ignore[arg-type]
                 except StopIteration as stop:
                     found[name] = stop.value
-            # All experiments' sets run together, so that no worker waits for another experiment.
+            # The sets of all experiments run together, so that no worker waits for an experiment.
             needed = [cell for cells in asked.values() for cell in cells]
             missing = [one for one in needed if finished(folder, fresh, one, FRESH) is None]
             done, total = done + len(needed) - len(missing), total + len(needed)

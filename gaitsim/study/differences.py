@@ -18,13 +18,13 @@ NAMED = 3  # options that a warning names
 
 @dataclass(frozen=True)
 class Difference:
-    """An option that is not the same in all runs, or was changed in one.
+    """An option that differs between runs, or changed during a run.
 
     Attributes:
-        key: as `--set` takes it, such as `mutation.rate`.
-        values: the value in each run, as text; `ABSENT` where a run has no such option. A
-            value that changed during the run is followed by the later ones and the generation
-            where each begins.
+        key: key for `--set`, such as `mutation.rate`.
+        values: value in each run, as text; `ABSENT` if a run does not have the option. A value
+            that changed during the run is followed by the later values, each with its first
+            generation.
     """
 
     key: str
@@ -35,7 +35,7 @@ def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
     """Return the options in which runs differ, in the order of their files.
 
     Args:
-        runs: the stages of each, the first one first; () where it cannot be read.
+        runs: stages of each run in order; () for a run that cannot be read.
     """
     values_of = [[(first, outline.options()) for first, outline in stages] for stages in runs]
     keys = dict.fromkeys(key for stages in values_of for _, values in stages for key in values)
@@ -48,12 +48,12 @@ def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
 
 
 def scoring_warning(found: Sequence[Difference]) -> str:
-    """Return a warning where options differ on which scores depend; '' where none does."""
+    """Return a warning if options that affect scores differ, else ''."""
     keys: list[str] = []
     for section in SCORING:
         own = [one.key for one in found if one.key.startswith(f"{section}.")]
         plugin = f"{section}.{PLUGIN}"
-        keys += [plugin] if plugin in own else own  # another plugin has other options
+        keys += [plugin] if plugin in own else own  # options of different plugins differ anyway
     if not keys:
         return ""
     body, *others = SCORING
@@ -66,7 +66,7 @@ def scoring_warning(found: Sequence[Difference]) -> str:
 
 
 def _course(key: str, stages: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
-    """The values of an option over the stages: '0.1, from 151: 0.2'."""
+    """Return the values of an option over the stages, such as '0.1, from 151: 0.2'."""
     texts: list[str] = []
     last = ""
     for first, values in stages:

@@ -1,4 +1,4 @@
-"""Read a study file: experiments, axes, repeats; report all its problems at once."""
+"""Read a study file, and report all its problems at once."""
 
 import itertools
 import json
@@ -22,8 +22,8 @@ from gaitsim.registry.presets import read_preset
 
 SCHEMA = 1
 MOST_CELLS = 100_000
-MOST_SCORES = 50_000_000  # of all cells, repeats and recorded generations: 400 MB
-LEAST_FRESH = 100  # fresh repeats, below which intervals of skewed scores do not hold
+MOST_SCORES = 50_000_000  # in all cells, repeats and recorded generations: 400 MB
+LEAST_FRESH = 100  # fresh repeats; with fewer, intervals of skewed scores do not hold
 _MOST_PROBLEMS = 20
 STUDY = "study.toml"  # the file of a study in its folder
 EXPERIMENT = "experiment"  # the axis that every study has
@@ -35,7 +35,7 @@ Scalar = int | float | str | bool
 
 
 class Range(BaseModel):
-    """Numbers at equal steps: from, from + step … up to and including `to`."""
+    """Equally spaced numbers: from, from + step … up to and including `to`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -52,10 +52,10 @@ class Range(BaseModel):
         return self
 
     def values(self) -> list[Scalar]:
-        """Return the numbers; integers where all three are integers."""
+        """Return the numbers; integers if all three fields are integers."""
         count = int((self.to - self.start) / self.step + 1e-9) + 1
         found = [self.start + index * self.step for index in range(count)]
-        # 0.3, not 0.1 + 0.1 + 0.1: the number that a user would write and look for.
+        # Rounded to 0.3 rather than 0.1 + 0.1 + 0.1, as users would write it and search for it.
         return [float(f"{one:.12g}") if isinstance(one, float) else one for one in found]
 
 
@@ -73,33 +73,34 @@ class Study(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    schema_: int = Field(SCHEMA, alias="schema", ge=1, description="version of this file's form")
+    schema_: int = Field(SCHEMA, alias="schema", ge=1, description="version of the file format")
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_. -]*$", max_length=200)] = Field(
-        "study", description="letters, digits, '_', '-', '.'; its folder is named after it"
+        "study", description="name of the study and its folder: letters, digits, '_', '-', '.'"
     )
-    description: str = option("", "one line for lists")
+    description: str = option("", "description on one line, for lists")
     experiments: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
-        description="presets or files: the first axis"
+        description="presets or files of experiments, the first axis"
     )
     set: dict[str, Any] = Field(
-        default={}, description="options changed in all experiments, as { 'mutation.rate' = 0.1 }"
+        default={},
+        description="options to change in all experiments, such as { 'mutation.rate' = 0.1 }",
     )
-    repeats: int = option(30, "repeats of each cell", ge=1, le=1_000_000)
-    record_every: int = option(1, "generations from one row of the table to the next", ge=1)
-    target: float | None = option(None, "mean best score that counts as reached")
+    repeats: int = option(30, "number of repeats of each cell", ge=1, le=1_000_000)
+    record_every: int = option(1, "interval between recorded generations", ge=1)
+    target: float | None = option(None, "mean best score to reach")
     confirm: int | None = option(
         None,
-        "fresh repeats of a cell that choose it, and as many that test whether it reaches the "
-        "target; none makes ten times 'repeats', at least 100",
+        "number of fresh repeats that choose a cell, and again that test whether it reaches the "
+        "target; none means ten times 'repeats', at least 100",
         ge=LEAST_FRESH,
         le=1_000_000,
     )
     axes: dict[str, Range | tuple[Scalar, ...]] = Field(
-        default={}, description="values of options, as 'mutation.rate' = [0.01, 0.1]"
+        default={}, description="values of options, such as 'mutation.rate' = [0.01, 0.1]"
     )
     published: dict[str, Published] = Field(
         default={},
-        description="published cells by experiment, to print with these; 'never' without one",
+        description="published cells by experiment, shown beside the results; 'never' if missing",
     )
 
     def values(self, axis: str) -> list[Scalar]:
@@ -109,7 +110,7 @@ class Study(BaseModel):
 
     @property
     def fresh(self) -> "Study":
-        """The same study with as many repeats as confirm a cell."""
+        """The study with the number of repeats that confirm a cell."""
         default = max(LEAST_FRESH, 10 * self.repeats)
         return self.model_copy(update={"repeats": self.confirm or default})
 
@@ -119,10 +120,10 @@ class Cell:
     """One point of the sweep.
 
     Attributes:
-        index: its position, from 0; the last axis varies fastest.
-        point: its value on each axis by name, the experiment first.
-        experiment: the experiment to repeat; its seed is that of the study's first
-            experiment plus the index.
+        index: position of the cell, counted from 0; the last axis varies fastest.
+        point: values of the cell by the names of the axes, the experiment first.
+        experiment: experiment to repeat; its seed is that of the study's first experiment plus
+            the index.
     """
 
     index: int
@@ -131,14 +132,14 @@ class Cell:
 
 
 def read_study(reference: str) -> tuple[Study, str]:
-    """Return the study, and its text, of a bundled study's name or a TOML file's path.
+    """Return a study and its text, from the name of a bundled study or the path of a TOML file.
 
     Raises:
         GaitsimError: there is no such study, or it has problems.
     """
     path = Path(reference)
     if path.suffix == ".toml" or path.name != reference:
-        template = "the study.toml that 'gaitsim study millipede-operators' leaves"
+        template = "the study.toml that 'gaitsim study millipede-operators' writes"
         text = read_file(path, "study", template, "name a bundled study: millipede-operators")
         source = str(path)
     else:
@@ -150,7 +151,7 @@ def parse_study(text: str, source: str) -> Study:
     """Return the study that a TOML text describes.
 
     Raises:
-        ExperimentError: with all its problems.
+        ExperimentError: the text has problems; lists all of them.
     """
     problems = Problems(source)
     try:
@@ -175,15 +176,15 @@ def parse_study(text: str, source: str) -> Study:
         if axis in RESERVED:
             problems.report(f"axes.{axis}", f"{axis!r} is a column of the table, not an option")
         elif isinstance(values, tuple) and not values:
-            problems.report(f"axes.{axis}", "an axis without values", "at least one value")
+            problems.report(f"axes.{axis}", "the axis has no values", "at least one value")
         elif len(set(map(str, study.values(axis)))) < len(study.values(axis)):
-            problems.report(f"axes.{axis}", "an axis has a value twice", "values that differ")
+            problems.report(f"axes.{axis}", "the axis has a value twice", "different values")
         if axis in study.set:
             problems.report(
-                f"axes.{axis}", f"{axis} is an axis and in 'set', too", "one of the two"
+                f"axes.{axis}", f"{axis} is both an axis and in 'set'", "one of the two"
             )
     if len(set(study.experiments)) < len(study.experiments):
-        problems.report("experiments", "an experiment is listed twice", "experiments that differ")
+        problems.report("experiments", "an experiment is listed twice", "different experiments")
     for experiment in study.published:
         if experiment not in study.experiments:
             problems.report(
@@ -200,7 +201,7 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
     met = set()
     fields = {field.alias or name: field for name, field in Study.model_fields.items()}
     for detail in error.errors(include_url=False):
-        # Each member of a union reports a problem; one is enough.
+        # Each member of a union reports a problem, but one is enough.
         parts = [str(part) for part in detail["loc"][:2]]
         key = ".".join(parts)
         if key in met:
@@ -225,10 +226,10 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
 
 
 def resolved(study: Study) -> dict[str, str]:
-    """Return the study's experiments as files to keep with it: `1.toml`, `2.toml` …
+    """Return the study's experiments as files to store with it: `1.toml`, `2.toml` …
 
     Raises:
-        GaitsimError: one of them cannot be loaded.
+        GaitsimError: an experiment cannot be loaded.
     """
     return {
         f"{place}.toml": load_experiment(reference).to_toml()
@@ -237,16 +238,16 @@ def resolved(study: Study) -> dict[str, str]:
 
 
 def cells(study: Study, folder: Path | None = None, source: str = "the study") -> list[Cell]:
-    """Return every cell of a study, its experiment loaded and checked.
+    """Return every cell of a study, with its experiment loaded and checked.
 
     Args:
         study: the study.
-        folder: where the `resolved` experiments are; None loads them by name.
-        source: the origin of the study, for errors.
+        folder: folder of the `resolved` experiments; None loads them by name.
+        source: origin of the study, for errors.
 
     Raises:
-        ExperimentError: with the problems of all cells, each once.
-        GaitsimError: there are too many cells, or too many scores.
+        ExperimentError: cells have problems; lists each problem once.
+        GaitsimError: there are too many cells or too many scores.
     """
     axes: dict[str, list[Scalar]] = {EXPERIMENT: [*study.experiments]}
     axes |= {axis: study.values(axis) for axis in study.axes}
@@ -266,7 +267,7 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
             kept = folder / f"{study.experiments.index(name) + 1}.toml" if folder else None
             reference = str(kept) if kept and os.path.lexists(kept) else name
             experiment = load_experiment(reference, changes, source)
-            # Cells are independent samples: equal random draws would bias all of them alike.
+            # Cells must be independent samples: equal random numbers would bias all of them alike.
             if "seed" not in study.axes:
                 first = found[0].experiment.seed if found else experiment.seed
                 experiment = replace(experiment, seed=(first + index) % 2**63)
@@ -284,10 +285,10 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
             raise GaitsimError(
                 f"the study {study.name} would record more than {MOST_SCORES:,} scores",
                 where=source,
-                allowed="that many in all cells, repeats and recorded generations, and in the "
-                "fresh repeats of one cell",
-                remedy="record fewer generations with record_every, or set 'repeats' or 'confirm' "
-                "lower",
+                allowed=f"at most {MOST_SCORES:,} over all cells, repeats and recorded "
+                "generations, and in the fresh repeats of one cell",
+                remedy="record fewer generations with 'record_every', or lower 'repeats' or "
+                "'confirm'",
             )
         if len(problems) >= _MOST_PROBLEMS:
             problems[""] = GaitsimError(f"cells after the first {index + 1:,} were not checked")

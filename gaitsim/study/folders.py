@@ -1,4 +1,4 @@
-"""Folders of studies and comparisons, as anybody may have sent them, at a glance."""
+"""Summaries of the folders of studies and comparisons, which may be of unknown origin."""
 
 import csv
 import io
@@ -18,7 +18,7 @@ from gaitsim.study.file import STATISTICS, STUDY, Study, read_study
 from gaitsim.study.results import REPORT, TABLE
 from gaitsim.study.running import CELLS
 
-PLACES = (Path("studies"), Path("comparisons"))  # where `gaitsim study` and `compare` write
+PLACES = (Path("studies"), Path("comparisons"))  # default folders of `gaitsim study` and `compare`
 FIRST = "1.toml"  # the first experiment
 MOST_FOLDERS, MOST_ROWS = 2_000, 2_000
 LARGEST_REPORT, LARGEST_TABLE = 2**20, 2**28  # bytes
@@ -31,18 +31,18 @@ State = Literal["running", "stopped", "finished", "damaged"]
 
 @dataclass(frozen=True)
 class StudyFolder:
-    """A study or a comparison at a glance.
+    """A summary of a study or a comparison.
 
     Attributes:
         path: its folder.
         kind: study or comparison.
-        state: running (a process works on it now), stopped (a study can be continued), finished
-            (its results are written), or damaged.
+        state: running (a process is working on it), stopped (a study can be resumed), finished
+            (the results are written), or damaged.
         done: number of finished cells of a study.
-        total: number of its cells; None of a comparison, and where that is unknown.
-        description: of a study, one line.
-        changed: when its folder last changed, in seconds since 1970.
-        problem: why it cannot be read.
+        total: number of cells of a study; None for a comparison, or if unknown.
+        description: description of a study, one line.
+        changed: time of the last change of the folder, seconds since 1970.
+        problem: reason why it cannot be read.
     """
 
     path: Path
@@ -56,7 +56,7 @@ class StudyFolder:
 
 
 def list_folders(places: Iterable[Path] = PLACES) -> list[StudyFolder]:
-    """Return the studies and comparisons in folders, the latest first.
+    """Return the studies and comparisons in some folders, the latest first.
 
     Raises:
         RunError: a folder cannot be listed.
@@ -72,7 +72,7 @@ def list_folders(places: Iterable[Path] = PLACES) -> list[StudyFolder]:
 
 
 def _read(path: Path) -> StudyFolder | None:
-    """Return a folder at a glance; None where it is neither a study nor a comparison."""
+    """Return the summary of a folder; None if it is neither a study nor a comparison."""
     if path.name.startswith(".") or not is_folder(path):
         return None
     kind: Kind = "study" if os.path.lexists(path / STUDY) else "comparison"
@@ -96,9 +96,9 @@ def _read(path: Path) -> StudyFolder | None:
 
 
 def _finished(folder: Path, total: int) -> int:
-    """Return how many cells have a file; `gaitsim study` sees whether these are whole."""
+    """Return the number of cells with a file; `gaitsim study` checks whether files are intact."""
     try:
-        # Two files a cell: one of another version, which is not reused.
+        # A cell may have two files, one of them of another version, which is not reused.
         names = [entry.name for entry in islice(os.scandir(folder), 2 * total + 100)]
     except OSError:
         return 0
@@ -115,13 +115,13 @@ def _changed(path: Path) -> float:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the results: a heading, a table, and texts below it.
+    """A section of the results: a heading, a table and paragraphs below it.
 
     Attributes:
-        title: the heading.
-        columns, rows: the table; () without one.
+        title: heading.
+        columns, rows: table; () for none.
         texts: paragraphs.
-        command: a command line that the report names, or ''.
+        command: command line in the report, or ''.
     """
 
     title: str
@@ -132,17 +132,17 @@ class Section:
 
 
 def sections(folder: Path) -> list[Section]:
-    """Return the results in a folder: the report's, and each cell of a study's table.
+    """Return the results in a folder: the sections of the report, and the cells of a study.
 
     Raises:
-        GaitsimError: a file cannot be read, or is not one that gaitsim writes.
+        GaitsimError: a file cannot be read, or was not written by gaitsim.
     """
     found = []
     if os.path.lexists(folder / REPORT):
         try:
             text = read_regular(folder / REPORT, LARGEST_REPORT).decode()
         except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not text in UTF-8"
+            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
             raise RunError(f"cannot read {folder / REPORT}: {reason}") from None
         found = read_report(text)
     if os.path.lexists(folder / STUDY):
@@ -188,28 +188,28 @@ def _cells(path: Path, study: Study) -> Section:
             rows = csv.reader(iter(lambda: file.readline(LONGEST), ""))
             head = next(rows, [])
             if tuple(head) != (*axes, "generation", "evaluations", "repeats", *STATISTICS):
-                raise ValueError("its columns are not those of the study")
+                raise ValueError("its columns do not match the study")
             for row in rows:
                 key = tuple(row[: len(axes)])
                 if len(row) == len(head) and (key in latest or len(latest) <= MOST_ROWS):
                     latest[key] = row
     except (OSError, ValueError, csv.Error) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        remedy = f"gaitsim study {path.parent} writes it again"
+        remedy = f"recreate it with: gaitsim study {path.parent}"
         raise RunError(f"cannot read {path}: {reason}", remedy=remedy) from None
     columns = (*axes, "generations", "repeats", "mean ± 95 %", "median", "quartiles", "range")
     shown = tuple((*key, *_statistics(row[len(axes) :])) for key, row in latest.items())
     more = f"Only the first {MOST_ROWS:,} cells are shown. " if len(shown) > MOST_ROWS else ""
     about = (
         f"{more}Best scores after the last generation of each cell. ± is the 95 % confidence "
-        f"interval of each mean alone, by Student's t: the highest of many is lucky. {TABLE} has "
-        "every recorded generation."
+        "interval (Student's t) of each single mean; the highest of many means is a lucky one. "
+        f"{TABLE} has every recorded generation."
     )
     return Section("Cells", columns, shown[:MOST_ROWS], (about,))
 
 
 def _statistics(row: Sequence[str]) -> tuple[str, ...]:
-    """Return the cells of a row from the generation on."""
+    """Return the shown columns of a row: generation, repeats and statistics."""
     from scipy.special import stdtrit
 
     try:

@@ -1,4 +1,4 @@
-"""Rank runs by how their champions do in the same unseen worlds."""
+"""Rank runs by the results of their champions in the same unseen worlds."""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -25,8 +25,8 @@ class Ranked:
     """A run in a ranking.
 
     Attributes:
-        label: its name in the ranking.
-        judgement: of its champion.
+        label: name of the run in the ranking.
+        judgement: results of its champion.
         low, high: bootstrap confidence interval of the mean of the worst tenth, over worlds.
     """
 
@@ -38,12 +38,12 @@ class Ranked:
 
 @dataclass(frozen=True)
 class WorstTenths:
-    """The difference of two runs over the same worlds.
+    """The difference between two runs in the same worlds.
 
     Attributes:
         first, second: labels; the first ranks higher.
-        difference: of the means of the worst tenths.
-        low, high: bootstrap confidence interval, in which worlds are drawn for both runs alike.
+        difference: difference of the means of the worst tenths.
+        low, high: bootstrap confidence interval, with the same resampled worlds for both runs.
     """
 
     first: str
@@ -54,7 +54,7 @@ class WorstTenths:
 
     @property
     def differs(self) -> bool:
-        """Whether the interval leaves out 0."""
+        """Whether the interval excludes 0."""
         return self.low > 0 or self.high < 0
 
 
@@ -63,10 +63,10 @@ class Ranking:
     """Runs by the mean of the worst tenth of their champions' results, the highest first.
 
     Attributes:
-        runs: the runs.
-        pairs: every pair of them.
-        ranges: of the conditions, the same for all runs.
-        notes: what to know of the ranges and the bodies; () for nothing.
+        runs: ranked runs.
+        pairs: differences of every pair of runs.
+        ranges: ranges of the conditions, the same for all runs.
+        notes: remarks on the ranges; () for none.
     """
 
     runs: tuple[Ranked, ...]
@@ -75,7 +75,7 @@ class Ranking:
     notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as values for JSON."""
+        """Return the ranking as values for JSON."""
         return {
             "ranges": {name: list(ends) for name, ends in self.ranges.items()},
             "notes": list(self.notes),
@@ -100,17 +100,17 @@ def rank_in_worlds(
     workers: int | None = None,
     judged: Judge | None = None,
 ) -> Ranking:
-    """Judge the champions of runs in the same unseen worlds, and rank them by the worst tenth.
+    """Evaluate the champions of runs in the same unseen worlds, and rank them by the worst tenth.
 
-    A condition whose range differs between runs has the widest one, from the lowest end to the
-    highest.
+    If the range of a condition differs between runs, the widest range is used, from the lowest end
+    to the highest.
 
     Args:
-        runs: folders of two or more runs of one body.
-        number: of worlds.
-        seed: of the worlds.
-        workers: how many work at a time; None for what suits the body.
-        judged: judges the champion of a label in worlds of these ranges; None for `judge`.
+        runs: folders of two or more runs of the same body.
+        number: number of worlds.
+        seed: seed of the worlds.
+        workers: number of workers; None for the body's default.
+        judged: function that evaluates the champion of a label in given ranges; None for `judge`.
 
     Raises:
         GaitsimError: there are fewer than two runs, or their bodies differ or have no conditions.
@@ -118,10 +118,10 @@ def rank_in_worlds(
     """
     check_request(number, seed)
     if len(runs) < 2:
-        raise GaitsimError("one run cannot be compared", allowed="two runs or more")
+        raise GaitsimError("a comparison needs two runs", allowed="two runs or more")
     paths = [Path(one) for one in runs]
     if len({path.resolve() for path in paths}) < len(paths):
-        raise GaitsimError("a run is given twice", allowed="runs that all differ")
+        raise GaitsimError("a run is given twice", allowed="different runs")
     names = [path.name for path in paths]
     labels = [
         name if names.count(name) == 1 else str(path)
@@ -138,7 +138,8 @@ def rank_in_worlds(
     found = {label: judged(label, one, ranges) for label, one in champions.items()}
     if len({(one.measure, one.unit) for one in found.values()}) > 1:
         raise GaitsimError(
-            "the runs have scores of different units, and no distance", allowed="one fitness"
+            "the runs have scores in different units, and no distance to compare",
+            allowed="runs with the same fitness",
         )
     return ranking(found, ranges, notes)
 
@@ -146,7 +147,7 @@ def rank_in_worlds(
 def ranking(
     judgements: Mapping[str, Judgement], ranges: Ranges, notes: Sequence[str] = ()
 ) -> Ranking:
-    """Rank judgements in the same worlds, by label."""
+    """Rank results in the same worlds, given by label."""
     order = sorted(judgements, key=lambda label: -judgements[label].worst_tenth)
     results = {label: judgements[label].results for label in order}
     ranked = tuple(
@@ -165,7 +166,7 @@ def ranking(
 
 
 def common_ranges(champions: Mapping[str, Individual]) -> tuple[Ranges, tuple[str, ...]]:
-    """Return the widest range of each condition that varies in a run, and what to know of them."""
+    """Return the widest range of each condition that varies in a run, and remarks on them."""
     own = {label: ranges_of(one.experiment) for label, one in champions.items()}
     names = list(dict.fromkeys(name for ranges in own.values() for name in ranges))
     widest = {
@@ -181,7 +182,7 @@ def common_ranges(champions: Mapping[str, Individual]) -> tuple[Ranges, tuple[st
     if not differing:
         return widest, ()
     return widest, (
-        f"The runs vary {', '.join(differing)} in different ranges: the widest are used.",
+        f"The runs vary {', '.join(differing)} in different ranges. The widest ranges are used.",
     )
 
 
@@ -193,8 +194,8 @@ def _check_bodies(champions: Mapping[str, Individual]) -> None:
         other = one.experiment.entries["organism"].name
         if other != name:
             raise GaitsimError(
-                f"{first_label} has the body {name!r}, and {label} the body {other!r}",
-                allowed="runs of one body, which can be in the same worlds",
+                f"{first_label} has the body {name!r}, but {label} has the body {other!r}",
+                allowed="runs of the same body, which can be in the same worlds",
             )
 
 
@@ -211,7 +212,7 @@ def _difference(
 def _interval(
     results: tuple[NDArray[np.float64], ...], statistic: Callable[..., Any]
 ) -> tuple[float, float]:
-    """Return the 95 % bootstrap interval over worlds; NaN where a motion failed or one is alone."""
+    """Return the 95 % bootstrap interval over worlds; NaN if a motion failed or for one world."""
     if len(results[0]) < 2 or not all(np.isfinite(one).all() for one in results):
         return np.nan, np.nan
     return interval(results, statistic, np.random.default_rng(0))

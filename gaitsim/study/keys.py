@@ -1,4 +1,4 @@
-"""Name the file of a result after everything that the result depends on."""
+"""Keys of results: hashes of everything that a result depends on."""
 
 import hashlib
 import json
@@ -10,25 +10,25 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from gaitsim.experiment import Experiment
 
 _OWN = "gaitsim"
-# Of gaitsim's dependencies, the ones that compute. `gaitsim.runs.compatibility.versions` lists
-# only engines that are loaded; a key must not depend on what this process has loaded so far.
+# The dependencies of gaitsim that compute results. `gaitsim.runs.compatibility.versions` lists only
+# loaded engines, but a key must not depend on the modules that this process has loaded.
 _NUMERICAL = (_OWN, "mujoco-core", "numba", "numpy", "pymunk", "scipy")
 
 
 def result_key(experiment: Experiment, repeats: int, generations: Sequence[int]) -> str:
-    """Return 16 hexadecimal digits of all that the scores of repeats are a function of.
+    """Return a key of 16 hexadecimal digits for the scores of repeats.
 
-    These are the whole experiment, as its file says it, the versions of the packages that
-    compute it, and what is recorded. A plugin whose code changes while its package keeps its
-    version has the same key.
+    The key is a hash of the whole experiment, the versions of the packages that compute it, the
+    number of repeats and the recorded generations. It does not change if the code of a plugin
+    changes while its package keeps its version.
 
     Args:
-        experiment: the experiment that is repeated.
+        experiment: experiment to repeat.
         repeats: number of repeats.
-        generations: the recorded ones.
+        generations: recorded generations.
 
     Raises:
-        PluginError: a plugin has an option whose value JSON cannot hold.
+        PluginError: the value of a plugin's option cannot be stored as JSON.
     """
     plugins = {kind: entry.source for kind, entry in experiment.entries.items()}
     packages = {entry.package for entry in experiment.entries.values()}
@@ -42,7 +42,7 @@ def result_key(experiment: Experiment, repeats: int, generations: Sequence[int])
 def _requirements(package: str) -> tuple[str, ...]:
     """Return the packages that another author's package requires."""
     if package == _OWN:
-        return ()  # most of its requirements are of its screens and pictures
+        return ()  # most of its requirements serve its screens and pictures
     try:
         given = requires(package) or ()
     except PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""Means of repeats, with confidence intervals for skewed scores, failures and huge scores."""
+"""Means of repeats, with confidence intervals that allow for skewed, failed and huge scores."""
 
 from dataclasses import dataclass
 
@@ -14,9 +14,9 @@ class Means:
 
     Attributes:
         repeats: number of repeats.
-        mean: (generations,); −inf where a repeat has no finite score.
-        error: standard error of the mean, (generations,); NaN where there is none.
-        skew: skewness of the scores, (generations,); 0 where all are equal.
+        mean: mean, (generations,); −inf if a repeat has no finite score.
+        error: standard error of the mean, (generations,); NaN if undefined.
+        skew: skewness of the scores, (generations,); 0 if all are equal.
     """
 
     repeats: int
@@ -41,15 +41,16 @@ class Means:
         """Return the ends of the confidence intervals of the means.
 
         Student's t after Hall's transformation (1992, "On the removal of skewness by
-        transformation", equation 3). Best scores near an optimum are skewed: most repeats are
-        there, a few far below. Without it the lower end of an interval of 99.5 % exceeds the
-        true mean of the millipede's scores five times as often as it says, of 1,000 repeats.
+        transformation", equation 3). Best scores near an optimum are skewed: most repeats reach
+        it, and a few stay far below. Without the transformation, with 1,000 repeats, the lower end
+        of a 99.5 % interval exceeds the true mean of the millipede's scores five times as often
+        as it should.
 
-        An end is infinite where nothing is known of it. A mean of −inf is its own interval: no
-        such generation reaches anything.
+        An unknown end is infinite. The interval of a mean of −inf is −inf to −inf, so that such a
+        generation reaches no target.
 
         Args:
-            level: the probability that an interval covers the true mean, such as 0.95.
+            level: probability that an interval covers the true mean, such as 0.95.
         """
         from scipy.special import stdtrit
 
@@ -65,7 +66,7 @@ class Means:
 
 
 def _untransformed(quantile: float, skew: Values) -> Values:
-    """Return the T of which Hall's T + γT²/3 + γ²T³/27 + γ/6 is a quantile; γ: skew / √n."""
+    """Solve Hall's T + γT²/3 + γ²T³/27 + γ/6 = quantile for T, where γ = skew / √n."""
     straight = np.abs(skew) < 1e-9
     gamma = np.where(straight, 1.0, skew)
     found = 3 / gamma * (np.cbrt(1 + gamma * (quantile - gamma / 6)) - 1)

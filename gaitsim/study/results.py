@@ -25,14 +25,13 @@ def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]
     ]
 
 
-# With repeats that failed, whose score is −inf, some statistics are NaN; with huge ones, infinite.
+# Failed repeats, with a score of −inf, make some statistics NaN; huge scores make them infinite.
 @np.errstate(invalid="ignore", over="ignore")
 def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
-    """Return the results as CSV, a row for each cell and recorded generation.
+    """Return the results as CSV, with a row for each cell and recorded generation.
 
-    Columns: the axes; generation; evaluations of one repeat until then; repeats; then
-    mean, standard deviation, median, quartiles, least and greatest of the repeats' best
-    scores so far.
+    The columns are the axes; generation; evaluations of one repeat so far; repeats; and mean,
+    standard deviation, median, quartiles, minimum and maximum of the best scores so far.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -57,23 +56,24 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
 
 
 def rule(study: Study) -> str:
-    """Return how the cells of the summary were found, for reports."""
+    """Return the rule that chose the cells of the summary, for reports."""
     error = 100 * (1 - CONFIDENCE) / len(study.experiments)
     return (
-        "the fewest evaluations (population × generations) of all cells whose mean best score, "
-        "with its whole interval, is at least the target in two sets of "
+        "the cell with the fewest evaluations (population × generations) whose mean best score, "
+        "with its whole confidence interval, is at least the target in two sets of "
         f"{study.fresh.repeats:,} fresh repeats. The {study.repeats:,} repeats of the sweep only "
-        "propose cells, as the cheapest of many noisy means was lucky. The first set chooses one, "
-        "the second one tests it. Mean and interval are of the second set, which "
-        f"has no part in the choice. An experiment's first test has a level of "
-        f"{100 - error / 2:.4g} %, each further one half the error of the one before. So all "
-        f"intervals hold together with {100 * CONFIDENCE:g} % (Bonferroni). Never: no cell "
-        "passes; the one in brackets, repeated afresh, has the sweep's highest mean"
+        "propose cells, because the cheapest of many noisy means is a lucky one. The first set "
+        "chooses a cell, and the second set tests it. Mean and interval are those of the second "
+        "set, which has no part in the choice. The first test of an experiment has a level of "
+        f"{100 - error / 2:.4g} %, and each further test half the error of the previous one, so "
+        f"all intervals hold together with {100 * CONFIDENCE:g} % confidence (Bonferroni). "
+        "Never: no cell passes; the cell in brackets has the highest mean of the sweep, and was "
+        "also tested with fresh repeats"
     )
 
 
 def summary(study: Study, found: Iterable[Reached]) -> tuple[list[str], list[list[str]]]:
-    """Return columns and rows of the cells that reach the target, with published ones."""
+    """Return columns and rows of the cells that reach the target, with published cells."""
     others = [axis for axis in study.axes if axis != POPULATION]
     columns = ["experiment", "cheapest", *others, "mean, interval"]
     if study.published:
@@ -110,13 +110,13 @@ def write_results(
     results: Sequence[tuple[Cell, Best]],
     reached: Sequence[Reached] = (),
 ) -> None:
-    """Write the table and, where the study has a target, the report.
+    """Write the table and, if the study has a target, the report.
 
     Args:
-        folder: the study's folder.
+        folder: folder of the study.
         study: the study.
-        results: of its sweep.
-        reached: the cheapest cell of each experiment that reaches the target.
+        results: results of the sweep.
+        reached: cheapest cell of each experiment that reaches the target.
 
     Raises:
         RunError: a file cannot be written.

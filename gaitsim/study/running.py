@@ -1,4 +1,4 @@
-"""Run a study cell by cell; it can be stopped at any time and resumes with the missing cells."""
+"""Run a study cell by cell; a stopped study resumes with the missing cells."""
 
 import io
 import math
@@ -29,7 +29,7 @@ Best = NDArray[np.float64]
 
 
 def recorded(experiment: Experiment, every: int) -> NDArray[np.int64]:
-    """Return the recorded generations: every so many, and the last."""
+    """Return the recorded generations: every `every` generations, and the last."""
     last = experiment.evolution.generations
     numbers = np.arange(every, last + 1, every)
     return numbers if len(numbers) and numbers[-1] == last else np.append(numbers, last)
@@ -45,19 +45,19 @@ def repeat_experiment(
     on_warning: OnWarning = lambda text: None,
     cluster: Executor | None = None,
 ) -> Best:
-    """Repeat an experiment. A run of G generations holds the results of all shorter ones.
+    """Return the best scores of repeats of an experiment, at the recorded generations.
 
     Args:
-        experiment: the experiment.
+        experiment: experiment to repeat.
         repeats: number of repeats.
-        every: generations from one recorded generation to the next.
-        workers: number of workers; None for one a core.
+        every: interval between recorded generations.
+        workers: number of workers; None for one per core.
         on_generation: called after each generation.
-        on_warning: called with a message for the user when workers died or idle.
+        on_warning: called with a message for the user when workers died or are idle.
         cluster: workers to use instead; the caller closes it.
 
     Raises:
-        GaitsimError: a plugin fails, or the workers do.
+        GaitsimError: a plugin or a worker fails.
     """
     kept = set(recorded(experiment, every).tolist())
     best = []
@@ -71,7 +71,7 @@ def repeat_experiment(
 
 
 def finished(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> Best | None:
-    """Return the result of a cell; None where it is not finished, or damaged."""
+    """Return the result of a cell; None if it is missing or damaged."""
     shape = (study.repeats, len(recorded(cell.experiment, study.record_every)))
     start = io.BytesIO()
     described = {"descr": "<f8", "fortran_order": False, "shape": shape}
@@ -81,7 +81,7 @@ def finished(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> Best
         data = read_regular(_file(folder / place, study, cell), len(head) + size)
     except OSError:
         return None
-    # The header is known to the last byte, so a damaged file is never parsed.
+    # Every byte of the header is known, so a damaged file is never parsed.
     if len(data) != len(head) + size or not data.startswith(head):
         return None
     best = np.frombuffer(data, np.float64, offset=len(head)).reshape(shape)
@@ -91,7 +91,7 @@ def finished(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> Best
 def results(
     folder: Path, study: Study, cells: Sequence[Cell]
 ) -> tuple[list[tuple[Cell, Best]], list[Cell]]:
-    """Return the finished cells with their results, and the cells that are missing."""
+    """Return the finished cells with their results, and the missing cells."""
     found = [(cell, finished(folder, study, cell)) for cell in cells]
     return (
         [(cell, best) for cell, best in found if best is not None],
@@ -108,25 +108,24 @@ def run_cells(
     cluster: Executor | None = None,
     place: str = CELLS,
 ) -> Iterator[Cell]:
-    """Run cells in worker processes; write and yield each when it is finished.
+    """Run cells in worker processes; write and yield each finished cell.
 
-    Closing the iterator ends the workers. Unfinished cells run again next time.
+    Closing the iterator stops the workers. The next call starts unfinished cells from scratch.
 
     Args:
-        folder: the study's folder.
-        study: how often each cell is repeated, and which generations are recorded.
-        cells: the cells to run.
-        workers: number of processes; None for one a core.
+        folder: folder of the study.
+        study: study with the number of repeats and the recorded generations.
+        cells: cells to run.
+        workers: number of processes; None for one per core.
         on_warning: called with a message for the user when workers died.
         cluster: workers to use instead of processes; the caller closes it.
-        place: where in the study's folder the results are kept.
+        place: subfolder for the results.
 
     Raises:
-        GaitsimError: a cell fails, or ends its workers again and again, or a result cannot
-            be written.
+        GaitsimError: a cell fails, repeatedly crashes its workers, or cannot be written.
     """
     sweep(own_folder(folder, place))
-    # The longest first, so that no core works on it alone at the end.
+    # The longest cells run first, so that none of them occupies a single core at the end.
     ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
     tasks = [(cell.experiment, study.repeats, study.record_every) for cell in ordered]
     count = min(workers or cores(), max(1, len(cells)))
@@ -141,7 +140,7 @@ def run_cells(
     except WorkerLostError as error:
         raise GaitsimError(
             f"{error.what}, a cell of the study {folder}",
-            remedy="give fewer --workers, if memory was short",
+            remedy="try fewer --workers, in case memory ran out",
         ) from None
     finally:
         if executor is not cluster:
@@ -157,7 +156,7 @@ def _work(experiment: Experiment) -> int:
 
 
 def _file(folder: Path, study: Study, cell: Cell) -> Path:
-    """Return the file of a cell's result, named after everything that the result depends on."""
+    """Return the file of a cell's result, named after the key of the result."""
     generations = recorded(cell.experiment, study.record_every).tolist()
     key = result_key(cell.experiment, study.repeats, generations)
     return folder / f"{cell.index:06d}-{key}.npy"

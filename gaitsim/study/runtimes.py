@@ -1,8 +1,8 @@
-"""How soon repeats reach target scores: the ECDF of runtimes, and expected running times.
+"""Runtimes of repeats until they reach target scores: ECDFs and expected running times.
 
 After Hansen, Auger, Ros, Mersmann, Tušar & Brockhoff (2021, "COCO: a platform for comparing
 continuous optimizers in a black-box setting"). A runtime is a number of evaluations. A score
-counts when its generation is finished, as a search sees none of it before.
+counts once its generation is finished, when the search gets to know it.
 """
 
 import math
@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 from gaitsim.study.statistics import interval
 
 TARGETS = 51
-"""Number of targets of the ECDF that are chosen where none are given."""
+"""Number of targets of the ECDF unless the user gives targets."""
 
 GIVEN = "given by the user"
 SPACED = (
-    "equally spaced, from the lowest median of the first generations to the highest score of all "
+    "equally spaced from the lowest median of the first generations to the highest score of all "
     "repeats"
 )
 QUARTILES = (
     "the quartiles of the best scores of all repeats of all experiments together, rounded down"
 )
-DIGITS = 4  # of the range of scores, to which targets are rounded
+DIGITS = 4  # digits of the range of scores to which targets are rounded
 
 Scores = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -39,7 +39,7 @@ def spaced_targets(bests: Iterable[Scores]) -> Scores:
         bests: best score so far of each experiment, (repeats, generations).
 
     Returns:
-        At most `TARGETS` scores at equal distances, ascending.
+        At most `TARGETS` equally spaced scores, ascending.
     """
     every = list(bests)
     starts = np.array([np.median(best[:, 0]) for best in every])
@@ -47,7 +47,7 @@ def spaced_targets(bests: Iterable[Scores]) -> Scores:
         starts = np.array([best[np.isfinite(best)].min() for best in every])
     low, high = starts.min(), max(best[:, -1].max() for best in every)
     part = np.linspace(0, 1, TARGETS)
-    return np.unique((1 - part) * low + part * high)  # their difference might overflow
+    return np.unique((1 - part) * low + part * high)  # high − low could overflow
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +55,9 @@ class Ecdf:
     """The empirical distribution of runtimes over all pairs of a repeat and a target.
 
     Attributes:
-        share: of the pairs, those whose target is reached, (generations,).
-        area: the mean of the share over all evaluations of the budget; 1 is out of reach, as
-            would be all targets without an evaluation.
+        share: share of the pairs whose target is reached, (generations,).
+        area: mean of the share over all evaluations of the budget; always below 1, which would
+            mean all targets reached without an evaluation.
         low, high: 95 % bootstrap interval of the area, over repeats.
     """
 
@@ -75,14 +75,14 @@ def ecdf(
     Args:
         best: best score so far, (repeats, generations).
         evaluations: number of evaluations of one repeat so far, (generations,).
-        budget: the evaluations up to which the area is taken, at least the last of these.
+        budget: number of evaluations for the area, at least the last of `evaluations`.
         targets: scores to reach, ascending.
-        rng: draws the resamples.
+        rng: random generator of the resamples.
     """
-    # A target stays reached, also where worlds are redrawn and the best score begins anew.
+    # A target stays reached even if new worlds are drawn and the best score is reset.
     highest = np.maximum.accumulate(best, axis=1)
     shares = np.searchsorted(targets, highest, side="right") / len(targets)
-    # Nothing is reached before the first generation; the last one's share lasts to the budget.
+    # No target is reached before the first generation; the last share holds up to the budget.
     areas = shares @ np.diff(evaluations, append=budget) / budget
     low, high = interval((areas,), np.mean, rng)
     return Ecdf(shares.mean(axis=0), float(areas.mean()), low, high)
@@ -93,13 +93,13 @@ class TargetSummary:
     """How often and how soon a target score is reached.
 
     Attributes:
-        target: the score.
-        successes: number of repeats that reached it.
+        target: score to reach.
+        successes: number of repeats that reached the target.
         repeats: number of repeats.
-        ert: expected running time: evaluations of all repeats until success or their end, over
-            successes; infinite without a success.
-        low, high: 95 % bootstrap interval of the ERT, over repeats; infinite where resamples
-            have no success.
+        ert: expected running time: evaluations of all repeats until success or their end, divided
+            by the number of successes; infinite without a success.
+        low, high: 95 % bootstrap interval of the ERT, over repeats; infinite for resamples
+            without a success.
     """
 
     target: float
@@ -111,17 +111,17 @@ class TargetSummary:
 
     @property
     def rate(self) -> float:
-        """The share of repeats that reached the target."""
+        """Share of repeats that reached the target."""
         return self.successes / self.repeats
 
 
 def runtimes(best: Scores, evaluations: Counts, target: float) -> Scores:
-    """Return the evaluations of each repeat until it reached a target, ∞ where never, (repeats,).
+    """Return the evaluations until each repeat reached a target, (repeats,), ∞ for never.
 
     Args:
         best: best score so far, (repeats, generations).
         evaluations: number of evaluations of one repeat so far, (generations,).
-        target: the score to reach.
+        target: score to reach.
     """
     reached = best >= target
     return np.where(reached.any(axis=1), evaluations[reached.argmax(axis=1)], np.inf)
@@ -135,14 +135,14 @@ def summarise_target(
     Args:
         best: best score so far, (repeats, generations).
         evaluations: number of evaluations of one repeat so far, (generations,).
-        target: the score to reach.
-        rng: draws the resamples.
+        target: score to reach.
+        rng: random generator of the resamples.
     """
     times = runtimes(best, evaluations, target)
     success = np.isfinite(times)
     spent = np.where(success, times, evaluations[-1])
     successes = int(success.sum())
-    # Successes per evaluation, the inverse of the ERT, stay finite in every resample.
+    # Unlike the ERT, its inverse, successes per evaluation, is finite in every resample.
     low, high = interval((success.astype(float), spent), _rate, rng)
     return TargetSummary(
         target, successes, len(best), _over(spent.sum(), successes), _over(1, high), _over(1, low)
@@ -159,18 +159,18 @@ def _over(value: float, divisor: float) -> float:
 
 
 def chosen_targets(given: Sequence[float], finals: Iterable[Scores]) -> list[float]:
-    """Return the targets of running times: those given, or the quartiles of all final scores.
+    """Return the targets of running times: the given targets, or quartiles of all final scores.
 
-    The quartiles of the pooled scores favour no experiment: they stay if repeats change places
-    between experiments, so tests by rank or permutation remain valid. The median of one
-    experiment would be a target that this one reaches in half of its repeats by construction.
+    The quartiles of the pooled scores favour no experiment: they do not depend on which experiment
+    a repeat belongs to, so rank and permutation tests remain valid. The median of one experiment,
+    by contrast, would be a target that half of its own repeats reach by construction.
 
-    A quartile is the score of a repeat, rounded down to `DIGITS` digits of the range of scores: as
-    a report prints it, it gives the same running times.
+    A quartile is the score of a repeat, rounded down to `DIGITS` digits of the range of scores, so
+    that the printed number gives the same running times.
 
     Args:
-        given: the targets of the user; () for none.
-        finals: best score of each repeat of each experiment, (repeats,).
+        given: targets of the user; () for none.
+        finals: best score of each repeat, (repeats,), for each experiment.
     """
     if given:
         return sorted(set(given))

@@ -1,8 +1,8 @@
-"""Statistics over repeated runs, as reviewers of randomised algorithms expect them.
+"""Statistics over repeated runs of randomised algorithms.
 
 After Arcuri & Briand (2011, "A practical guide for using statistical tests to assess
 randomized algorithms in software engineering"): medians with confidence intervals, a rank
-test with correction for many comparisons, and an effect size that needs no normality.
+test with correction for multiple comparisons, and an effect size that does not assume normality.
 """
 
 import itertools
@@ -18,7 +18,7 @@ CONFIDENCE = 0.95
 RESAMPLES = 9999
 MOST_RESAMPLED = 2**23  # values at a time, 64 MB
 
-# Vargha & Delaney (2000): from which distance to 1/2 an effect is called so.
+# Least distance from 1/2 for each name of an effect, from Vargha & Delaney (2000).
 _EFFECTS = ((0.21, "large"), (0.14, "medium"), (0.06, "small"))
 
 
@@ -45,11 +45,11 @@ class Description:
 
 
 def describe(values: ArrayLike, rng: np.random.Generator) -> Description:
-    """Describe a sample, (n,), with a 95 % percentile bootstrap interval of its median.
+    """Describe a sample, with a 95 % percentile bootstrap interval of its median.
 
     Args:
-        values: the sample.
-        rng: draws the resamples.
+        values: values of the sample, (n,).
+        rng: random generator of the resamples.
     """
     sample = np.asarray(values, dtype=np.float64)
     q25, median, q75 = np.quantile(sample, [0.25, 0.5, 0.75])
@@ -76,9 +76,9 @@ def interval(
     """Return the 95 % percentile bootstrap interval of a statistic.
 
     Args:
-        sample: columns of the sample, (n,) each; their rows are resampled.
-        statistic: of the columns, along an `axis`.
-        rng: draws the resamples.
+        sample: columns of the sample, (n,) each; rows are resampled.
+        statistic: function of the columns along an `axis`.
+        rng: random generator of the resamples.
     """
     from scipy.stats import bootstrap
 
@@ -101,15 +101,15 @@ def interval(
 
 @dataclass(frozen=True)
 class PairTest:
-    """Two samples compared.
+    """A test of the difference between two samples.
 
     Attributes:
-        first, second: their names.
-        p: two-sided p-value of the Mann–Whitney U test, by `rank_test`.
-        p_holm: the same, corrected for all comparisons made (Holm 1979).
-        a12: Vargha–Delaney: how often a value of the first exceeds one of the second,
-            ties half; 1/2 where neither tends to be larger, as where all values are equal.
-        effect: 'negligible', 'small', 'medium' or 'large', by `a12`.
+        first, second: names of the samples.
+        p: two-sided p-value of the Mann–Whitney U test, see `rank_test`.
+        p_holm: p-value corrected for all comparisons (Holm 1979).
+        a12: effect size of Vargha and Delaney: the share of pairs in which the value of the first
+            exceeds that of the second; ties count half. 1/2 if neither tends to be larger.
+        effect: 'negligible', 'small', 'medium' or 'large', according to `a12`.
     """
 
     first: str
@@ -126,11 +126,11 @@ class PairTest:
 
 
 EXACT = 60
-"""Two samples of no more values than this together are tested exactly."""
+"""Largest number of values in two samples together for an exact test."""
 
 
 def compare(samples: Mapping[str, ArrayLike]) -> list[PairTest]:
-    """Compare every pair of samples, by name, each (n,)."""
+    """Compare every pair of samples, (n,) each, by name."""
     pairs = list(itertools.combinations(samples, 2))
     tests = [rank_test(samples[one], samples[other]) for one, other in pairs]
     corrected = holm([p for p, _ in tests])
@@ -143,13 +143,13 @@ def compare(samples: Mapping[str, ArrayLike]) -> list[PairTest]:
 def rank_test(first: ArrayLike, second: ArrayLike) -> tuple[float, float]:
     """Return the two-sided p-value of the Mann–Whitney U test, and A12 = U / (n m).
 
-    The p-value is exact, ties or not, for no more than `EXACT` values: twice the smaller tail
-    of all ways to deal the ranks. Otherwise it is the normal approximation, corrected for
-    ties and continuity. Both are the same to the last bit for the samples the other way round.
+    For at most `EXACT` values, the p-value is exact even with ties: twice the smaller tail over all
+    assignments of the ranks. Otherwise it is the normal approximation, corrected for ties and
+    continuity. Exchanging the samples gives the same p-value to the last bit.
 
     Args:
-        first: a sample, (n,).
-        second: the other, (m,).
+        first: first sample, (n,).
+        second: second sample, (m,).
     """
     from scipy.stats import mannwhitneyu, rankdata
 
@@ -158,7 +158,7 @@ def rank_test(first: ArrayLike, second: ArrayLike) -> tuple[float, float]:
     ranks = rankdata(np.concatenate([one, other]))
     u = float(ranks[:n].sum()) - n * (n + 1) / 2
     if np.ptp(ranks) == 0:
-        p = 1.0  # the test is undefined where all values are equal
+        p = 1.0  # the test is undefined if all values are equal
     elif n + m <= EXACT:
         p = _exact(ranks, n)
     else:
@@ -169,12 +169,13 @@ def rank_test(first: ArrayLike, second: ArrayLike) -> tuple[float, float]:
 def _exact(ranks: NDArray[np.float64], n: int) -> float:
     """Return twice the smaller tail of the rank sum of the first n values.
 
-    The shift algorithm (Streitberg & Röhmel 1986): the number of ways to choose so many ranks with
-    a sum. SciPy enumerates them where ranks tie: 0.2 s for eight and eight, this 0.3 ms.
+    Uses the shift algorithm (Streitberg & Röhmel 1986), which counts the ways to choose n ranks
+    with each sum. With ties, SciPy enumerates all choices: 0.2 s for two samples of eight, against
+    0.3 ms here.
     """
-    doubled = np.rint(2 * ranks).astype(int)  # of ties, ranks are halves
+    doubled = np.rint(2 * ranks).astype(int)  # tied ranks may be multiples of 1/2
     total, observed = int(doubled.sum()), int(doubled[:n].sum())
-    # The same for the samples the other way round: the sum of the smaller, or the smaller sum.
+    # For the same result with exchanged samples, take the smaller sample, or the smaller sum.
     taken = min(n, len(ranks) - n)
     if taken < n or (2 * n == len(ranks) and 2 * observed > total):
         observed = total - observed
@@ -187,17 +188,21 @@ def _exact(ranks: NDArray[np.float64], n: int) -> float:
 
 
 def least_p(repeats: int, tests: int) -> float:
-    """Return the least corrected p-value of exact tests of two samples of so many values.
+    """Return the smallest possible corrected p-value of exact tests of two samples.
 
-    All values of one exceed all of the other, which is one of the ways to deal them, or the other
-    way round. It holds for the rank test and for Fisher's test alike.
+    It occurs if all values of one sample exceed all values of the other, in 2 of all assignments of
+    the ranks. It applies to the rank test and to Fisher's test.
+
+    Args:
+        repeats: number of values in each sample.
+        tests: number of tests to correct for.
     """
-    ways = math.lgamma(2 * repeats + 1) - 2 * math.lgamma(repeats + 1)  # logarithm
+    ways = math.lgamma(2 * repeats + 1) - 2 * math.lgamma(repeats + 1)  # logarithm of the number
     return min(1.0, 2 * tests * math.exp(-ways))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Correct p-values for multiple comparisons by Holm's step-down procedure (1979)."""
+    """Correct p-values for multiple comparisons with Holm's step-down procedure (1979)."""
     order = np.argsort(p_values, kind="stable")
     corrected = [0.0] * len(p_values)
     highest = 0.0
@@ -209,6 +214,6 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 def effect_name(a12: float) -> str:
     """Return the conventional name of an effect size A12."""
-    # Rounded, as 0.5 + 0.06 − 0.5 is not 0.06.
+    # Rounded, because 0.5 + 0.06 − 0.5 is not 0.06 in floating point.
     distance = round(abs(a12 - 0.5), 12)
     return next((name for bound, name in _EFFECTS if distance >= bound), "negligible")

@@ -1,12 +1,12 @@
-"""Tests of how often, and how soon, the repeats of two experiments reach a target.
+"""Tests of how often and how soon the repeats of two experiments reach a target.
 
 After Arcuri & Briand (2011, "A practical guide for using statistical tests to assess randomized
-algorithms in software engineering"): Fisher's exact test for successes. For times, the
-rank test in which all repeats that never reach the target tie after the slowest that does. Since
+algorithms in software engineering"): successes are compared with Fisher's exact test, times with
+the rank test. All repeats that never reach the target tie after the slowest repeat that does. As
 all repeats are censored at the same budget, this is Gehan's generalised Wilcoxon test (1965,
 "A generalized Wilcoxon test for comparing arbitrarily singly-censored samples", Biometrika 52).
-Unlike the log-rank test it is exact for few repeats, is defined where no repeat succeeds, and
-its effect size is A12.
+Unlike the log-rank test, it is exact for few repeats, is defined even if no repeat succeeds, and
+has A12 as its effect size.
 """
 
 import itertools
@@ -25,14 +25,15 @@ class TargetTest:
     """Two experiments compared at a target.
 
     Attributes:
-        target: the score.
+        target: score to reach.
         first, second: names of the experiments.
         p_success: p-value of Fisher's exact test of the numbers of successes.
         p_time: p-value of the rank test of the evaluations until the target is reached.
-        p_success_holm, p_time_holm: each corrected for all pairs and targets (Holm 1979).
-        a12: Vargha–Delaney: how often a repeat of the first reaches the target sooner than
-            one of the second, ties half; two repeats that never reach it tie.
-        effect: 'negligible', 'small', 'medium' or 'large', by `a12`.
+        p_success_holm, p_time_holm: p-values corrected for all pairs and targets (Holm 1979).
+        a12: effect size of Vargha and Delaney: the share of pairs in which the first experiment's
+            repeat reaches the target sooner than the second's; ties count half, and two repeats
+            that never reach it tie.
+        effect: 'negligible', 'small', 'medium' or 'large', according to `a12`.
     """
 
     target: float
@@ -56,7 +57,7 @@ class TargetTest:
         return self.p_time_holm < 1 - CONFIDENCE
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as values for JSON."""
+        """Return the test as values for JSON."""
         verdicts = {"success_differs": self.success_differs, "time_differs": self.time_differs}
         return {**vars(self), **verdicts}
 
@@ -67,8 +68,8 @@ def compare_times(
     """Compare every pair of experiments at every target.
 
     Args:
-        times: by target, then by the experiment's name: evaluations until each repeat reached
-            the target, ∞ where it never did, (repeats,).
+        times: evaluations until each repeat reached the target, (repeats,), ∞ for never; by
+            target, then by the name of the experiment.
     """
     found = [
         (target, one, other, _successes(of[one], of[other]), *rank_test(of[other], of[one]))

@@ -56,17 +56,20 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
         (["study", "nosuch"], "unknown study 'nosuch'"),
         (["study", "millipede-operator"], "did you mean 'millipede-operators'?"),
         (["study", "nosuch.toml"], "cannot read the study file nosuch.toml"),
-        (["compare", "millipede"], "one experiment cannot be compared"),
+        (["compare", "millipede"], "a comparison needs two experiments"),
         (["compare", "millipede", "milipede"], "did you mean 'millipede'?"),
         (["compare", "millipede", "millipede", "--set", "mutation.rte=1"], "unknown key"),
         (["compare", "millipede", "millipede", "--population", "8"], "7 is odd"),
         (["compare", "millipede", "millipede", "--targets", "nan"], "nan is not a score"),
         (["compare", "millipede", "millipede", "--targets", "1,,2"], "'1,,2' is not a list"),
         (["compare", "millipede", "millipede", "--targets", "1" + 100 * ",1"], "101 targets"),
-        (["compare", "millipede", "millipede", "--evaluations", "20"], "fewer than a generation"),
+        (
+            ["compare", "millipede", "millipede", "--evaluations", "20"],
+            "not enough for one generation",
+        ),
         (
             ["compare", "millipede", "spider", "--evaluations", "400", "--generations", "2"],
-            "both given",
+            "cannot be given together",
         ),
     ],
 )
@@ -217,7 +220,7 @@ def test_runs_are_ranked_in_the_same_unseen_worlds(gaitsim):
     gaitsim("run", "millipede", "--population", 11, "--generations", 2)
     refused = (
         (("walker", "millipede"), "one world alone"),
-        (("walker",), "one run"),
+        (("walker",), "two runs"),
         (("walker", "walker-2", "--evaluations", 50), "--evaluations"),
     )
     for arguments, named in refused:

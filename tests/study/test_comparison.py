@@ -72,12 +72,12 @@ def test_few_repeats_or_equal_scores_are_said() -> None:
     few = {key: Sample(one.experiment, one.best[:2]) for key, one in samples.items()}
     scores, targets = analyse(few, 108).notes
     assert "2 repeats are too few" in scores
-    assert "least possible p after correction is 1." in scores
+    assert "smallest possible p after correction is 1." in scores
     assert "targets" in targets
     equal = {key: Sample(one.experiment, np.full((9, 3), 4.0)) for key, one in samples.items()}
     found = analyse(equal, 108)
     assert all((pair.p, pair.a12, pair.differs) == (1, 0.5, False) for pair in found.pairs)
-    assert "have the best score 4" in found.notes[0]
+    assert "the same best score, 4" in found.notes[0]
     assert found.ert_targets == [4]
     assert report(found, "x", [])
 
@@ -135,7 +135,7 @@ def test_experiments_of_other_populations_have_equal_budgets() -> None:
     assert budget - sizes[1] < samples["b"].evaluations[-1] <= budget == found.evaluations
     # A generation of the whole budget is allowed, a larger one is not.
     assert equal_budgets({"a": one, "b": other}, sizes[1])[1]["b"].evolution.generations == 1
-    with pytest.raises(GaitsimError, match="fewer than a generation of b") as caught:
+    with pytest.raises(GaitsimError, match="not enough for one generation of b") as caught:
         equal_budgets({"a": one, "b": other}, sizes[1] - 1)
     assert str(sizes[1]) in caught.value.allowed
 
@@ -157,10 +157,10 @@ def test_report_and_json_hold_the_figures() -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"experiments": "millipede"}, "one experiment cannot be compared"),
+        ({"experiments": "millipede"}, "a comparison needs two experiments"),
         ({"repeats": 1}, "1 is not a number of repeats"),
         ({"evaluations": 9.5}, "9.5 is not a number of evaluations"),
-        ({"evaluations": 8}, "fewer than a generation"),
+        ({"evaluations": 8}, "not enough for one generation"),
         ({"evaluations": 10**12}, "not allowed: generations"),
         ({"targets": [1, float("inf")]}, "inf is not a score"),
         ({"targets": "high"}, "'high' is not a score"),

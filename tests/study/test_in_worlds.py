@@ -58,7 +58,7 @@ def test_the_widest_ranges_are_used_and_named():
     assert common_ranges({"one": one, "same": one}) == (one.experiment.worlds.ranges, ())
 
 
-@pytest.mark.parametrize(("runs", "named"), [(["a"], "one run"), (["a", "./a"], "twice")])
+@pytest.mark.parametrize(("runs", "named"), [(["a"], "two runs"), (["a", "./a"], "twice")])
 def test_fewer_than_two_runs_are_refused(runs, named):
     with pytest.raises(GaitsimError, match=named):
         rank_in_worlds([Path(one) for one in runs])
