@@ -1,4 +1,4 @@
-"""Train a network to imitate a gait: it predicts each frame from the one before."""
+"""Train networks that imitate a gait by predicting each frame from the previous one."""
 
 from gaitsim.imitation.file import load_imitator
 

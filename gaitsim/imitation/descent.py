@@ -1,4 +1,4 @@
-"""Stochastic gradient descent on a network with one hidden layer; compiled."""
+"""Stochastic gradient descent for a network with one hidden layer; compiled code."""
 
 import numpy as np
 from numba import njit
@@ -46,25 +46,24 @@ def descend(
     rates: Floats,
     errors: Floats,
 ) -> None:
-    """Learn for some epochs, one pair at a time; the network's arrays are changed in place.
+    """Train for some epochs, one pair at a time, changing the network's arrays in place.
 
-    A step goes along the gradient of half the squared error, summed over the outputs.
+    Each step follows the gradient of half the squared error, summed over the outputs.
 
     Args:
-        w1: (hidden, inputs); `b1`, (hidden,), `w2`, (outputs, hidden), and `b2`, (outputs,),
-            are the other parameters.
-        b1: see `w1`.
-        w2: see `w1`.
-        b2: see `w1`.
+        w1: weights of the hidden layer, (hidden, inputs).
+        b1: biases of the hidden layer, (hidden,).
+        w2: weights of the outputs, (outputs, hidden).
+        b2: biases of the outputs, (outputs,).
         code: activation of the hidden layer, see `gaitsim.network`.
         output: activation of the outputs.
-        inputs: (pairs, inputs).
-        targets: (pairs, outputs).
-        orders: in which order an epoch takes the pairs, (epochs, pairs).
-        noise: added to the inputs, (epochs, pairs, inputs); (epochs, 0, 0) for none.
+        inputs: inputs, (pairs, inputs).
+        targets: targets, (pairs, outputs).
+        orders: order of the pairs in each epoch, (epochs, pairs).
+        noise: noise on the inputs, (epochs, pairs, inputs); (epochs, 0, 0) for none.
         rates: learning rate of each epoch, (epochs,).
-        errors: filled, (epochs,): mean squared error over all pairs and outputs after each
-            epoch, without noise.
+        errors: output, (epochs,): mean squared error over all pairs and outputs after each epoch,
+            without noise.
     """
     pairs, joints = targets.shape
     seen, hidden = np.empty(inputs.shape[1]), np.empty(len(b1))

@@ -1,4 +1,4 @@
-"""The gait that a network imitates: of an individual, or from a gait file."""
+"""The gait that a network imitates, from an individual or a gait file."""
 
 import math
 import os
@@ -29,11 +29,11 @@ class Expert:
     """A gait to learn.
 
     Attributes:
-        gait: its angles are those that the network learns; of a file, as the file has them.
-        experiment: whose body and fitness evaluate expert and imitator.
-        individual: the expert on that body; None for a gait file where the body cannot play.
-        source: folder of the run, or the gait file; None where nothing is recorded.
-        body: where the body of a gait file comes from, such as 'preset spider'; '' otherwise.
+        gait: gait with the angles that the network learns, unchanged if from a file.
+        experiment: experiment whose body and fitness evaluate expert and imitator.
+        individual: expert on that body; None for a gait file if the body cannot play joint angles.
+        source: folder of the run, or the gait file; None for an individual that is not recorded.
+        body: origin of the body of a gait file, such as 'preset spider'; '' otherwise.
     """
 
     gait: Gait
@@ -44,28 +44,28 @@ class Expert:
 
     @property
     def file(self) -> Path | None:
-        """The gait file; None where the expert is an individual of a search."""
+        """The gait file; None if the expert is an individual of a search."""
         return None if self.gait.generation else self.source
 
     @property
     def title(self) -> str:
-        """Which gait it is, in words."""
+        """Description of the gait in words."""
         if self.individual is not None:
             return self.individual.title
         return f"{self.source} on the {self.experiment.entries['organism'].name}"
 
     @property
     def name(self) -> str:
-        """The name of the run's folder or of the gait file; else of the experiment."""
+        """Name of the run's folder or of the gait file, or else of the experiment."""
         return self.source.resolve().name if self.source else self.experiment.name
 
     @property
     def heading(self) -> str:
-        """Its name and, of a run, its experiment's name and seed, for figures."""
+        """Heading for figures: the name and, for a run, its experiment's name and seed."""
         return self.name if self.file else heading_of_run(self.name, self.experiment)
 
     def folder(self) -> Path:
-        """Return the folder for what is made of it: the run's exports, or that of the file.
+        """Return the folder for exports: that of the run, or else the folder of the gait file.
 
         Raises:
             RunError: the run's folder cannot be created.
@@ -80,35 +80,35 @@ def find_expert(reference: str, body: str | None = None, which: Asked = None) ->
     """Return the gait of a run's champion, or of a gait file.
 
     Args:
-        reference: a run's name or folder, or the path of a gait file.
-        body: of a gait file: a preset's name, the path of an experiment, a robot's file or a
-            run's folder. None finds it: the file lies in a run's exports folder, or names its
-            joints as the body of a preset does.
-        which: an individual of the run.
+        reference: name or folder of a run, or path of a gait file.
+        body: body of a gait file: the name of a preset, or the path of an experiment, a robot's
+            file or a run's folder. None takes the run in whose exports folder the file is, or
+            else a preset whose body has the joints that the file names.
+        which: individual of the run; None for the champion.
 
     Raises:
-        GaitsimError: there is no such run, file or individual, the file has other joints, or its
-            body is not known.
+        GaitsimError: there is no such run, file or individual, the joints of the file do not fit
+            the body, or its body is unknown.
     """
     if not is_gait_file(reference):
         if body is not None:
             raise GaitsimError(
-                f"{reference} is a run, which has a body of its own",
+                f"{reference} is a run, which defines its own body",
                 where="--body",
-                remedy="leave it out, or give a gait file",
+                remedy="omit --body, or give a gait file",
             )
         return expert_of(RunSnapshot(find_run(reference)).individual(which))
     if which is not None:
         raise GaitsimError(
-            f"{reference} is a gait file: it has neither generations nor members",
-            remedy="leave --generation and --member out, or give a run",
+            f"{reference} is a gait file, which has neither generations nor members",
+            remedy="omit --generation and --member, or give a run",
         )
     return expert_of_file(read_gait(Path(reference)), body)
 
 
 def is_gait_file(reference: str) -> bool:
     """Return whether a reference is a gait file, rather than a run."""
-    # os.path, unlike pathlib, answers for names that no file can have, too.
+    # Unlike pathlib, os.path does not raise errors for invalid file names.
     if os.path.isdir(reference):  # noqa: PTH112
         return False
     return Path(reference).suffix.lower() in SUFFIXES or os.path.isfile(reference)  # noqa: PTH113
@@ -118,7 +118,7 @@ def expert_of(individual: Individual) -> Expert:
     """Return the gait of an individual as an expert.
 
     Raises:
-        GaitsimError: its body has no joint angles, or they cannot be learnt.
+        GaitsimError: the body has no joint angles, or they cannot be learnt.
         PluginError: the body breaks its contract.
     """
     gait = gait_of(individual)
@@ -126,19 +126,19 @@ def expert_of(individual: Individual) -> Expert:
         raise GaitsimError(
             f"the gait of generation {individual.generation} cannot be learnt",
             where=str(individual.source),
-            allowed="two frames or more, all angles finite",
+            allowed="at least two frames, with finite angles",
         )
     return Expert(gait, individual.experiment, individual, individual.source)
 
 
 def expert_of_file(file: GaitFile, body: str | None = None) -> Expert:
-    """Return the gait of a file as an expert, played on a body where this can play.
+    """Return the gait of a file as an expert, played on its body if the body can play it.
 
-    Angles at another frame rate than the body's are interpolated to that of the body.
+    Angles at a different frame rate are interpolated to the body's frame rate.
 
     Raises:
-        GaitsimError: the body is not known, has other joints or no joint angles, or the file
-            lacks the frame rate that a body without play() needs.
+        GaitsimError: the body is unknown, has other joints or no joint angles, or the file lacks
+            the frame rate that a body without play() needs.
         PluginError: the body or the fitness fails.
     """
     experiment, named = _body(file, body)
@@ -154,7 +154,7 @@ def expert_of_file(file: GaitFile, body: str | None = None) -> Expert:
         joints, rest = tuple(organism.joint_names()), np.asarray(organism.standing_pose())
     if file.frame_rate is None:
         raise GaitsimError(
-            f"{file.path} has no frame rate, and {entry} cannot play joint angles at its own",
+            f"{file.path} has no frame rate, and {entry} cannot play joint angles at its own rate",
             allowed="a .mat or .npz with frameRate, Hz, or a .csv with time_s, s",
         )
     gait = Gait(file.in_order(joints), joints, file.frame_rate, 0, math.nan, rest)
@@ -162,7 +162,7 @@ def expert_of_file(file: GaitFile, body: str | None = None) -> Expert:
 
 
 def _body(file: GaitFile, body: str | None) -> tuple[Experiment, str]:
-    """Return the experiment with the body of a gait, and where it comes from, in words."""
+    """Return the experiment with the body of a gait, and a description of its origin."""
     if body is not None and holds_run(Path(body)):
         return RunSnapshot(Path(body)).experiment, f"the run {body}"
     if body is not None:
@@ -178,13 +178,13 @@ def _body(file: GaitFile, body: str | None) -> tuple[Experiment, str]:
         try:
             experiment = load_experiment(name)
             joints = _joints(experiment)
-        except GaitsimError:  # a plugin that fails, or is not installed completely
+        except GaitsimError:  # a plugin fails, or is not completely installed
             continue
         if sorted(joints) == sorted(file.joint_names):
             return experiment, f"the preset {name}"
     names = shortened(", ".join(literal(joint) for joint in file.joint_names), 80)
     raise GaitsimError(
-        f"{file.path} holds {len(file.joint_names)} joints that no preset's body has: {names}",
+        f"no preset has a body with the {len(file.joint_names)} joints of {file.path}: {names}",
         remedy=_BODY,
     )
 
@@ -198,6 +198,6 @@ def _joints(experiment: Experiment) -> Sequence[str]:
 
 
 def _run_around(file: Path) -> Path | None:
-    """Return the run in whose exports folder a file lies."""
+    """Return the run whose exports folder contains a file, or None."""
     folder = file.parent if file.parent.name else file.absolute().parent
     return folder.parent if folder.name == EXPORTS and holds_run(folder.parent) else None

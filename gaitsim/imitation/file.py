@@ -1,4 +1,4 @@
-"""Save and load an imitator: its gait and its network in one `.npz` file."""
+"""Save and load an imitator, its gait and its network, in an `.npz` file."""
 
 import io
 from collections.abc import Mapping
@@ -25,12 +25,12 @@ class Imitation:
     """A network and the gait that it plays.
 
     Attributes:
-        gait: as the body played it, with the expert's generation; its score is NaN where the
-            body cannot play.
-        commanded: the angles from the network, (frames, joints), radians; beyond the body's
-            limits they differ from the gait's.
-        imitator: the network.
-        seed: of its training.
+        gait: gait as the body played it, with the expert's generation; its score is NaN if the
+            body cannot play joint angles.
+        commanded: angles from the network, (frames, joints), radians; beyond the body's limits
+            they differ from those of the gait.
+        imitator: network with its scaling.
+        seed: seed of the training.
     """
 
     gait: Gait
@@ -43,7 +43,7 @@ def save_imitator(imitation: Imitation, path: Path) -> None:
     """Write an imitation atomically, without pickles.
 
     Raises:
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     imitator = imitation.imitator
     network = imitator.network
@@ -73,21 +73,21 @@ def save_imitator(imitation: Imitation, path: Path) -> None:
 
 
 def load_imitator(path: Path) -> Imitation:
-    """Read a file of `save_imitator`; nothing in it is executed.
+    """Read a file written by `save_imitator`, without executing anything in it.
 
     Raises:
-        GaitsimError: it cannot be read, is too large, or is not such a file.
+        GaitsimError: the file cannot be read, is too large, or is not an imitator file.
     """
     data = read_bounded(path, LARGEST)
     try:
         return _imitation(read_npz(data, LARGEST))
     except KeyError as error:
         reason = f"{error.args[0]} is missing"
-    except Exception as error:  # foreign bytes can make the readers raise anything
+    except Exception as error:  # untrusted bytes can make the readers raise any exception
         reason = shortened(f"{type(error).__name__}: {error}", 200)
     raise GaitsimError(
         f"{path} is not an imitator file: {reason}",
-        allowed="an imitator.npz as 'gaitsim imitate' writes it",
+        allowed="an imitator.npz written by 'gaitsim imitate'",
     )
 
 
@@ -118,8 +118,8 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
 def _numbers(fields: Mapping[str, NDArray[Any]], name: str, dimensions: int) -> Angles:
     array = fields[name]
     if array.dtype.kind not in "fiu" or array.ndim != dimensions:
-        raise ValueError(f"{name} is {array.dtype} of the shape {array.shape}")
+        raise ValueError(f"{name} has dtype {array.dtype} and shape {array.shape}")
     values: Angles = array.astype(np.float64)
     if not np.isfinite(values).all():
-        raise ValueError(f"{name} is not all finite")
+        raise ValueError(f"{name} has values that are not finite")
     return values

@@ -1,4 +1,4 @@
-"""A video of an imitator: its error over the training, then how it walks beside its expert."""
+"""A video of an imitator: its error during training, then its walk beside the expert's."""
 
 from functools import partial
 
@@ -14,11 +14,11 @@ from gaitsim.render.settings import RenderSettings
 
 
 def imitation_film(result: Result, settings: RenderSettings | None = None) -> Film:
-    """Return the video of an imitator beside its expert, after the error of the training.
+    """Return a video that shows the training error, then the imitator beside its expert.
 
     Args:
-        result: of the training.
-        settings: size, speed, view and colours; the defaults of `RenderSettings` for None.
+        result: result of the training.
+        settings: size, speed, view and colours; None for the defaults of `RenderSettings`.
 
     Raises:
         GaitsimError: the body cannot play joint angles.

@@ -1,4 +1,4 @@
-"""Imitate a gait: train a network, let it play on its own, and evaluate what it plays."""
+"""Imitate a gait: train a network, let it play without the expert, and evaluate its gait."""
 
 import math
 import warnings
@@ -28,23 +28,25 @@ if TYPE_CHECKING:
     from gaitsim.imitation.results import Files
 
 TOLERANCE = 1e-6  # rad: smaller differences are rounding, not limits
-_FORWARD = "forward"  # the measure of the way that a body walks
+_FORWARD = "forward"  # the measure of the distance that a body walks
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(ReprMixin):
-    """A trained imitator and how it performs.
+    """A trained imitator and its performance.
 
     Attributes:
-        settings: of the training.
-        expert: the gait that the network imitates.
-        imitation: the network and the gait that it plays.
+        settings: settings of the training.
+        expert: gait that the network imitates.
+        imitation: network and the gait that it plays.
         errors: mean squared error of the next frame after each epoch, (epochs,), rad².
-        one_step: the same after the last epoch.
-        free_running: mean squared difference from the expert's gait when it plays on its own.
-        played: the imitation on the expert's body, scored; None where the body cannot play
-            joint angles.
-        beyond_limits: number of commanded angles that the body limited; None there, too.
+        one_step: mean squared error of the next frame after the last epoch, rad².
+        free_running: mean squared difference from the expert's gait if the network plays without
+            the expert, rad².
+        played: imitation on the expert's body, with its score; None if the body cannot play joint
+            angles.
+        beyond_limits: number of commanded angles that the body limited; None if the body cannot
+            play joint angles.
     """
 
     settings: Settings
@@ -58,24 +60,28 @@ class Result(ReprMixin):
 
     @property
     def expert_beyond_limits(self) -> int:
-        """The number of angles in a gait file that the body limits; 0 where it does not play it."""
+        """Number of angles in a gait file that the body limits; 0 if it cannot play the file."""
         if self.expert.individual is None or self.expert.file is None:
             return 0
         return _differing(gait_of(self.expert.individual).angles, self.expert.gait.angles)
 
     @property
     def sizes(self) -> str:
-        """The number of neurons in each layer, such as '24-48-24'."""
+        """Numbers of neurons in the layers, such as '24-48-24'."""
         return "-".join(map(str, self.imitation.imitator.network.sizes))
 
     @property
     def heading(self) -> str:
-        """Whose imitator it is, and its activation, for figures."""
+        """Heading for figures, with the name of the expert and the activation."""
         return f"imitator of {self.expert.heading}, {self.settings.activation}"
 
     @property
     def forward_kept(self) -> float | None:
-        """The share of the expert's way forward, where the body measures it and it is positive."""
+        """Share of the expert's forward distance that the imitator walks.
+
+        None if the body cannot play joint angles or does not measure the distance, or if the
+        expert does not walk forward.
+        """
         if self.played is None or self.expert.individual is None:
             return None
         whole = self.expert.individual.measures.get(_FORWARD)
@@ -88,15 +94,14 @@ class Result(ReprMixin):
         """Write the network, its gait and a plot of its error, as `gaitsim imitate` does.
 
         Args:
-            folder: created if missing.
-            format: of the gait file, 'mat', 'npz' or 'csv'.
+            folder: folder to write to, created if missing.
+            format: format of the gait file, 'mat', 'npz' or 'csv'.
 
         Returns:
-            The files, by what they hold.
+            The files, by their content.
 
         Raises:
-            GaitsimError: there is no such format, or a file would replace the gait file that the
-                network imitates.
+            GaitsimError: the format is unknown, or a file would replace the imitated gait file.
             RunError: a file cannot be written.
         """
         from gaitsim.imitation.results import files_of, write_results
@@ -123,20 +128,20 @@ class Result(ReprMixin):
         """Write a video of the imitator beside its expert, as `gaitsim imitate --video` does.
 
         Args:
-            path: the file, MP4 or GIF by its ending.
-            view: 'iso', 'side', 'top' or 'orbit'.
+            path: file to write, an MP4 or GIF according to its suffix.
+            view: view of the body, 'iso', 'side', 'top' or 'orbit'.
             size: width and height, pixels.
-            fps: pictures a second.
-            speed: of the motion; 0.1 is slow motion.
-            dark: on a dark ground.
-            intro: whether it begins with the error over the training.
+            fps: frames per second.
+            speed: speed of the motion; 0.1 is slow motion.
+            dark: whether to use a dark background.
+            intro: whether to begin with the error during training.
 
         Returns:
             The file.
 
         Raises:
-            GaitsimError: the body cannot play joint angles, or the video cannot be made so or
-                not be written.
+            GaitsimError: the body cannot play joint angles, a setting is invalid, or the file
+                cannot be written.
         """
         from gaitsim.imitation.film import imitation_film
         from gaitsim.render.settings import RenderSettings
@@ -150,7 +155,7 @@ class Result(ReprMixin):
         return path
 
     def plot(self, *, dark: bool = False) -> "Figure":
-        """Return a figure of the error over the training."""
+        """Return a figure of the error during training."""
         from gaitsim.render.notebook import shown_in_notebooks
         from gaitsim.render.plots.imitation import errors_figure
         from gaitsim.render.plots.style import DARK, LIGHT
@@ -174,11 +179,11 @@ class Result(ReprMixin):
 def imitate_expert(
     expert: Expert, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
 ) -> Result:
-    """Train a network, let it play as many frames on its own, and evaluate it.
+    """Train a network, let it play the gait's length without the expert, and evaluate it.
 
     Args:
-        expert: the gait.
-        settings: of the training.
+        expert: gait to learn.
+        settings: settings of the training.
         progress: called with the number of epochs since the last call.
 
     Raises:
@@ -222,13 +227,16 @@ def imitate(
     """Train a network that imitates a champion or a gait file, as `gaitsim imitate` does.
 
     Args:
-        source: a run, its name or folder; a gait file, `.mat`, `.npz` or `.csv`; an individual.
-        settings: 'source', 'steady' or an object of `Settings`.
-        body: of a gait file: a preset's name, the path of an experiment or of a robot's file, or
-            a run's folder. None finds it as the command does.
-        generation: of a run, whose best; None for the best of all.
-        member: of a run, a member of its front or archive instead, from 1.
-        **changes: of the settings, such as `epochs=3000` or `seed=1`.
+        source: a run, or its name or folder; a gait file, `.mat`, `.npz` or `.csv`; or an
+            individual.
+        settings: 'source', 'steady' or a `Settings` object.
+        body: body of a gait file: the name of a preset, or the path of an experiment, a robot's
+            file or a run's folder. None finds the body as `gaitsim imitate` does.
+        generation: generation of a run whose best individual is imitated; None for the best of
+            all generations.
+        member: number of a member of the run's front or archive, counted from 1, to imitate
+            instead.
+        **changes: changes of the settings, such as `epochs=3000` or `seed=1`.
 
     Raises:
         GaitsimError: there is no such run, file, individual or setting, or the gait cannot be
@@ -244,14 +252,16 @@ def imitate(
         if name not in known:
             raise unknown("setting of imitate()", name, known)
     if generation is not None and member is not None:
-        raise GaitsimError("imitate() takes a generation or a member, not both", where="arguments")
+        raise GaitsimError(
+            "imitate() accepts a generation or a member, not both", where="arguments"
+        )
     which = generation if member is None else Member(member)
     if isinstance(source, Individual):
         if body is not None or which is not None:
             raise GaitsimError(
-                "an individual has a body of its own, and is one of its run",
+                "an individual already determines body, generation and member",
                 where="arguments",
-                remedy="leave body, generation and member out",
+                remedy="omit body, generation and member",
             )
         expert = expert_of(source)
     else:

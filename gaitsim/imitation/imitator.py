@@ -1,4 +1,4 @@
-"""A network that plays a gait: it predicts each frame from the one before."""
+"""A network that plays a gait by predicting each frame from the previous one."""
 
 import math
 from dataclasses import dataclass
@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 from gaitsim.network import Network
 
 Angles = NDArray[np.float64]
-"""(frames, joints), radians."""
+"""Joint angles, (frames, joints), radians."""
 
 TURN = 2 * math.pi
-"""Commanded angles are clipped to a whole turn, or a network that diverges would overflow."""
+"""Limit of commanded angles, a whole turn, so that a diverging network does not overflow."""
 
 
 @dataclass(frozen=True, eq=False)
 class Imitator:
-    """A network from the joint angles of one frame to those of the next.
+    """A network that maps the joint angles of one frame to those of the next.
 
     Attributes:
-        network: as many inputs as outputs.
-        centre: angles that the network sees as 0, (joints,), radians.
-        scale: angle that the network sees as 1, radians.
+        network: network with an input and an output for each joint.
+        centre: angles at which the inputs are 0, (joints,), radians.
+        scale: difference from the centre at which an input is 1, radians.
     """
 
     network: Network
@@ -31,16 +31,19 @@ class Imitator:
     scale: float
 
     def predict(self, frames: Angles) -> Angles:
-        """Predict the next frame after each of (frames, joints)."""
+        """Predict the frames after given frames, (frames, joints), radians."""
         answers: NDArray[Any] = self.network.activate(((frames - self.centre) / self.scale).T)
         return answers.T * self.scale + self.centre
 
     def free_run(self, first: NDArray[np.float64], frames: int) -> Angles:
-        """Play on its own, each frame from the one before; return (frames, joints).
+        """Play without the expert: predict each frame from the previous prediction.
 
         Args:
-            first: the first frame, (joints,), radians.
-            frames: number of frames, the first one included.
+            first: first frame, (joints,), radians.
+            frames: number of frames, including the first.
+
+        Returns:
+            Joint angles, (frames, joints), radians.
         """
         played = np.empty((frames, len(first)))
         played[0] = first
@@ -50,5 +53,5 @@ class Imitator:
         return played
 
     def one_step_error(self, expert: Angles) -> float:
-        """Return the mean squared error of the next frame, given the expert's, rad²."""
+        """Return the mean squared error of predictions from the expert's frames, rad²."""
         return float(np.mean((self.predict(expert[:-1]) - expert[1:]) ** 2))

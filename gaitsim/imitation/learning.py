@@ -13,8 +13,8 @@ from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import ACTIVATION_CODES, Network
 
 ACTIVATIONS, OUTPUTS = get_args(Activation), get_args(OutputActivation)
-CHUNK = 20  # epochs between two calls of `progress`: some hundredths of a second
-_WEIGHTS, _ORDER, _NOISE = range(3)  # purposes of randomness
+CHUNK = 20  # epochs between calls of `progress`, some hundredths of a second
+_WEIGHTS, _ORDER, _NOISE = range(3)  # purposes of random numbers
 _RANGES: Mapping[str, tuple[Any, float, float]] = {
     "hidden": (int, 1, 4096),
     "epochs": (int, 1, 1_000_000),
@@ -29,16 +29,16 @@ class Settings:
     """The settings of a training.
 
     Attributes:
-        activation: of the hidden layer.
-        output: 'linear', or 'same' as the hidden layer.
-        hidden: neurons of the hidden layer.
+        activation: activation of the hidden layer.
+        output: activation of the outputs, 'linear' or 'same' as the hidden layer.
+        hidden: number of neurons in the hidden layer.
         epochs: number of passes over all pairs.
         learning_rate: step size along the gradient of half the squared error.
-        decay: whether the rate falls to zero along half a cosine.
+        decay: whether the learning rate falls to zero along half a cosine.
         noise: standard deviation of the noise on the inputs, in the network's units.
-        normalise: whether the network sees angles from the middle of each joint's range, over
-            the largest range; otherwise radians.
-        seed: of the first weights, the order of the pairs, and the noise.
+        normalise: whether inputs are angles from the middle of each joint's range, divided by the
+            largest range; otherwise they are in radians.
+        seed: seed of the initial weights, the order of the pairs, and the noise.
 
     Raises:
         GaitsimError: a value is not allowed.
@@ -63,7 +63,7 @@ class Settings:
             if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:
                 noun = "a whole number" if kind is int else "a number"
                 raise GaitsimError(
-                    f"invalid {name} of an imitator: {value!r:.80}",
+                    f"invalid {name} for an imitator: {value!r:.80}",
                     key=name,
                     allowed=f"{noun}, {low:,} to {high:,}",
                 )
@@ -71,8 +71,8 @@ class Settings:
 
 SETTINGS = {
     "source": Settings(),
-    # Noise teaches the network to return to the gait. Without the decay the last pairs of the
-    # training would bias it.
+    # Noise teaches the network to return to the gait. Without the decay, the last pairs of the
+    # training would bias the network.
     "steady": Settings(epochs=3000, learning_rate=0.02, decay=True, noise=0.05, normalise=True),
 }
 
@@ -80,13 +80,13 @@ SETTINGS = {
 def learn(
     expert: Angles, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
 ) -> tuple[Imitator, NDArray[np.float64]]:
-    """Train a network on the pairs of a gait, each frame and the next, one pair a step.
+    """Train a network on pairs of consecutive frames of a gait, one pair per step.
 
-    The same gait and settings give the same network to the bit.
+    The same gait and settings give exactly the same network.
 
     Args:
-        expert: (frames, joints), radians, at least 2 frames.
-        settings: of the training.
+        expert: gait to learn, (frames, joints), radians, at least 2 frames.
+        settings: settings of the training.
         progress: called with the number of epochs since the last call.
 
     Returns:
@@ -139,7 +139,7 @@ def _rng(settings: Settings, purpose: int) -> np.random.Generator:
 
 
 def _units(expert: Angles, normalise: bool) -> tuple[NDArray[np.float64], float]:
-    """Return the angles that the network sees as 0 and as 1."""
+    """Return the angles at which inputs are 0, and the difference from them for an input of 1."""
     if not normalise:
         return np.zeros(expert.shape[1]), 1.0
     low, high = expert.min(axis=0), expert.max(axis=0)
@@ -149,7 +149,7 @@ def _units(expert: Angles, normalise: bool) -> tuple[NDArray[np.float64], float]
 def _draws(
     settings: Settings, pairs: int, joints: int
 ) -> Iterator[tuple[slice, NDArray[np.int64], NDArray[np.float64]]]:
-    """Draw orders and noise for some epochs at a time; the chunks do not change the draws."""
+    """Draw orders and noise in chunks of epochs; the size of chunks does not affect the draws."""
     order, noise = _rng(settings, _ORDER), _rng(settings, _NOISE)
     for first in range(0, settings.epochs, CHUNK):
         part = slice(first, min(first + CHUNK, settings.epochs))

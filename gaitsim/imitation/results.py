@@ -1,4 +1,4 @@
-"""Write the results of trainings: the imitator, its gait, and plots of the errors."""
+"""Write the results of training: the imitator, its gait, and plots of the errors."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -17,17 +17,17 @@ Files = Mapping[str, Path]
 def files_of(
     folder: Path, format: str, *, several: bool = False, video: bool = False, gait: Path | None
 ) -> Files:
-    """Return the files to write, by what they hold.
+    """Return the files to write, by their content.
 
     Args:
-        folder: to write to.
-        format: of the imitator's gait file.
-        several: whether the errors of several trainings are plotted.
-        video: whether there is a video.
-        gait: the gait file that is imitated, which is not replaced.
+        folder: folder to write to.
+        format: format of the imitator's gait file.
+        several: whether to plot the errors of several trainings.
+        video: whether to include a video.
+        gait: imitated gait file, which must not be replaced.
 
     Raises:
-        GaitsimError: one of them is the gait file.
+        GaitsimError: one of the files is the imitated gait file.
     """
     files = {
         "imitator": folder / "imitator.npz",
@@ -40,14 +40,14 @@ def files_of(
         files["video"] = folder / "imitator.mp4"
     if gait is not None and any(path.absolute() == gait.absolute() for path in files.values()):
         raise GaitsimError(
-            f"the imitator's files would replace {gait}, which it imitates",
-            remedy="give another folder: --out FOLDER",
+            f"the imitator's files would replace the imitated gait file {gait}",
+            remedy="choose another folder: --out FOLDER",
         )
     return files
 
 
 def write_results(results: Sequence[Result], files: Files) -> None:
-    """Write the first result in full, and a plot of the errors of all where `files` names one.
+    """Write the first result, and a plot of the errors of all results if `files` includes one.
 
     Raises:
         RunError: a file cannot be written.
@@ -66,7 +66,7 @@ def write_results(results: Sequence[Result], files: Files) -> None:
 
 
 def to_dict(results: Sequence[Result], files: Files) -> dict[str, Any]:
-    """Return the first result, and those of the other activations, for JSON."""
+    """Return the first result, and the results of the other activations, for JSON."""
     expert = results[0].expert
     found = {
         "run": None if expert.file else str(expert.source),

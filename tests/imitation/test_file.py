@@ -66,7 +66,7 @@ def changed(kept, **fields):
     [
         ({"joint_angles": None}, "joint_angles is missing"),
         ({"joint_angles": np.zeros((20, 4))}, r"angles of \(20, 4\)"),
-        ({"commanded": np.full((20, 3), np.nan)}, "commanded is not all finite"),
+        ({"commanded": np.full((20, 3), np.nan)}, "commanded has values that are not finite"),
         ({"joint_names": np.array(["a"])}, "for 1 joints"),
         ({"W1": np.zeros((48, 4))}, "network of"),
         ({"W2": np.zeros((3, 47))}, "W2 has the shape"),

@@ -121,17 +121,15 @@ ANGLES = np.zeros((3, 24))
         (("none.mat",), "none.mat"),
         (("notes.txt",), "no suffix of a gait file"),
         (("unnamed.npz",), "--body"),
-        pytest.param(
-            ("foreign.npz",), "2 joints that no preset's body has", marks=pytest.mark.slow
-        ),
+        pytest.param(("foreign.npz",), "a body with the 2 joints of", marks=pytest.mark.slow),
         (("foreign.npz", "--body", "spider"), "2 joints, such as"),
         (("unnamed.npz", "--body", "fly"), "no joint angles"),
         (("unnamed.npz", "--body", "nothing"), "nothing"),
         (("unnamed.npz", "--body", "spider", "--generation", "3"), "neither generations"),
         (("short.npz", "--body", "spider"), "the shape (1, 24)"),
         (("nan.npz", "--body", "spider"), "not all finite"),
-        (("imitator.npz", "--body", "spider"), "would replace imitator.npz"),
-        (("run", "--body", "spider"), "a body of its own"),
+        (("imitator.npz", "--body", "spider"), "would replace the imitated gait file imitator.npz"),
+        (("run", "--body", "spider"), "defines its own body"),
     ],
 )
 def test_bad_input_is_one_message(arguments, says, folder, gaitsim):
