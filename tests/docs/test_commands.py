@@ -57,9 +57,13 @@ EXTRAS = {
 }
 """Modules that some options need."""
 
-LONG = {"spider": 4, "fly": 8, "spider-front": 8, "spider-atlas": 20}
-"""Presets that evolve as long as by default, since pages name late generations, and how many
-individuals they have here."""
+LONG = {
+    "spider": {"population": 4},
+    "fly": {"population": 8},
+    "spider-front": {"population": 8},
+    "spider-atlas": {"population": 20, "generations": 300},
+}
+"""Presets that evolve long, since pages name late generations or need an archive with members."""
 
 LESS = {
     "run": {"--population": "20", "--generations": "2"},
@@ -113,7 +117,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
         if not (folder / preset).exists():
             options = {"generations": 2}
             if preset in LONG:
-                options = {"population": LONG[preset]}
+                options = LONG[preset]
             elif "millipede" not in preset:  # which is quick, and not every size does for it
                 options["population"] = 20
             for _ in gs.evolve(preset, **options, out=folder / preset):
@@ -206,6 +210,8 @@ def quick(arguments: list[str]) -> list[str]:
         less = {"--worlds": "10"}
     elif {"--report", "--detach"} & set(arguments):
         less = {}  # other options are refused; what runs in the background is stopped
+    elif arguments[0] == "run" and arguments[1].endswith(".urdf"):
+        less = {"--population": "4", "--generations": "2"}  # rigid-body physics is slow
     if "--delete" in arguments:
         return [*arguments, "--yes"]
     for option, value in less.items():
