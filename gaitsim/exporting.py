@@ -29,8 +29,8 @@ class Subject:
     """The input of an export.
 
     Attributes:
-        run: the run on disk; None for an individual on its own.
-        individuals: one or more; () for a format of a whole run.
+        run: run on disk; None for an individual without a run.
+        individuals: individuals to export; () for a format of a whole run.
         begin: function called with the total number of items, such as gaits or generations.
         advance: function called with the number of items finished since the last call.
     """

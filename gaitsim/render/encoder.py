@@ -122,7 +122,7 @@ def palette(
         exact: colours to preserve exactly, (colours, 3).
 
     Returns:
-        The colours, (at most `COLOURS`, 3), and the index of the nearest one for each cell of
+        The colours, (at most `COLOURS`, 3), and the index of the nearest colour for each cell of
         the colour space, (`CELLS`³,).
     """
     from PIL import Image

@@ -17,7 +17,7 @@ def finished(gaitsim, puppet_file):
         (("--kind", "terms", "--channel", "a", "--window", "1:2"), "--channel and --window"),
         (("--kind", "path", "--generations", "1,2"), "try: --kind channel"),
         (("--kind", "terms", "--beside", "puppet"), "try: --kind runs"),
-        (("--kind", "runs"), "repeats its experiment with another seed"),
+        (("--kind", "runs"), "no other run repeats the experiment"),
         (("--kind", "runs", "--beside", "missing"), "missing"),
         (("--kind", "phase"), "has no feet to plot"),
         (("--kind", "path", "--generation", 6), "has no generation 6"),

@@ -849,7 +849,7 @@ def test_what_a_channel_lacks_is_refused(flier):
 
 
 def test_too_much_for_a_plot_is_refused(spider_run):
-    with pytest.raises(GaitsimError, match="9 generations do not fit"):
+    with pytest.raises(GaitsimError, match="too many generations for a plot: 9"):
         KINDS["channel"].draw(asked(spider_run, *[1] * 9))
     nobody = asked(spider_run, 1, 2, channel="feet", components=())
     assert len(KINDS["channel"].draw(nobody).axes) == 24  # as many as there is room for

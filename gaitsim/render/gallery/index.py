@@ -81,7 +81,7 @@ def _card(card: Card, rank: int) -> str:
         f'<p class="score"><span class="rank">{rank}</span> <b>{number(card.score)}{unit}</b>'
         f"{escaped(card.worlds)}</p>"
     )
-    parts.append(f"<p>best of {escaped(card.which)}, {card.generations} evolved</p>")
+    parts.append(f"<p>best of {escaped(card.which)} of {card.generations}</p>")
     if card.description:
         parts.append(f"<p>{escaped(card.description)}</p>")
     if card.note:

@@ -13,7 +13,7 @@ TILES = 40  # maximum number of tiles along the longer side
 
 
 def ground(clip: Clip) -> tuple[Mesh, NDArray[np.intp]]:
-    """Return the ground with a margin of one body around the path.
+    """Return the ground, with a margin of one body length around the path.
 
     Uneven ground includes its own corners, and extends its edges horizontally beyond them.
 

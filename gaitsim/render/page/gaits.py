@@ -21,7 +21,7 @@ MOST_WAVES = 8
 _CHUNK = 50  # individuals with motions in memory at once, per worker
 _WAVE_STEP = 1e-9  # rounding of waves, which are at most 1
 _STRIDE_STEP = float(np.radians(0.4))  # rounding of the angles of strides
-_PERIOD_STEP = 1e-4  # frames
+_PERIOD_STEP = 1e-4  # rounding of periods, frames
 
 Json = dict[str, Any]
 

@@ -34,7 +34,7 @@ def archive_figure(request: Request) -> "Figure":
     elite is marked.
 
     Raises:
-        GaitsimError: an axis to plot is not one of the archive.
+        GaitsimError: a given axis is not an axis of the archive, or is given twice.
         NothingToPlotError: the search keeps no archive, or has too many axes.
         RunError: no generation is finished yet, or all individuals failed.
     """
@@ -109,7 +109,8 @@ def _panels(known: Sequence[str], asked: Sequence[str]) -> list[tuple[str, ...]]
         return [tuple(asked or known)]
     if len(known) > _MOST:
         raise NothingToPlotError(
-            f"an archive of {len(known)} axes has {len(known) * (len(known) - 1) // 2} pairs",
+            f"too many axes to plot: {len(known)}, which have "
+            f"{len(known) * (len(known) - 1) // 2} pairs",
             allowed=f"at most {_MOST} axes at once",
             remedy=f"choose two, such as --axes '{known[0]}' '{known[1]}'",
         )

@@ -36,7 +36,7 @@ def channel_figure(request: Request) -> "Figure":
     """
     if len(request.individuals) > _TOGETHER:
         raise GaitsimError(
-            f"{len(request.individuals)} generations do not fit on a plot",
+            f"too many generations for a plot: {len(request.individuals)}",
             allowed=f"at most {_TOGETHER}",
         )
     name = request.channel or usual_channel(request.individual)
@@ -98,8 +98,8 @@ def _numbers(
     panels = _panels(signal, lines[0], several)
     if len(panels) > _PANELS:
         raise GaitsimError(
-            f"{len(panels)} components of the channel {signal.name!r} do not fit on a plot",
-            allowed=f"{_PANELS} panels",
+            f"too many components of the channel {signal.name!r} for a plot: {len(panels)}",
+            allowed=f"at most {_PANELS}",
             remedy=f"choose some of them, such as --component '{signal.entries[0][0]}'",
         )
     columns = 1 if len(panels) <= 3 else 2 if len(panels) <= 8 else 3

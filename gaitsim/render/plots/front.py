@@ -45,7 +45,8 @@ def front_figure(request: Request) -> "Figure":
     names = [*members.values]
     if len(names) > MOST:
         raise NothingToPlotError(
-            f"{len(names)} objectives have {len(names) * (len(names) - 1) // 2} pairs",
+            f"too many objectives to plot: {len(names)}, which have "
+            f"{len(names) * (len(names) - 1) // 2} pairs",
             allowed=f"at most {MOST} objectives",
             remedy=f"plot some of them from {command('members', run.path, '--out', 'front.csv')}",
         )

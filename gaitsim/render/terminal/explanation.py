@@ -153,7 +153,8 @@ def _over_generations(
     individual: Individual, history: Mapping[str, NDArray[np.float64]]
 ) -> Passage:
     first, found = term_changes(history, individual.generation)
-    heads = (f"best of {first}", f"of {individual.generation}", f"mean of {first}", "mean then")
+    last = individual.generation
+    heads = (f"best of {first}", f"best of {last}", f"mean of {first}", f"mean of {last}")
     rows = tuple(
         (one.name, *map(number, (one.first, one.last, one.mean_first, one.mean_last)))
         for one in found

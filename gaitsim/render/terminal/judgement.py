@@ -27,12 +27,12 @@ def judged(found: Judgement) -> Iterator[Passage]:
     )
     nominal = " It falls in the nominal world, too." if found.nominal.fell else ""
     moves = found.measure == SCORE or max(found.quantile(1.0), found.nominal.result) > 0
-    nowhere = "" if moves else "It goes forward in no world."
+    nowhere = "" if moves else "It does not move forward in any world."
     notes = [f"{falls(found).capitalize()}.{nominal}"]
     if found.failures:
         notes.append(f"A motion fails: {found.failures[0]}")
     notes.append(f"Worlds: seed {found.seed}; {', '.join(spans(found))}.")
-    notes.append(f"The worst one: {describe(found.worst)}.")
+    notes.append(f"Worst world: {describe(found.worst)}.")
     yield Passage(
         f"In {len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}",
         warning=nowhere,
@@ -66,7 +66,7 @@ def _hurting(found: Judgement) -> Passage:
         rows=rows,
         numbers=numbers,
         notes=(
-            "Explains: its share of the variance over worlds. Others hurt no more than by chance.",
+            "Explains: share of the variance over worlds. No other condition hurts beyond chance.",
         ),
     )
 
