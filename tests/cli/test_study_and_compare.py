@@ -219,7 +219,7 @@ def test_runs_are_ranked_in_the_same_unseen_worlds(gaitsim):
     assert found["ranges"]["friction"][0] == 0.2
     gaitsim("run", "millipede", "--population", 11, "--generations", 2)
     refused = (
-        (("walker", "millipede"), "one world alone"),
+        (("walker", "millipede"), "only one world"),
         (("walker",), "two runs"),
         (("walker", "walker-2", "--evaluations", 50), "--evaluations"),
     )

@@ -106,7 +106,7 @@ def test_what_is_said_of_worlds():
 def test_a_gait_that_goes_nowhere_is_said_to():
     still = replace(made(np.zeros(20), friction=np.linspace(0, 1, 20)), nominal=NOWHERE)
     table, hurting = judged(still)
-    assert "in no world" in table.warning
+    assert "not move forward in any world" in table.warning
     assert table.columns == ("", "forward m")
     assert hurting.rows == ()
 
@@ -134,7 +134,7 @@ def test_an_invalid_seed_is_refused(walker, seed):
 def test_a_body_with_one_world_is_refused():
     millipede = load_experiment("millipede")
     genome = millipede.space().random(1, np.random.default_rng(0))[0]
-    with pytest.raises(GaitsimError, match="one world alone"):
+    with pytest.raises(GaitsimError, match="only one world"):
         judge(Individual(millipede, 0.0, {}, 1, genome))
 
 
