@@ -1,4 +1,4 @@
-"""The command line: one file a command, imported when that command is used."""
+"""The command line: one module per command, imported when that command is used."""
 
 import errno
 import gc
@@ -11,10 +11,10 @@ MISTAKE, INTERRUPTED = 2, 130
 
 
 def main() -> None:
-    """Run the command line; a user's mistake ends with one message and exit code 2."""
+    """Run the command line; a user's mistake prints one message and exits with code 2."""
     from gaitsim.cli import streams
 
-    # Imports leave no cycles to collect; looking for them takes a sixth of the start-up.
+    # Imports leave no cycles to collect; searching for them takes a sixth of the start-up time.
     gc.disable()
     streams.prepare()
     try:
@@ -25,8 +25,7 @@ def main() -> None:
             _fail(GaitsimError(f"cannot write the output: {reason}"))
         raise
     finally:
-        # Python looks for cycles among all that was imported once more before it ends: 30 of
-        # the 205 ms that --help takes.
+        # Spare all imported objects the last collection at exit: 30 of the 205 ms of --help.
         gc.freeze()
         gc.enable()
 
@@ -36,7 +35,7 @@ def _run() -> None:
 
     try:
         streams.check_environment()
-        # Within, as half of the start-up is spent on it, and Ctrl-C may come then.
+        # This import takes half of the start-up time, so Ctrl-C during it is handled here, too.
         from gaitsim.cli.app import app
 
         app()
@@ -47,7 +46,7 @@ def _run() -> None:
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
-        streams.finish()  # which could not be written either, and would be reported again
+        streams.finish()  # or the same error would be reported again at exit
         _fail(GaitsimError(f"cannot write: {error.strerror}"))
 
 
@@ -55,7 +54,7 @@ def _fail(error: GaitsimError) -> None:
     from gaitsim.cli.console import errors, record
     from gaitsim.cli.streams import machine_readable
 
-    with suppress(OSError):  # standard error is closed, by a plugin perhaps
+    with suppress(OSError):  # a plugin may have closed standard error
         if machine_readable():
             record("error", **error.to_dict())
         else:

@@ -44,77 +44,85 @@ def adapt(
     ] = None,
     physics: Annotated[
         bool,
-        typer.Option("--physics", help="Make the trials on the body's physical twin."),
+        typer.Option("--physics", help="Run the trials on the body's twin in physics."),
     ] = False,
     measure: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME", help="Measure of which more is better. Default: forward, in metres."
-        ),
+        typer.Option(metavar="NAME", help="Measure to maximise. Default: forward, in metres."),
     ] = None,
     trials: Annotated[
-        int | None, _trials(min=1, max=MOST_TRIALS, help=f"At most. Default: {DEFAULT.trials}.")
+        int | None,
+        _trials(
+            min=1, max=MOST_TRIALS, help=f"Maximum number of trials. Default: {DEFAULT.trials}."
+        ),
     ] = None,
     stop: Annotated[
         float | None,
         _trials(
-            help="Stop when the best trial is this share of what is still expected. Default: "
-            f"{DEFAULT.stop}."
+            help="Stop when the best trial reaches this share of the best prediction for any gait. "
+            f"Default: {DEFAULT.stop}."
         ),
     ] = None,
     kappa: Annotated[
         float | None,
-        _trials(help=f"Weight of uncertainty in the choice. Default: {DEFAULT.kappa}."),
+        _trials(help=f"Weight of uncertainty in choosing a gait. Default: {DEFAULT.kappa}."),
     ] = None,
     length_scale: Annotated[
         float | None,
         _trials(
-            help="Distance over which a trial informs about other gaits, in shares of the axes. "
+            help="Distance over which a trial informs predictions, as a share of the axes. "
             f"Default: {DEFAULT.length_scale}."
         ),
     ] = None,
     noise: Annotated[
         float | None,
         _trials(
-            help=f"Variance of a measured value in shares of the best. Default: {DEFAULT.noise}."
+            help=f"Variance of a measured value, relative to the best. Default: {DEFAULT.noise}."
         ),
     ] = None,
     interactive: Annotated[
         bool,
-        _robot("--interactive", help="Write a gait file, ask what the robot did, and so on."),
+        _robot("--interactive", help="Write a gait file, ask for the robot's result, and repeat."),
     ] = False,
     measured: Annotated[
         str | None,
         _robot(
             metavar="NUMBER",
-            help="Record what the proposed gait measured, and propose the next; for scripts.",
+            help="Record the value measured with the proposed gait, and propose the next; for "
+            "scripts.",
         ),
     ] = None,
-    format: Annotated[GaitFormat, _robot(help="Of the gait files.")] = "mat",
+    format: Annotated[GaitFormat, _robot(help="Format of the gait files.")] = "mat",
     name: Annotated[
         str | None,
-        typer.Option(help="Of the adaptation. Default: after the damage, or 'robot'."),
+        typer.Option(help="Name of the adaptation. Default: a name from the damage, or 'robot'."),
     ] = None,
     fresh: Annotated[
-        bool, typer.Option("--fresh", help="Begin again; earlier trials of this name are deleted.")
+        bool, typer.Option("--fresh", help="Start over; earlier trials of this name are deleted.")
     ] = False,
     figure: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Plot the trials: PNG, SVG or PDF, as the name ends."),
+        typer.Option(
+            metavar="FILE", help="Plot the trials to a PNG, SVG or PDF, by the file's extension."
+        ),
     ] = None,
     report: Annotated[
         Path | None,
-        _report(metavar="DIR", help="Adapt to the loss of each leg: tables and figures."),
+        _report(
+            metavar="DIR", help="Adapt to the loss of each leg; write tables and figures here."
+        ),
     ] = None,
-    pairs: Annotated[bool, _report("--pairs", help="And to the loss of each two legs.")] = False,
+    pairs: Annotated[
+        bool, _report("--pairs", help="Adapt to the loss of each pair of legs, too.")
+    ] = False,
     workers: Workers = None,
     json: Json = False,
 ) -> None:
-    """Find a gait for a damaged body in a few trials, by the map of an atlas.
+    """Find a gait for a damaged body in a few trials, guided by an atlas.
 
-    A Gaussian process over the map predicts how each gait performs with the damage.
-    The most promising one is tried next. The same command continues later.
-    Without --damage it proposes gaits for your robot.
+    A Gaussian process over the atlas predicts how each gait performs on the damaged body, and the
+    most promising gait is tried next. Without --damage, the command proposes gaits for your robot.
+    Repeat the command to continue an adaptation.
 
     [bold]Examples[/bold]
 
@@ -156,9 +164,9 @@ def adapt(
     called = name or default_name(place, damaged)
     if value is not None and not session_file(run.path, called).exists():
         raise GaitsimError(
-            f"nothing was proposed yet in the adaptation {called!r}",
+            f"the adaptation {called!r} has not proposed a gait yet",
             where="--measured",
-            remedy="leave --measured out, to get the first gait",
+            remedy="leave out --measured to get the first gait",
         )
     words = damage_options(damaged) + ["--physics"] * physics + ["--interactive"] * interactive
     words += ["--name", name] if name else []
@@ -186,7 +194,7 @@ def adapt(
                 view.proposal(adaptation.proposal, _gait_file(adaptation, called, format))
                 if not json:
                     record = command("adapt", run.path, "--name", called, "--measured")
-                    output().print(f"  {record} NUMBER  # what it measured", style="dim")
+                    output().print(f"  {record} NUMBER  # the measured value", style="dim")
             if adaptation.proposal is None:
                 view.end()
             if figure is not None:
@@ -194,23 +202,27 @@ def adapt(
                 view.figure(figure)
     except KeyboardInterrupt:
         if interactive:
-            echo("")  # after the question
-        notice(f"Stopped; the trials are kept. Continue: {command('adapt', run.path, *words)}")
+            echo("")  # ends the line of the question
+        notice(f"Stopped; all trials are saved. Continue: {command('adapt', run.path, *words)}")
         sys.exit(INTERRUPTED)
 
 
 def _check(place: Place, interactive: bool, measured: str | None, json: bool) -> None:
-    """Refuse options that contradict each other."""
+    """Check that the options do not contradict each other.
+
+    Raises:
+        GaitsimError: they do.
+    """
     wrong = ""
     if place != "robot" and (interactive or measured is not None):
-        wrong = "--damage and --physics are for trials in simulation"
+        wrong = "--damage and --physics are for trials in simulation, not on a robot"
     elif interactive and measured is not None:
-        wrong = "--interactive asks for the measured value"
+        wrong = "--measured cannot be combined with --interactive, which asks for the value"
     elif interactive and json:
-        wrong = "--json does not ask questions"
+        wrong = "--interactive cannot be combined with --json"
     if wrong:
         option = "--interactive" if interactive else "--measured"
-        remedy = "programs give the values with --measured" if json else f"leave out {option}"
+        remedy = "pass values with --measured instead" if json else f"leave out {option}"
         raise GaitsimError(wrong, where=option, remedy=remedy)
 
 
@@ -224,19 +236,20 @@ def _opened(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: A
 
 
 def _ask(adaptation: Adaptation, view: View, name: str, format: GaitFormat) -> None:
-    """Propose gaits and ask what they measured, until there is no answer."""
+    """Propose gaits and ask for their measured values, until the answer is empty."""
     view.earlier()
     prior = adaptation.prior
     unit = f", {prior.unit}" if prior.unit else ""
     while (proposal := adaptation.proposal) is not None:
         view.proposal(proposal, _gait_file(adaptation, name, format))
         while True:
-            echo(f"{prior.measure} of the robot{unit} (Enter to leave): ", end="")
+            echo(f"{prior.measure} of the robot{unit} (Enter to quit): ", end="")
             answer = sys.stdin.readline()
             if not sys.stdin.isatty():
                 echo(answer.rstrip("\n"))
             if not answer.strip():
-                notice(f"{len(adaptation.trials)} trials are kept; the same command continues.")
+                count = len(adaptation.trials)
+                notice(f"{count} trials are saved. Repeat the command to continue.")
                 return
             try:
                 view.trial(adaptation.record(_number(answer)))
@@ -246,10 +259,10 @@ def _ask(adaptation: Adaptation, view: View, name: str, format: GaitFormat) -> N
 
 
 def _number(text: str) -> float:
-    """Return a measured value.
+    """Return the measured value in a text.
 
     Raises:
-        GaitsimError: it is not a finite number.
+        GaitsimError: the text is not a finite number.
     """
     try:
         value = float(text)

@@ -24,28 +24,30 @@ from gaitsim.runs.snapshot import RunSnapshot
 def report_to(
     run: RunSnapshot, folder: Path | None, settings: Mapping[str, Any], **options: Any
 ) -> None:
-    """Make a report of an atlas, or continue it, and write its files.
+    """Compute or continue a report on an atlas, and write its files.
 
     Args:
         run: the atlas.
-        folder: of the report; None where there is none, or other options do not fit a report.
-        settings: of the adaptations, fields of `Settings` by name.
-        options: of `make_report`.
+        folder: folder of the report; None if the command line gives none, or options that do not
+            fit a report.
+        settings: settings of the adaptations, fields of `Settings` by name.
+        options: options of `make_report`.
 
     Raises:
-        GaitsimError: there is no folder; or as `make_report` does.
+        GaitsimError: `folder` is None, or `make_report` fails.
     """
     if folder is None:
         raise GaitsimError(
-            "a report is over all leg losses, --pairs is of a report",
+            "--pairs needs --report DIR, which covers all leg losses and takes few other options",
             where="--report",
-            allowed="with it: --pairs, --physics, --measure, --workers, and how trials are chosen",
+            allowed="with --report: --pairs, --physics, --measure, --workers, and the options "
+            "under 'How trials are chosen'",
         )
     try:
         with interruptible():
             _write(_made(run, folder, settings, **options), run.path.resolve().name, folder)
     except KeyboardInterrupt:
-        notice("Stopped; finished damages are kept. The same command continues.")
+        notice("Stopped; finished damages are saved. Repeat the command to continue.")
         sys.exit(INTERRUPTED)
 
 

@@ -1,4 +1,4 @@
-"""What a user sees of an adaptation: its trials, a gait to try, and the result."""
+"""Print an adaptation: its trials, the gait to try, and the result."""
 
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -16,8 +16,8 @@ class View:
     """Print an adaptation as lines for people, or as JSON lines for programs.
 
     Args:
-        adaptation: that is shown.
-        json: whether programs read it.
+        adaptation: adaptation to print.
+        json: whether to print JSON lines.
     """
 
     def __init__(self, adaptation: Adaptation, json: bool) -> None:
@@ -30,12 +30,12 @@ class View:
         where = {"simulation": damage, "physics": f"{damage}, in physics", "robot": "your robot"}
         output().print(
             f"{prior.source}, {len(prior.performance):,} gaits on {where[session.place]}: "
-            f"{prior.measure}, {prior.best:.3g}{self._unit} at best in the map",
+            f"{prior.measure}, {prior.best:.3g}{self._unit} for the best in the map",
             style="bold",
         )
 
     def show(self, trials: Iterable[Trial]) -> None:
-        """Print the earlier trials, and further ones as they are made."""
+        """Print the earlier trials, and new ones as they finish."""
         self.earlier()
         for trial in trials:
             self.trial(trial)
@@ -62,11 +62,11 @@ class View:
         echo(f"{self._expected(proposal)}\n  play {file}")
 
     def end(self) -> None:
-        """Print why the adaptation has ended, its best gait, and what can be done with it."""
+        """Print why the adaptation has ended, its best gait, and commands to use it."""
         adaptation = self._adaptation
         best, gait, prior = adaptation.best, adaptation.gait, adaptation.prior
         if best is None or gait is None:
-            raise ValueError("no adaptation ends without a trial")
+            raise ValueError("an adaptation cannot end without a trial")
         name = analyse_individual(gait).name.name
         share = best.measured / prior.best
         if self._json:
@@ -76,7 +76,7 @@ class View:
             print_json({**ended, **values, "share": share, "adaptation": path})
             return
         echo(f"Ended: {adaptation.ending}.")
-        called = "a gait without a name" if name == "none" else f"in the atlas a {name}"
+        called = "an unnamed gait" if name == "none" else f"a {name} in the atlas"
         output().print(
             f"Best: member {best.member}, {called}: {best.measured:.3f}{self._unit}, "
             f"{share:.0%} of the map's best",
@@ -87,10 +87,10 @@ class View:
         commands = {
             "watch it": command("play", *chosen, *damage),
             "export it": command("export", *chosen),
-            "film it": command("video", *chosen, *damage),
+            "make a video": command("video", *chosen, *damage),
         }
         if adaptation.session.place == "physics":
-            commands["in physics"] = command("analyse", *chosen, *damage, "--physics")
+            commands["analyse it in physics"] = command("analyse", *chosen, *damage, "--physics")
         for meaning, line in commands.items():
             output().print(f"  {line}  # {meaning}", style="dim")
 

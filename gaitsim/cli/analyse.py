@@ -48,13 +48,13 @@ def analyse(
     engine: Engine = None,
     gait: Annotated[
         Path | None,
-        typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
+        typer.Option(help="File of joint angles to play on the run's body: .npz, .csv or .mat."),
     ] = None,
     perturb: Annotated[
-        bool, typer.Option("--perturb", help="Repeat the motion with late and inexact servos.")
+        bool, typer.Option("--perturb", help="Repeat the motion with late and inaccurate servos.")
     ] = False,
     physics: Annotated[
-        bool, typer.Option("--physics", help="Play the gait on the body's twin in physics, too.")
+        bool, typer.Option("--physics", help="Also play the gait on the body's twin in physics.")
     ] = False,
     worlds: Worlds = None,
     world_seed: WorldSeed = None,
@@ -62,13 +62,13 @@ def analyse(
     figure: Annotated[
         Path | None,
         typer.Option(
-            help="PNG, SVG or PDF of footfalls, phases and stability; with --worlds, of the "
-            "results in the worlds and over their conditions."
+            help="Plot footfalls, phases and stability to a PNG, SVG or PDF; with --worlds, the "
+            "results by world and condition."
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report which gait emerged, and why it scored.
+    """Report which gait emerged, and what its score consists of.
 
     [bold]Examples[/bold]
 
@@ -139,7 +139,7 @@ def analyse(
 def _elsewhere(
     individual: Individual, physics: bool, engine: str | None
 ) -> tuple[Individual | None, Individual | None]:
-    """Return the gait on its twin, in the engine if asked for, and the gait in the engine alone."""
+    """Return the gait on the twin, and the gait in the engine without a twin; None if not asked."""
     if not physics:
         return None, in_engine(individual, engine) if engine else None
     twin = on_twin(individual)
@@ -151,5 +151,7 @@ def _individual(run: RunSnapshot, asked: Asked, gait: Path | None) -> Individual
         return run.individual(asked)
     if asked is not None:
         option = "--member" if isinstance(asked, Member) else "--generation"
-        raise GaitsimError(f"{option} and --gait exclude each other", remedy="give one of them")
+        raise GaitsimError(
+            f"{option} and --gait cannot be combined", remedy="leave out one of the two"
+        )
     return individual_of(read_gait(gait), run.experiment)

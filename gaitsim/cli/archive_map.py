@@ -1,4 +1,4 @@
-"""A map of an archive, printed."""
+"""Print an archive as a map."""
 
 from gaitsim.cli.cells import lines
 from gaitsim.cli.console import output
@@ -13,20 +13,20 @@ from gaitsim.render.terminal.heat_map import HeatMap
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
-WIDEST, HIGHEST = 80, 36  # characters; as the cells of most maps fill
+WIDEST, HIGHEST = 80, 36  # characters; most maps fill them
 PIPED = 80, 30
 
 
 def print_map(run: RunSnapshot, members: Members, axes: tuple[str, str] | None) -> None:
-    """Print the best elites along two axes of an archive, the best of all marked.
+    """Print the best elites along two axes of an archive, with the best of all marked.
 
     Args:
-        run: that the archive is of.
-        members: its elites.
-        axes: their names; None takes the first pair.
+        run: run that keeps the archive.
+        members: elites of the archive.
+        axes: names of the two axes; None chooses the first pair.
 
     Raises:
-        GaitsimError: there is no such axis, or the members have no cells, as those of a front.
+        GaitsimError: an axis is unknown, or the members have no cells because they form a front.
     """
     view = ArchiveView.of(members)
     if view is None:
@@ -38,7 +38,7 @@ def print_map(run: RunSnapshot, members: Members, axes: tuple[str, str] | None) 
         if name not in view.names:
             raise unknown("axis", name, view.names, where="--axes")
     if axes is not None and axes[0] == axes[1]:
-        raise GaitsimError("a map has two axes that differ", where="--axes")
+        raise GaitsimError("the two axes of a map must differ", where="--axes")
     names = axes or next(iter(view.pairs), view.names)
     console = output()
     console.print(f"{run.path}: {summary(run, view)}", style="bold")
@@ -52,9 +52,9 @@ def print_map(run: RunSnapshot, members: Members, axes: tuple[str, str] | None) 
     words = words_of(run.individual(Member(1)), view)
     drawn = HeatMap(view, names, words, width, height, shaded=shaded)
     if not drawn.fits:
-        raise GaitsimError("the terminal is too small for a map", remedy="make it larger")
+        raise GaitsimError("the terminal is too small for a map", remedy="enlarge it")
     best = view.best
-    assert best is not None, "there are members"
+    assert best is not None, "an archive with members has a best one"
     for line in lines(*drawn.draw(drawn.place_of(best)), styles("default", "bright_black")):
         line.rstrip()
         if line.plain:

@@ -30,15 +30,15 @@ def atlas(
         str | None,
         typer.Option(
             metavar="NAME=LOW:HIGH,…",
-            help="Measures that tell gaits apart, each with its low and high end; a duty factor "
-            "has 0:1 without. Default: the duty factor of each leg.",
+            help="Measures that tell gaits apart, each with its low and high end; duty factors "
+            "default to 0:1. Default: the duty factor of each leg.",
         ),
     ] = None,
     cells: Annotated[
         str | None,
         typer.Option(
             metavar="N|NxN…",
-            help="How many Voronoi cells, or counts of a grid, one for each axis, as 40x30.",
+            help="Number of Voronoi cells, or cells per axis of a grid, such as 40x30.",
         ),
     ] = None,
     generations: Generations = None,
@@ -52,10 +52,10 @@ def atlas(
     detach: Detach = False,
     json: Json = False,
 ) -> None:
-    """Fill an atlas of the gaits of a body: the best one for each way to use the legs.
+    """Fill an atlas of a body's gaits: the best one for each way of using the legs.
 
-    An atlas is a run of the search map-elites. It is the preset NAME-atlas if there is one;
-    otherwise the experiment with that search, whose axes are the duty factors of the legs.
+    An atlas is a run with the search map-elites. The command evolves the preset NAME-atlas if it
+    exists, and otherwise the given experiment with that search and these axes.
 
     [bold]Examples[/bold]
 

@@ -29,9 +29,9 @@ WHOLE = ("generation", "stage", "evaluations")
 
 
 def attach(run: RunName, json: Json = False) -> None:
-    """Watch a run that evolves in the background, or in another program.
+    """Watch a run that is evolving in the background or in another program.
 
-    Ctrl-C leaves it evolving.
+    Ctrl-C stops watching; the run continues.
 
     [bold]Examples[/bold]
 
@@ -56,12 +56,12 @@ def attach(run: RunName, json: Json = False) -> None:
             raise last.error
         case _:
             stop = f" Stop it: {command('stop', path)}." if in_background else ""
-            notice(f"{path} evolves on.{stop} Watch it again: {command('attach', path)}")
+            notice(f"{path} is still evolving.{stop} Watch it again: {command('attach', path)}")
             sys.exit(INTERRUPTED)
 
 
 async def _follow(path: Path, json: bool, *, in_background: bool) -> Snapshot:
-    """Show a run as it evolves, until it ends or the user leaves; return the last snapshot."""
+    """Show a run until it ends or the user stops watching; return the last snapshot."""
     known = await asyncio.to_thread(RunWatcher(path).look)
     process = RunProcess(path, known=known, begin=False) if in_background else None
     follower = _Follower(path, display(path, known, json), known)
@@ -82,12 +82,12 @@ class _Follower:
     """Shows the snapshots of a run, and each of its generations once.
 
     Args:
-        path: the run's folder.
-        shown: where to show them.
-        known: the run as it is shown already.
+        path: folder of the run.
+        shown: display that shows them.
+        known: state of the run that the display already shows.
 
     Attributes:
-        last: the last snapshot.
+        last: last snapshot shown.
     """
 
     def __init__(self, path: Path, shown: Display, known: Snapshot) -> None:
@@ -118,12 +118,12 @@ class _Follower:
             self._shown.begin_stage(snapshot.stage, changes[0].generation, texts, rescored)
 
     def _rows(self, snapshot: Snapshot) -> Sequence[Row]:
-        """Return the rows of the history that were not shown yet."""
+        """Return the rows of the history that have not been shown."""
         rows, first = snapshot.rows, self._seen + 1
         if not rows or snapshot.generation < first:
             return ()
         run = None
-        if rows["generation"][0] > first:  # some were left out
+        if rows["generation"][0] > first:  # the snapshot left out earlier rows
             run = RunSnapshot(self._path)
             rows = run.history
         found = _as_dicts(rows, first)
@@ -138,7 +138,7 @@ class _Follower:
 
 
 def _as_dicts(rows: Rows, first: int) -> list[dict[str, Any]]:
-    """Return rows from a generation on; a term that a row lacks is left out."""
+    """Return the rows from generation `first`; a term that a row lacks is left out."""
     chosen = np.flatnonzero(rows["generation"] >= first)
     return [
         {

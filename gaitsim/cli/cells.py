@@ -9,7 +9,7 @@ from rich.text import Text
 from gaitsim.render.terminal.braille import Inks, runs
 
 _SIDES = ("white", "cyan", "yellow")  # middle, left, right, as in the footfall diagram
-# No ink, ground, track, limbs from the far ones to the near ones, damage, feet, labels.
+# Styles by ink: none, ground, track, limbs from far to near, damage, feet, labels.
 BODY = (
     "",
     "bright_black",
@@ -23,12 +23,12 @@ LINES = ("cyan", "yellow", "green", "red", "white", "blue")  # of curves, in the
 
 
 def lines(codes: NDArray[np.uint32], inks: Inks, styles: Sequence[str]) -> list[Text]:
-    """Return a line for each row.
+    """Return one line of text per row.
 
     Args:
         codes: characters as code points, (rows, columns).
-        inks: the ink of each character, (rows, columns).
-        styles: the style of each ink.
+        inks: ink of each character, (rows, columns).
+        styles: Rich style of each ink.
     """
     return [
         Text.assemble(*((text, styles[ink]) for text, ink in runs(row, own)), no_wrap=True, end="")

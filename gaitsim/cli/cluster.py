@@ -1,4 +1,4 @@
-"""The Dask cluster that `--dask` names, for as long as a command needs it."""
+"""The Dask cluster chosen by `--dask`, for the duration of a command."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,10 +15,10 @@ def warn(text: str) -> None:
 
 @contextmanager
 def cluster(address: str | None, workers: int | None) -> Iterator[Executor | None]:
-    """Connect to the cluster at an address, 'local' for one of our own; None without an address.
+    """Connect to the cluster at an address, or start one for 'local'; yield None for None.
 
     Raises:
-        GaitsimError: it cannot be reached.
+        GaitsimError: the cluster cannot be reached.
     """
     if address is None:
         yield None

@@ -1,4 +1,4 @@
-"""Challenge codes as the command line takes them: the code itself, a file, standard input."""
+"""Challenge codes on the command line: as an argument, in a file, or on standard input."""
 
 import os
 import sys
@@ -21,14 +21,14 @@ STANDARD_INPUT = "-"
 
 
 def given_challenge(reference: str) -> Challenge | None:
-    """Return the challenge of a code, of a file with one, or of '-'; None for something else.
+    """Return the challenge of a code, of a file that holds one, or of '-'; otherwise None.
 
     Raises:
-        GaitsimError: the code is damaged, invalid or of another format, or cannot be read.
+        GaitsimError: the code is damaged, invalid, in another format, or cannot be read.
     """
     if reference == STANDARD_INPUT:
         return Challenge.read(sys.stdin.buffer.read(2 * LONGEST + 1).decode("utf-8", "replace"))
-    # os.path, unlike pathlib, answers for names that no file can have, too.
+    # Unlike pathlib, os.path accepts names that are invalid for files.
     if os.path.isfile(reference):  # noqa: PTH113
         text = _text(Path(reference))
         return Challenge.read(text) if looks_like_code(text) else None
@@ -38,20 +38,20 @@ def given_challenge(reference: str) -> Challenge | None:
 
 
 def given_individual(reference: str, asked: Asked) -> Individual:
-    """Return the individual of a code, or one of a run.
+    """Return the individual of a challenge code, or the requested one of a run.
 
     Raises:
-        GaitsimError: a code is given, and a generation or member is asked for.
-        RunError: there is no such run or individual.
+        GaitsimError: a generation or member is requested from a code.
+        RunError: the run or the individual does not exist.
     """
     challenge = given_challenge(reference)
     if challenge is None:
         return RunSnapshot(find_run(reference)).individual(asked)
     if asked is not None:
         raise GaitsimError(
-            "a challenge code holds one individual",
+            "a challenge code holds only one individual",
             where="--generation, --member",
-            remedy="leave them out",
+            remedy="leave out both options",
         )
     return challenge.individual
 
@@ -64,22 +64,22 @@ def _text(path: Path) -> str:
 
 
 def start_of(challenge: Challenge) -> Champion:
-    """Return the individual that a run starts from, with the score that it really has here.
+    """Return the individual of a challenge as the start of a run, with its score on this machine.
 
     Raises:
-        GaitsimError: its experiment has problems, or it fails here.
+        GaitsimError: the experiment is invalid, or the individual fails on this machine.
     """
     with status("Verifying the challenge code …"):
         checked = verify_challenge(challenge)
     if checked.failure:
         raise GaitsimError(
-            f"the individual of the challenge code fails here: {checked.failure}",
+            f"the individual of the challenge code fails on this machine: {checked.failure}",
             where="--from",
-            remedy=f"use the versions that made it: {challenge.made_with}",
+            remedy=f"install the versions that made it: {challenge.made_with}",
         )
     if not checked.true:
         notice(
-            f"The challenge code claims the score {challenge.score!r}; here it is "
+            f"The challenge code claims the score {challenge.score!r}; on this machine it is "
             f"{checked.score!r}, which the run records."
         )
         versions = current_versions(challenge.experiment)

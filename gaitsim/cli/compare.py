@@ -40,26 +40,26 @@ def compare(
     experiments: Annotated[
         list[str],
         typer.Argument(
-            help="Two or more presets, TOML files or robots' files; with --worlds, runs.",
+            help="Two or more presets, TOML files or robot files; with --worlds, runs.",
             metavar="NAME|FILE",
             autocompletion=preset_names,
         ),
     ],
     repeats: Annotated[
-        int, typer.Option(min=2, max=100_000, help="Repeats of each; one would allow no test.")
+        int, typer.Option(min=2, max=100_000, help="Repeats of each experiment.")
     ] = 30,
     evaluations: Annotated[
         int | None,
         typer.Option(
-            min=1, help="Evaluations of each repeat. Default: those of the shortest experiment."
+            min=1, help="Evaluations per repeat. Default: those of the shortest experiment."
         ),
     ] = None,
     targets: Annotated[
         str | None,
         typer.Option(
             metavar="SCORE,…",
-            help="Scores to reach, as 1.5,2,2.5. Default: 51 for the ECDF, and the quartiles of "
-            "all repeats' scores together for running times and their tests.",
+            help="Scores to reach, such as 1.5,2,2.5. Default: 51 targets for the ECDF; for "
+            "running times and their tests, the quartiles of the scores of all repeats.",
         ),
     ] = None,
     generations: Generations = None,
@@ -76,18 +76,18 @@ def compare(
         typer.Option(
             "--worlds",
             metavar="N",
-            help="Rank runs instead, by the worst tenth of their champions' results in the same N "
+            help="Rank runs instead, by their champions' worst tenth of results in the same N "
             "unseen worlds.",
         ),
     ] = None,
     world_seed: WorldSeed = None,
     json: Json = False,
 ) -> None:
-    """Compare experiments by evaluations over repeats, with statistics.
+    """Compare experiments statistically, over repeats with equal numbers of evaluations.
 
-    All have the same number of evaluations, whatever their searches and
-    populations, and their order changes no number. Writes a report in Markdown,
-    figures, every repeat and the ECDF as tables, and all numbers as JSON.
+    The numbers of evaluations are equal whatever the searches and populations, and the order of
+    the experiments does not affect the results. Writes a report in Markdown, figures, tables of
+    all repeats and of the ECDF, and all numbers as JSON.
 
     [bold]Examples[/bold]
 
@@ -137,8 +137,10 @@ def compare(
     )
     with cluster(dask, workers) as executor:
         folder = create_folder(out or Path("comparisons") / name, texts)
-        lock = RunLock(folder)  # shows that it is being worked on
-        with all_or_nothing(f"A sweep keeps its cells: gaitsim study. Begin again: {begin}"):
+        lock = RunLock(folder)  # marks the folder as in use
+        with all_or_nothing(
+            f"Start over: {begin} (gaitsim study, in contrast, keeps finished cells)"
+        ):
             try:
                 samples = _samples(loaded, repeats, workers, executor, quiet=json)
                 findings = analyse(samples, budget, aims)
@@ -170,7 +172,7 @@ def _samples(
     cluster: Executor | None,
     quiet: bool,
 ) -> dict[str, Sample]:
-    """Repeat each experiment, with a progress bar or a line now and then."""
+    """Repeat each experiment, with a progress bar or occasional lines in a log."""
     found = {}
     for label, experiment in loaded.items():
         total = experiment.evolution.generations

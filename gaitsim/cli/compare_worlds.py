@@ -1,4 +1,4 @@
-"""`gaitsim compare --worlds`: rank runs by how they do in the same unseen worlds."""
+"""`gaitsim compare --worlds`: rank runs by their results in the same unseen worlds."""
 
 from collections.abc import Mapping, Sequence
 
@@ -23,14 +23,14 @@ def rank_runs(
     idle: Mapping[str, object],
     json: bool,
 ) -> None:
-    """Judge the champions of runs in the same unseen worlds, and print their ranking.
+    """Evaluate the champions of runs in the same unseen worlds, and print their ranking.
 
     Args:
         runs: names or folders of runs.
-        number: of worlds.
-        seed: of the worlds.
-        workers: how many work at a time.
-        idle: options that are of no use here by name; any that is given is refused.
+        number: number of worlds.
+        seed: seed of the worlds.
+        workers: number of parallel workers.
+        idle: values by name of options that do not apply; a value that was given is an error.
         json: whether to print one JSON object.
 
     Raises:
@@ -38,7 +38,7 @@ def rank_runs(
     """
     if given := [name for name, value in idle.items() if value]:
         raise GaitsimError(
-            f"--worlds ranks runs that are there, and takes no {' and no '.join(given)}",
+            f"--worlds ranks existing runs, and cannot be combined with {' and '.join(given)}",
             allowed="--world-seed, --workers and --json",
         )
 
@@ -89,9 +89,9 @@ def _print(found: Ranking, number: int) -> None:
     ]
     print_table(["pair", "difference", interval, "differs"], pairs, ("difference", interval))
     console.print(
-        "\nWorst tenth: the mean of the worst tenth of the worlds. Kept: its share of the nominal "
-        "result. Intervals are of\nresampled worlds, the same for both runs of a pair; they hold "
-        "for these champions, not for repeats of their runs.\n"
+        "\nWorst tenth: the mean of the worst tenth of the results. Kept: its share of the nominal "
+        "result. The intervals come\nfrom resampling the worlds, equally for both runs of a pair; "
+        "they describe these champions, not repeats of the runs.\n"
         f"Worlds: seed {first.seed}; {', '.join(spans(first))}.",
         style="dim",
         soft_wrap=True,

@@ -1,7 +1,7 @@
-"""Where text goes: results to standard output, notices and errors to standard error.
+"""Printing: results to standard output, notices and errors to standard error.
 
-With `GAITSIM_PROGRESS=json`, standard error is JSON lines for programs: one object a line, whose
-`kind` is `progress`, `notice`, `result` or `error`.
+With `GAITSIM_PROGRESS=json`, standard error is JSON lines for programs: one object per line,
+whose `kind` is `progress`, `notice`, `result` or `error`.
 """
 
 import json
@@ -21,27 +21,27 @@ from rich.text import Text, TextType
 from gaitsim.cli.streams import machine_readable, results
 from gaitsim.render.terminal.text import visible, visible_lines
 
-PIPED_WIDTH = 1000  # columns: rows are not broken for a program
+PIPED_WIDTH = 1000  # columns, so that rows are not wrapped for programs
 
 
 class PlainConsole(Console):
-    """A console that texts of others cannot steer: neither by control characters nor by markup.
+    """A console that escapes control characters and ignores markup.
 
-    Names, messages and documentation come from files and plugins of strangers, and all of them
-    are printed by this class or by `echo`. Styles and colours come from gaitsim alone.
+    Names, messages and documentation may come from untrusted files and plugins; all are printed
+    with this class or `echo`. Styles and colours come from gaitsim alone.
     """
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(highlight=False, emoji=False, markup=False, **settings)
 
     def render_str(self, text: str, **settings: Any) -> Text:
-        """Escape a string before it is laid out."""
+        """Escape a string before layout."""
         return super().render_str(visible_lines(text), **settings)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterator[Segment]:
-        """Escape the rest, which is styled already."""
+        """Escape styled text."""
         for segment in super().render(renderable, options):
             if segment.control or segment.text.isprintable():
                 yield segment
@@ -50,32 +50,35 @@ class PlainConsole(Console):
 
 
 def output() -> Console:
-    """Standard output. Piped, it is as wide as its lines; NO_COLOR and TERM are honoured."""
+    """Return a console for standard output, wide enough for any row if piped.
+
+    It honours NO_COLOR and TERM.
+    """
     width = None if results().isatty() else PIPED_WIDTH
     return PlainConsole(file=results(), width=width)
 
 
 def errors() -> Console:
-    """Standard error; never a terminal where programs read it."""
+    """Return a console for standard error, without terminal features if programs read it."""
     terminal = False if machine_readable() else None
     return PlainConsole(stderr=True, soft_wrap=True, force_terminal=terminal)
 
 
 def status(text: str) -> AbstractContextManager[object]:
-    """Show a line in a terminal, as long as the block takes, with the time that has passed."""
+    """Show a line with the elapsed time in a terminal while the block runs."""
     console = errors()
     return console.status(_Elapsed(text)) if console.is_terminal else nullcontext()
 
 
 class _Elapsed:
-    """A text, after a second with the time since it was first shown."""
+    """A text with the time since it was created, shown after the first second."""
 
     def __init__(self, text: str) -> None:
         self._text, self._begun = text, time.monotonic()
 
     def __rich__(self) -> Text:
         seconds = int(time.monotonic() - self._begun)
-        # A string would be read as markup.
+        # Rich would parse a string as markup.
         return Text(f"{self._text} {seconds} s" if seconds else self._text)
 
 
@@ -90,13 +93,13 @@ def record(kind: str, **values: Any) -> None:
 
 
 def wrote(*paths: Path) -> None:
-    """Report the files that a command has written; people read of them in its output."""
+    """Report the files that a command has written to programs; people see them in its output."""
     if machine_readable():
         record("result", files=[str(path) for path in paths])
 
 
 def notice(text: str) -> None:
-    """Say something that is not a result."""
+    """Print a message that is not a result."""
     if machine_readable():
         record("notice", text=text)
         return
@@ -104,7 +107,7 @@ def notice(text: str) -> None:
 
 
 def echo(text: object, end: str = "\n") -> None:
-    """Write plain text to standard output; `print` would write it to where plugins print."""
+    """Write plain text to standard output; `print` would write it to the plugins' stream."""
     print(visible_lines(str(text)), end=end, file=results(), flush=True)
 
 
@@ -122,7 +125,7 @@ def as_json(values: Mapping[str, Any]) -> str:
 
 
 def finite(value: Any) -> Any:
-    """The same with null for NaN and infinities, which JSON does not have."""
+    """Return a value with None for NaN and infinities, which JSON lacks, at any depth."""
     if isinstance(value, Mapping):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -135,9 +138,9 @@ def finite(value: Any) -> Any:
 def print_table(
     columns: Iterable[TextType], rows: Iterable[Sequence[TextType]], numbers: Container[str] = ()
 ) -> None:
-    """Print a table to standard output; columns in `numbers` are aligned right.
+    """Print a table to standard output with one-line cells.
 
-    A cell is one line.
+    Columns in `numbers` are aligned right.
     """
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in columns:

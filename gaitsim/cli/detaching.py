@@ -1,4 +1,4 @@
-"""Runs in the background, from the command line: begin one, and find it again."""
+"""Background runs on the command line: start them, and find them."""
 
 import time
 from pathlib import Path
@@ -20,15 +20,16 @@ from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
-FIRST_MOMENTS = 1.0  # seconds in which a process that fails is reported by the one that began it
+FIRST_MOMENTS = 1.0  # seconds in which the starting command waits for an early failure
 PERIOD = 0.05
 
 
 def check_detachable(dask: str | None) -> None:
-    """Check that runs can evolve in the background, before a folder is created.
+    """Check, before a folder is created, that a run can evolve in the background.
 
     Raises:
-        GaitsimError: they cannot, or not on a cluster, which the command line begins and ends.
+        GaitsimError: background runs are not possible here, or `--dask` is given; only a command
+            in the foreground starts and stops a cluster.
     """
     make_runtime_folder()
     places()
@@ -48,12 +49,12 @@ def evolve_detached(
     generations: int | None = None,
     any_version: bool = False,
 ) -> None:
-    """Evolve the run in `path` in the background; say how to watch and to stop it.
+    """Evolve the run in `path` in the background; print how to watch and stop it.
 
-    A run that is paused there continues.
+    A run that is paused in the background continues.
 
     Raises:
-        GaitsimError: it cannot be evolved, as far as that is known at once or soon.
+        GaitsimError: the run cannot be evolved, or fails within the first second.
     """
     if evolving(path) == "paused" and not overrides and generations is None:
         send(path, Command("go"))
@@ -85,7 +86,7 @@ def _report(path: Path, state: str, json: bool) -> None:
     if json:
         print_json({"run": str(path), "state": state, "process": pid})
         return
-    later = " It evolves when one of the runs before it ends." if state == "queued" else ""
+    later = " It starts when an earlier run ends." if state == "queued" else ""
     echo(f"{path} {DOES[state]} in the background, in process {pid}.{later}")
     for verb, purpose in (("attach", "watch it"), ("stop", "stop and save it")):
         output().print(f"  {command(verb, path)}  ", end="", soft_wrap=True)
@@ -93,19 +94,19 @@ def _report(path: Path, state: str, json: bool) -> None:
 
 
 def at_rest(path: Path) -> GaitsimError:
-    """Return the error of a run that does not evolve now: why it failed, where it did."""
+    """Return the error of a run that is not evolving: its failure, if it failed."""
     return last_failure(path) or RunError(
-        f"the run {path} does not evolve now",
-        remedy=f"see it: {command('show', path)}; or continue it: "
+        f"the run {path} is not evolving",
+        remedy=f"show it: {command('show', path)}; or continue it: "
         f"{command('resume', path, '--detach')}",
     )
 
 
 def find_evolved(reference: str) -> Path:
-    """Return the folder of a run; of one that evolves in the background even if it is deleted.
+    """Return the folder of a run; that of a background run even if it was deleted.
 
     Raises:
-        RunError: there is no such run, or its folder was deleted while it was evolved.
+        RunError: the run does not exist, or its folder was deleted while it was evolving.
     """
     places = [Path(place) for place in (reference, RUNS / reference) if reference]
     for path in places:

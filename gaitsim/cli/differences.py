@@ -29,33 +29,33 @@ from gaitsim.study.compare_runs import (
     warning,
 )
 
-ROWS = 14  # of the curves in the terminal
-WIDEST = 100  # columns of them
+ROWS = 14  # lines of the curves in the terminal
+WIDEST = 100  # columns of the curves, at most
 
 
 def differences(
     runs: Annotated[
         list[str],
         typer.Argument(
-            help="Runs under runs/, or their folders.", metavar="RUN", autocompletion=run_names
+            help="Names of runs in runs/, or their folders.",
+            metavar="RUN",
+            autocompletion=run_names,
         ),
     ],
     quantity: Annotated[Quantity, typer.Option(help="Quantity to show.")] = "best",
     by: Annotated[
         Axis | None,
         typer.Option(
-            help="Horizontal axis. Default: generation, or evaluations where populations differ."
+            help="Horizontal axis. Default: generation, or evaluations if populations differ."
         ),
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Write the curves to a PNG, SVG or PDF.")
-    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Plot the curves to a PNG, SVG or PDF.")] = None,
     theme: Annotated[Theme, typer.Option(help="Colours of the plot.")] = "light",
     json: Json = False,
 ) -> None:
-    """Compare runs: their curves, their results, the options that differ.
+    """Compare runs: their curves, results and differing options.
 
-    A single run says little about an operator; gaitsim compare repeats experiments.
+    A single run of each experiment proves little; 'gaitsim compare' repeats experiments.
 
     [bold]Examples[/bold]
 

@@ -1,4 +1,4 @@
-"""What a display of a run that evolves must do."""
+"""The interface of displays that follow an evolving run."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -8,23 +8,23 @@ from gaitsim.cli.console import notice
 from gaitsim.live.protocol import Snapshot
 
 Row = Mapping[str, Any]
-"""A generation's row of the history."""
+"""A row of the history: one generation."""
 
 BEST_SHOWN = 5
 RESTING = {
     "preparing": "Preparing: the first run of a body compiles its kernels …",
-    "queued": "Queued: it evolves when one of the runs before it ends.",
+    "queued": "Queued: starts when an earlier run ends.",
     "paused": "Paused.",
 }
-STOPPING = "Stopping after this generation; again to stop at once."
+STOPPING = "Stopping after this generation; press Ctrl-C again to stop at once."
 
 
 class Display:
-    """A context manager that follows a run; by default there is nothing to begin or end.
+    """A context manager that follows a run; entering and leaving do nothing by default.
 
     Args:
-        path: the run's folder.
-        known: the run as it is, with all rows of its history.
+        path: folder of the run.
+        known: current state of the run, with all rows of its history.
     """
 
     def __init__(self, path: Path, known: Snapshot) -> None:
@@ -39,27 +39,27 @@ class Display:
     def begin_stage(
         self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
     ) -> None:
-        """Report that a stage begins.
+        """Report the beginning of a stage.
 
         Args:
-            number: from 1.
-            first: its first generation.
-            changes: what it changes.
-            rescored: the last generation and its row under other scores; None where the stage
-                keeps the scores.
+            number: number of the stage, counted from 1.
+            first: first generation of the stage.
+            changes: descriptions of the changed options.
+            rescored: the last generation and its row, re-evaluated; None if the stage keeps the
+                scores.
         """
 
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
-        """Show the state of a run, and the generations that were finished."""
+        """Show the state of the run and its newly finished generations."""
 
     def warn(self, text: str) -> None:
-        """Show a message that stays."""
+        """Show a lasting message."""
         notice(text)
 
     def stopping(self) -> None:
-        """Report that the run stops after this generation; called by a signal's handler."""
+        """Report that the run stops after this generation; called by a signal handler."""
         notice(STOPPING)
 
 
 def stage_line(number: int, first: int, changes: Sequence[str]) -> str:
-    return f"stage {number} from generation {first} on: {'; '.join(changes)}"
+    return f"stage {number}, from generation {first}: {'; '.join(changes)}"

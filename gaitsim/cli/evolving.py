@@ -1,4 +1,4 @@
-"""Evolve a run from the command line: progress, Ctrl-C, and the summary at the end."""
+"""Evolve a run from the command line, with progress, Ctrl-C and a final summary."""
 
 import os
 import sys
@@ -25,7 +25,7 @@ from gaitsim.runs.files.history import row
 from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
 
-SLOW = 1.0  # seconds that may pass in silence
+SLOW = 1.0  # seconds; shorter preparations are not reported
 
 
 def evolve_run(
@@ -38,12 +38,12 @@ def evolve_run(
     generations: int | None = None,
     any_version: bool = False,
 ) -> None:
-    """Evolve the run in `path` from its last generation, and report.
+    """Evolve the run in `path` from its last generation, and print a summary.
 
-    Exits with 130 when the user stopped it.
+    Exits with code 130 if the user stops the run.
 
     Raises:
-        GaitsimError: says what was wrong, and how to resume the run.
+        GaitsimError: the run cannot be opened or fails; the message says how to resume it.
     """
     with interruptible() as interrupts:
         try:
@@ -63,14 +63,14 @@ def evolve_run(
 
 
 def _leave_at_once(path: Path) -> NoReturn:
-    """End the program now: the run folder is whole at any time."""
+    """Exit immediately; the run folder is complete at any time."""
     working = interrupted_plugin()
     if working:
-        notice(f"When it was stopped, {working}.")
-    notice(f"Stopped, as of the last saved generation. Continue with: {command('resume', path)}")
+        notice(f"When the run was stopped, {working}.")
+    notice(f"Stopped at the last saved generation. Continue with: {command('resume', path)}")
     if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
         sys.exit(INTERRUPTED)
-    # Python would wait for threads, which compiled code may keep busy.
+    # A normal exit would wait for threads, which compiled code may keep busy.
     for stream in (results(), sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
             stream.flush()
@@ -78,7 +78,7 @@ def _leave_at_once(path: Path) -> NoReturn:
 
 
 def _evolve(session: Session, json: bool, interrupts: Interrupts) -> str:
-    """Evolve until a stop condition holds or the user stops it; return why, '' for the user."""
+    """Evolve until a stop condition holds or the user stops; return the condition, or ''."""
     writer = session.writer
     experiment, last = writer.experiment, writer.last
     rows, first = (writer.run.history, writer.run.comparable) if last else ({}, 1)
@@ -99,11 +99,11 @@ def _evolve(session: Session, json: bool, interrupts: Interrupts) -> str:
     if writer.changes:
         begun = last.number + 1 if last else 1
         rescored = any(change.reevaluates for change in writer.changes)
-        judged = None
+        reevaluated = None
         if rescored and writer.last is not None:
             rows = {name: np.array([value]) for name, value in row(writer.last).items()}
-            judged = snapshot_of(writer.last, experiment, rows=rows)
-        shown.begin_stage(writer.stage, begun, [*map(str, writer.changes)], judged)
+            reevaluated = snapshot_of(writer.last, experiment, rows=rows)
+        shown.begin_stage(writer.stage, begun, [*map(str, writer.changes)], reevaluated)
     try:
         with shown:
             interrupts.deferred, interrupts.on_request = True, shown.stopping

@@ -33,9 +33,10 @@ def export(
             metavar="FORMAT",
             help="Joint angles: mat (MATLAB, Octave), csv, npz (NumPy). For robots: servo (CSV of "
             "degrees), arduino (sketch for PCA9685 boards), dynamixel and feetech (CSV of goal "
-            "positions), ros2 (YAML of an action's goal), rosbag2. The body in motion: html (page "
-            "for any browser), glb (glTF for Blender and others). The whole run: atlas (page of an "
-            "archive, a map whose gaits move), tensorboard. Default: as --out ends, or mat.",
+            "positions), ros2 (YAML of an action goal), rosbag2. The body in motion: html (page "
+            "for any browser), glb (glTF for Blender and others). The whole run: atlas (page with "
+            "an archive as a map of moving gaits), tensorboard. Default: by the extension of "
+            "--out, or mat.",
         ),
     ] = None,
     out: ExportFile = None,
@@ -46,40 +47,45 @@ def export(
     engine: Engine = None,
     generations: Annotated[
         str | None,
-        typer.Option(metavar="N,N,…", help="The best of several generations, side by side."),
+        typer.Option(metavar="N,N,…", help="Show the best of several generations side by side."),
     ] = None,
     calibration: Annotated[
         Path | None,
         _robot(
             metavar="FILE",
-            help="TOML file with the servo of each joint. Default: servos at their centre as the "
-            "robot stands.",
+            help="TOML file that assigns a servo to each joint. Default: all servos at their "
+            "centre in the standing pose.",
         ),
     ] = None,
     calibration_template: Annotated[
         Path | None,
-        _robot(metavar="FILE", help="Write such a file to fill in, and nothing else."),
+        _robot(metavar="FILE", help="Only write a template of such a file, to fill in."),
     ] = None,
     speed: Annotated[
-        float | None, _robot(help="Playback: 0.5 is half as fast. Default: 1, as simulated.")
+        float | None,
+        _robot(help="Speed of playback; 0.5 is half as fast as simulated. Default: 1."),
     ] = None,
     keyframe_ms: Annotated[
         int | None,
-        _robot(min=1, max=60_000, help="Milliseconds between two keyframes. Default: every frame."),
+        _robot(min=1, max=60_000, help="Milliseconds between keyframes. Default: every frame."),
     ] = None,
     clip: Annotated[
         bool,
-        _robot("--clip", help="Clip angles beyond the servos' range; else they are an error."),
+        _robot("--clip", help="Clip angles to the servos' range instead of reporting an error."),
     ] = False,
-    centre: Annotated[float | None, _servo(help="Degrees for a joint at zero. Default: 0.")] = None,
+    centre: Annotated[
+        float | None, _servo(help="Servo angle of a joint at zero, in degrees. Default: 0.")
+    ] = None,
     low: Annotated[
-        float | None, _servo("--min", help="Minimum degrees of the servos. Default: centre − 90.")
+        float | None,
+        _servo("--min", help="Minimum servo angle in degrees. Default: centre − 90."),
     ] = None,
     high: Annotated[
-        float | None, _servo("--max", help="Maximum degrees. Default: centre + 90.")
+        float | None,
+        _servo("--max", help="Maximum servo angle in degrees. Default: centre + 90."),
     ] = None,
 ) -> None:
-    """Write the champion to a file: its joint angles, also for a robot, or its body in motion.
+    """Export the champion: its joint angles, a file for a robot, or the body in motion.
 
     [bold]Examples[/bold]
 
@@ -124,13 +130,13 @@ def export(
     if calibration_template is not None:
         if format is None or out is not None or options.flags():
             raise GaitsimError(
-                "a template of a calibration is written on its own, for one format",
+                "a calibration template needs a format, and takes no other options",
                 where="--calibration-template",
                 allowed="--format arduino, dynamixel or feetech, without --out and other options",
             )
         template_of(opened.individual(which(generation, member)), chosen, calibration_template)
         wrote(calibration_template)
-        echo(f"{calibration_template}: a calibration to fill in, then --calibration reads it")
+        echo(f"{calibration_template}: fill in this calibration, then give it to --calibration")
         return
     if out is not None and FORMATS[chosen].ending:
         check_folder(out)
@@ -153,7 +159,7 @@ def export(
 
 
 def _format(format: ExportFormat | None, out: Path | None) -> str:
-    """Return the format of `--format`, or the one that the name of `--out` ends with."""
+    """Return the format given by `--format`, or by the extension of `--out`."""
     if format is None:
         return file_format(format, out, BY_ENDING, "mat", "gaits")
     ending = FORMATS[format].ending.rpartition(".")[2]

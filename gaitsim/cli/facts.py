@@ -1,4 +1,4 @@
-"""Print facts about a body: lines of name and value below headings."""
+"""Print facts about a body: names and values under headings."""
 
 from rich.table import Table
 
@@ -8,7 +8,7 @@ from gaitsim.render.terminal.text import visible
 
 
 def print_facts(facts: Facts) -> None:
-    """Print headings, and below each its lines; long values are broken within their column."""
+    """Print each heading and its lines; long values wrap within their column."""
     console = output()
     for at, (heading, lines) in enumerate(facts.items()):
         if at:

@@ -17,25 +17,25 @@ def fork(
     run: RunName,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the copy. Default: next to the run, with a number."),
+        typer.Option(help="Folder of the copy. Default: the run's folder name with a number."),
     ] = None,
     set_: Set = None,
     generations: Annotated[
-        int | None, typer.Option(help="Last generation of the copy. Default: as planned.")
+        int | None, typer.Option(help="New last generation of the copy. Default: as planned.")
     ] = None,
     any_version: Annotated[
         bool,
         typer.Option(
-            "--any-version", help="Copy it although the version of a plugin's package has changed."
+            "--any-version", help="Copy even if the version of a plugin's package has changed."
         ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """Copy a run, to continue the copy with other options.
+    """Copy a run to continue the copy with other options.
 
     The copy has the run's last generation, history and champions. Earlier populations are not
-    on disk; 'gaitsim run --from RUN@N' starts a new run with the best of an earlier generation.
-    The run itself does not change, and may be running.
+    stored; 'gaitsim run --from RUN@N' starts a new run from the best of an earlier generation.
+    The original does not change, and may be running.
 
     [bold]Examples[/bold]
 

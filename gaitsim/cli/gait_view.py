@@ -1,4 +1,4 @@
-"""How a gait is shown in a terminal: its name, footfalls, steps, travel and warnings."""
+"""Print a gait: its name, footfalls, steps, travel and warnings."""
 
 import math
 
@@ -12,17 +12,17 @@ from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import or_dash, travel_and_stability
 from gaitsim.render.terminal.text import number, visible
 
-SIGNS = 62  # of a row of the diagram, the foot's name before it
-STRIDES = 3  # shown, where they fit
-FEET = 24  # shown at most
-NAME = 14  # characters of a foot's name shown at most
+SIGNS = 62  # characters in a row of the diagram, after the name of the foot
+STRIDES = 3  # strides shown, if they fit
+FEET = 24  # feet shown, at most
+NAME = 14  # characters shown of a foot's name, at most
 DOWN, UP = "█", "·"
-COLOURS = ("cyan", "yellow")  # left and right feet; others have no colour
+COLOURS = ("cyan", "yellow")  # left and right feet
 UNNAMED = ("none", "standing")
 
 
 def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
-    """Print all of it but the score."""
+    """Print the analysis of a gait, except for the score."""
     console = output()
     console.print(individual.title, style="bold")
     found = gait.name
@@ -40,8 +40,8 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
     stride = found.stride
     if stride is not None:
         console.print(
-            f"{stride.frequency:.2f} strides a second, {stride.frames:.1f} frames each; "
-            f"{stride.periodicity:.2f} alike from one to the next"
+            f"{stride.frequency:.2f} strides per second, {stride.frames:.1f} frames each; "
+            f"correlation of successive strides {stride.periodicity:.2f}"
         )
     console.print()
     for line in diagram(found, frame_rate):
@@ -63,15 +63,15 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
     numbers = "duty factor", "stance s", "swing s", "steps", "phase", "consistency"
     print_table(["foot", *numbers], rows, numbers)
     if len(found.feet) > FEET:
-        console.print(f"and {len(found.feet) - FEET} more feet; --json has them all")
+        console.print(f"and {len(found.feet) - FEET} more feet; --json lists all")
     console.print()
 
 
 def diagram(found: Footfalls, frame_rate: float) -> list[Text]:
-    """Footfalls over some strides, a row a foot (Hildebrand 1965), at most 80 columns wide.
+    """Return a footfall diagram of some strides (Hildebrand 1965), at most 80 columns wide.
 
-    A bar is a foot on the ground. Where a sign stands for several frames, it is what the
-    foot does in most of them.
+    Each row is a foot, and a bar is its contact with the ground. A character that covers several
+    frames shows the state of the foot in most of them.
     """
     frames, feet = found.touching.shape
     stride = found.stride.frames if found.stride else 0.0
@@ -93,7 +93,7 @@ def diagram(found: Footfalls, frame_rate: float) -> list[Text]:
         lines.append(Text.assemble(_short(foot.name).ljust(label), (signs, COLOURS[side])))
     width = len(lines[0]) - label
     begin, end = f"{start / frame_rate:.2f} s", f"{(start + len(shown)) / frame_rate:.2f} s"
-    scale = f"a sign is {1000 * each / frame_rate:.0f} ms"
+    scale = f"{1000 * each / frame_rate:.0f} ms per character"
     line = begin + scale.center(max(0, width - len(begin) - len(end))) + end
     if len(begin) + len(end) + len(scale) + 2 > width:
         line = f"from {begin} to {end}, {scale}"
@@ -101,13 +101,13 @@ def diagram(found: Footfalls, frame_rate: float) -> list[Text]:
 
 
 def shown_feet(count: int) -> list[int]:
-    """Which feet are shown: all, or the foremost ones of both sides."""
+    """Return the indices of the feet to show: all, or the foremost ones of both sides."""
     half = -(-count // 2)
     return [index for index in range(count) if count <= FEET or index % half < FEET // 2]
 
 
 def _start(found: Footfalls) -> int:
-    """The second touch-down of the first foot that steps: past what a gait needs to settle."""
+    """Return the frame of the second touch-down of a foot that steps, when the gait has settled."""
     first = next((foot for foot in found.feet if foot.steps), None)
     return first.touch_downs[1] if first and len(first.touch_downs) > STRIDES + 1 else 0
 

@@ -17,13 +17,13 @@ from gaitsim.render.gallery.site import write_gallery
 def gallery(
     root: Annotated[Path, typer.Argument(help="Folder that holds the runs.")] = Path("runs"),
     out: Annotated[
-        Path, typer.Option(help="Folder of the gallery; one that is there is replaced.")
+        Path, typer.Option(help="Folder of the gallery; an existing gallery is replaced.")
     ] = Path("site"),
 ) -> None:
-    """Make a site of a folder of runs: a card for each, and a page that plays its champion.
+    """Create a site from a folder of runs: a card for each run, and a page that plays its champion.
 
-    The best run comes first within each body and fitness. The site needs no server: open its
-    index.html, or put the folder on any web server.
+    Within each body and fitness, the best run comes first. The site needs no server: open its
+    index.html, or copy the folder to any web server.
 
     [bold]Examples[/bold]
 
@@ -36,7 +36,7 @@ def gallery(
         with interruptible(), Progress("gallery", "runs") as progress:
             made = write_gallery(root, out, begin=progress.expect, advance=progress.advance)
     except KeyboardInterrupt:
-        notice(f"Stopped; {out} has the runs that were finished.")
+        notice(f"Stopped; {out} contains the runs that were finished.")
         sys.exit(INTERRUPTED)
     wrote(made.index)
     for name, why in made.problems:

@@ -1,4 +1,4 @@
-"""Groups that import a command when it is used; the style of `--help` and of usage errors."""
+"""Command groups that import lazily, and the style of `--help` and of usage errors."""
 
 import gc
 import inspect
@@ -16,21 +16,21 @@ from gaitsim.cli import streams
 from gaitsim.errors import GaitsimError, nearest
 
 SCREENS = ("tui", "serve")
-"""The commands whose standard output is a screen, or a server's log."""
+"""Commands whose standard output is a screen or the log of a server."""
 
 _EXAMPLES = "[bold]Example"
 _UNUSED = ("rich.markdown", "rich.traceback")
 
 
 class Command(TyperCommand):
-    """A command whose help and errors are in the house style."""
+    """A command with gaitsim's style of help and errors."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self.help = arranged(self.help or "")
 
     def get_params(self, ctx: Any) -> Any:
-        """Return the parameters, flags without '<bool>'."""
+        """Return the parameters; flags show no value type."""
         return without_flag_types(super().get_params(ctx))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
@@ -53,24 +53,23 @@ class Command(TyperCommand):
             raise explanation from None
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command, its results apart from whatever plugins print."""
+        """Run the command, keeping its results apart from the output of plugins."""
         if self.name not in SCREENS:
             streams.isolate_results()
-        gc.enable()  # after the imports, see `main`
+        gc.enable()  # `main` disabled it for the imports
         return super().invoke(ctx)
 
 
 class LazyGroup(TyperGroup):
     """A group that imports the module of a command only when that command is used.
 
-    Until then a stub with one line of help stands for it, which is all that the group's own
-    help, completion and suggestions need.
+    Until then, a stub with one line of help represents it, which suffices for the group's help,
+    completion and suggestions.
 
     Attributes:
-        package: the package of the commands. The module `name` in it holds the function
-            `name`, or `name_` where Python has such a name already; or, for a group, the
-            Typer app `app`.
-        lines: one line of help by the name of each command, as its docstring begins.
+        package: package of the commands. Its module `name` holds the function `name` (or
+            `name_`, if Python uses the name), or the Typer app `app` of a nested group.
+        lines: one line of help by command name, equal to the start of the command's docstring.
     """
 
     package: ClassVar[str]
@@ -81,7 +80,7 @@ class LazyGroup(TyperGroup):
         self.commands = {name: TyperCommand(name, help=line) for name, line in self.lines.items()}
 
     def get_params(self, ctx: Any) -> Any:
-        """Return the parameters, flags without '<bool>'."""
+        """Return the parameters; flags show no value type."""
         return without_flag_types(super().get_params(ctx))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
@@ -105,16 +104,16 @@ class LazyGroup(TyperGroup):
 
 
 def group(package: str, lines: Mapping[str, str], **settings: Any) -> typer.Typer:
-    """Return the Typer app of a group of the commands in a package, see `LazyGroup`."""
+    """Return the Typer app for the commands of a package; see `LazyGroup`."""
     kind = type("Group", (LazyGroup,), {"package": package, "lines": lines})
     return typer.Typer(cls=kind, no_args_is_help=True, **settings)
 
 
 def import_rich_utils() -> None:
-    """Import what typer prints help with, but not the parsers of Markdown and of source code.
+    """Import `typer.rich_utils` without its parsers of Markdown and source code.
 
-    It imports them for help in Markdown and for tracebacks in colour, which gaitsim has neither
-    of: 40 of the 110 ms of CPU time that `gaitsim --help` takes.
+    Typer needs them for Markdown help and coloured tracebacks, which gaitsim does not use.
+    Skipping them saves 40 of the 110 ms of CPU time of `gaitsim --help`.
     """
     placeholders = {name: _Placeholder(name) for name in _UNUSED if name not in sys.modules}
     sys.modules.update(placeholders)
@@ -133,14 +132,18 @@ class _Placeholder(ModuleType):
 
 
 def arranged(text: str) -> str:
-    """Put the examples of a docstring on consecutive lines."""
+    """Join the lines of each paragraph, and put the examples on consecutive lines.
+
+    Typer keeps the line breaks of docstrings, which are wider than a terminal.
+    """
     before, mark, after = text.partition(_EXAMPLES)
+    paragraphs = [" ".join(part.split()) for part in before.split("\n\n")]
     lines = [line.strip() for line in after.splitlines() if line.strip()]
-    return before + mark + "\n".join(lines)
+    return "\n\n".join(paragraphs) + mark + "\n".join(lines)
 
 
 def without_flag_types(parameters: list[Any]) -> list[Any]:
-    """Clear the value's name of parameters that take none, and return all of them."""
+    """Remove the value type from the help of flags, in place, and return all parameters."""
     for parameter in parameters:
         if getattr(parameter, "is_flag", False) and parameter.metavar is None:
             parameter.metavar = ""
@@ -148,7 +151,7 @@ def without_flag_types(parameters: list[Any]) -> list[Any]:
 
 
 def explained(error: typer.BadParameter, command: Any) -> GaitsimError | None:
-    """Return an error in place of pydantic's about a value; None for other errors."""
+    """Return a GaitsimError that replaces pydantic's error about a value; None for other errors."""
     from pydantic import Field, ValidationError
 
     from gaitsim.registry.options import allowed, words

@@ -30,7 +30,7 @@ def imitate(
         str,
         typer.Argument(
             metavar="RUN|GAIT",
-            help="Name of a run under runs/, or its folder; or a gait file: .mat, .npz or .csv.",
+            help="Name of a run in runs/, or its folder; or a gait file: .mat, .npz or .csv.",
             autocompletion=completion.run_names,
         ),
     ],
@@ -40,61 +40,74 @@ def imitate(
         str | None,
         typer.Option(
             metavar="NAME|FILE|RUN",
-            help="Body of a gait file: a preset, an experiment or robot's file, or a run's folder. "
-            "Default: of the run whose export it is, else of the preset with joints of its names.",
+            help="Body of a gait file: a preset, an experiment or robot file, or a run folder. "
+            "Default: the body of the run that exported the file, or of the preset with the same "
+            "joint names.",
             autocompletion=completion.preset_names,
         ),
     ] = None,
     settings: Annotated[
         TrainingPreset,
         typer.Option(
-            help="source: radians, a fixed rate. steady: noise on the inputs and a falling rate, "
+            help="source: a fixed learning rate. steady: noisy inputs and a falling learning rate, "
             "for a gait that lasts."
         ),
     ] = "source",
     activation: Annotated[
         Activation | None,
-        typer.Option(help="Of the hidden layer. Default: leaky-relu."),
+        typer.Option(help="Activation of the hidden layer. Default: leaky-relu."),
     ] = None,
     output: Annotated[
         OutputActivation | None,
         typer.Option(help="Activation of the outputs: none, or the hidden layer's."),
     ] = None,
     hidden: Annotated[
-        int | None, typer.Option(min=1, max=4096, help="Hidden neurons. Default: 48.")
+        int | None, typer.Option(min=1, max=4096, help="Number of hidden neurons. Default: 48.")
     ] = None,
     epochs: Annotated[
-        int | None, typer.Option(min=1, max=1_000_000, help="Default: 1000; steady: 3000.")
+        int | None,
+        typer.Option(
+            min=1, max=1_000_000, help="Number of epochs. Default: 1000; with steady, 3000."
+        ),
     ] = None,
     learning_rate: Annotated[
         float | None,
-        typer.Option(min=1e-9, max=10, help="Default: 0.008; steady: 0.02, falling to 0."),
+        typer.Option(
+            min=1e-9,
+            max=10,
+            help="Learning rate. Default: 0.008; with steady, 0.02 falling to 0.",
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of weights, order and noise.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the weights, sample order and noise.")
+    ] = 0,
     compare_activations: Annotated[
         bool,
-        typer.Option("--compare-activations", help="Train with all four, and plot their errors."),
+        typer.Option(
+            "--compare-activations", help="Train with all four activations, and plot their errors."
+        ),
     ] = False,
     video: Annotated[
         bool,
         typer.Option(
-            "--video", help="Make a video, too: the error, then the imitator beside its expert."
+            "--video", help="Also make a video: the error, then the imitator beside its expert."
         ),
     ] = False,
-    format: Annotated[GaitFormat, typer.Option(help="Of the imitator's gait file.")] = "mat",
+    format: Annotated[GaitFormat, typer.Option(help="Format of the imitator's gait file.")] = "mat",
     out: Annotated[
         Path | None,
         typer.Option(
             help="Folder to write to; created if missing. Default: the run's exports folder, or "
-            "that of the gait file."
+            "the folder of the gait file."
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Train a network that imitates the champion, or a gait file, and let it walk by itself.
+    """Train a network to imitate the champion or a gait file, and let it walk by itself.
 
-    From each frame of joint angles it learns the next; then it plays as many frames from the
-    first one, and is evaluated like its expert. Ctrl-C stops, and nothing is written.
+    The network learns to predict each frame of joint angles from the one before. Then it generates
+    a whole gait from the first frame, which is evaluated like the original. Ctrl-C stops without
+    writing anything.
 
     [bold]Examples[/bold]
 
@@ -125,7 +138,7 @@ def imitate(
     )
     expert = find_expert(run, body, which(generation, member))
     if expert.body and body is None and not json:
-        notice(f"The body is that of {expert.body}; --body takes another.")
+        notice(f"Using the body of {expert.body}; --body chooses another.")
     if video:
         require_play(expert.experiment)
     files = files_of(
@@ -161,9 +174,9 @@ def _train(expert: Expert, every: list[Settings], quiet: bool) -> list[Result]:
     with status("Preparing: the first training compiles its kernel …"):
         prepare()
     if time.monotonic() - start > 1 and not quiet:
-        notice("Prepared; the compiled kernel is kept for the next training.")
+        notice("Prepared; the next training reuses the compiled kernel.")
     for settings in every:
-        label = f"learning, {settings.activation}"
+        label = f"training, {settings.activation}"
         log = "" if quiet else f"{label}: {settings.epochs} epochs"
         with Progress(label, "epochs", settings.epochs, log=log) as progress:
             found.append(imitate_expert(expert, settings, progress.advance))

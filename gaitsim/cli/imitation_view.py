@@ -10,7 +10,7 @@ from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import command
 
-ENOUGH = 0.9  # of the way forward
+ENOUGH = 0.9  # share of the expert's distance forward
 
 
 def print_results(
@@ -19,10 +19,10 @@ def print_results(
     """Print expert and imitator side by side, both errors, and the files.
 
     Args:
-        results: the first is printed in full.
-        files: that were written.
-        preset: of the training's settings.
-        body: that was asked for.
+        results: results of the trainings; the first is printed in full.
+        files: files that were written.
+        preset: name of the training settings.
+        body: value of `--body`.
     """
     first, console = results[0], output()
     expert = first.expert
@@ -32,14 +32,15 @@ def print_results(
         markup=False,
     )
     console.print(
-        f"next frame from the expert's: rms error {_degrees(first.one_step)} "
+        f"predicting the expert's next frame: RMS error {_degrees(first.one_step)} "
         f"(MSE {first.one_step:.2e} rad²)\n"
-        f"on its own for {len(first.imitation.commanded)} frames: {_degrees(first.free_running)} "
-        f"from the expert (MSE {first.free_running:.2e} rad²)"
+        f"on its own for {len(first.imitation.commanded)} frames: RMS error "
+        f"{_degrees(first.free_running)} (MSE {first.free_running:.2e} rad²)"
     )
     if first.played is None:
         console.print(
-            "This body has no play(): its limits are not checked, and the imitator has no score.",
+            "This body cannot play joint angles: its limits are not checked, and the imitator has "
+            "no score.",
             style="dim",
         )
     else:
@@ -50,19 +51,19 @@ def print_results(
         )
         if first.expert_beyond_limits:
             console.print(
-                f"So did {first.expert_beyond_limits:,} angles of the file; the expert below is "
-                "what the body plays of it"
+                f"So did {first.expert_beyond_limits:,} angles of the file; the values below are "
+                "for the file as the body plays it"
             )
         console.print()
         assert expert.individual is not None, "a body that plays the imitator plays its expert"
         _print_side_by_side(expert.individual, first.played)
         kept = first.forward_kept
         if kept is not None:
-            console.print(f"It keeps {kept:.1%} of its expert's way forward.")
+            console.print(f"The imitator covers {kept:.1%} of the expert's distance forward.")
             if kept < ENOUGH and preset != "steady":
                 words = ("--body", body) if body else ()
                 again = command("imitate", expert.source, *words, "--settings", "steady")
-                notice(f"A gait that lasts may need another training: {again}")
+                notice(f"For a gait that lasts, try other training settings: {again}")
     if len(results) > 1:
         console.print()
         _print_activations(results)

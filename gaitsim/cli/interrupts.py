@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: at once, or after the current generation."""
+"""Handling of Ctrl-C and SIGTERM: stop at once, or after the current generation."""
 
 import signal
 import sys
@@ -11,12 +11,12 @@ from gaitsim.cli.console import notice
 
 
 class Interrupts:
-    """A handler of SIGINT and SIGTERM that raises KeyboardInterrupt unless told to defer it.
+    """A handler of SIGINT and SIGTERM that raises KeyboardInterrupt, or defers it.
 
     Attributes:
         deferred: whether the first signal only sets `requested`; the second one raises.
         requested: whether the user asked to stop.
-        on_request: called when the first signal is deferred.
+        on_request: callback for the first, deferred signal.
     """
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class Interrupts:
 
 @contextmanager
 def interruptible() -> Iterator[Interrupts]:
-    """Handle SIGINT and SIGTERM in the block, also in the background of a script."""
+    """Handle SIGINT and SIGTERM in the block, even in a background job of a script."""
     handler = Interrupts()
     before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -45,10 +45,10 @@ def interruptible() -> Iterator[Interrupts]:
 
 @contextmanager
 def all_or_nothing(remedy: str = "") -> Iterator[None]:
-    """End the program when the user stops the block, which then has written nothing.
+    """Exit when the user stops the block, which must have written nothing by then.
 
     Args:
-        remedy: a sentence on how to begin again.
+        remedy: sentence on how to start again.
     """
     try:
         with interruptible():

@@ -1,4 +1,4 @@
-"""Judge gaits in unseen worlds from the command line, with a progress bar."""
+"""Evaluate gaits in unseen worlds from the command line, with a progress bar."""
 
 from gaitsim.cli.console import notice
 from gaitsim.cli.interrupts import interruptible
@@ -11,22 +11,24 @@ from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 
 AT_END, FEWEST_AT_END = 100, 10
-"""Unseen worlds at the end of a run, at most and at least; otherwise a tenth of those that it
-evaluated individuals in, so that judging costs little beside evolving."""
+"""Maximum and minimum number of unseen worlds at the end of a run.
+
+Between them it is a tenth of the evaluations of the run, so that it costs little by comparison.
+"""
 
 
 def check_worlds(number: int | None, seed: int | None) -> None:
-    """Check `--worlds` and `--world-seed` before anything is played.
+    """Check `--worlds` and `--world-seed` before any simulation.
 
     Raises:
-        GaitsimError: one is invalid, or the seed is given alone.
+        GaitsimError: a value is invalid, or only the seed is given.
     """
     if number is not None:
         check_request(number, seed or 0)
     elif seed is not None:
         raise GaitsimError(
-            "--world-seed chooses unseen worlds, and none are requested",
-            remedy="give --worlds, too, such as --worlds 100",
+            "--world-seed needs --worlds",
+            remedy="add --worlds, such as --worlds 100",
         )
 
 
@@ -39,7 +41,7 @@ def judge_shown(
     ranges: Ranges | None = None,
     what: str = "unseen worlds",
 ) -> Judgement:
-    """Judge a gait in unseen worlds, and show how many are done.
+    """Evaluate a gait in unseen worlds, and show the progress.
 
     Raises:
         GaitsimError: the body has no conditions, or the motion fails in every world.
@@ -60,10 +62,10 @@ def judge_shown(
 def judge_at_end(
     run: RunSnapshot, champion: Individual, workers: int | None = None
 ) -> Judgement | None:
-    """Judge the champion of a run over worlds in unseen ones; Ctrl-C skips it.
+    """Evaluate the champion of a run over worlds in unseen worlds; Ctrl-C skips this.
 
     Returns:
-        None for a run in one world, and after reporting why there is nothing to say.
+        None for a run in one world, or after a notice of why the evaluation has no result.
     """
     worlds = champion.experiment.worlds.number
     if not worlds:
@@ -75,7 +77,7 @@ def judge_at_end(
         with interruptible():
             return judge_shown(champion, number, workers=workers, what=what)
     except KeyboardInterrupt:
-        notice("Not judged in unseen worlds: stopped.")
+        notice("Skipped the evaluation in unseen worlds.")
     except GaitsimError as error:
-        notice(f"Not judged in unseen worlds: {error.what}")
+        notice(f"Not evaluated in unseen worlds: {error.what}")
     return None

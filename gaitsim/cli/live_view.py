@@ -1,4 +1,4 @@
-"""The live view of a run: progress, curves and terms, drawn anew eight times a second."""
+"""The live view of a run: progress, curves and terms, redrawn eight times a second."""
 
 import math
 import time
@@ -24,23 +24,23 @@ from gaitsim.runs.files.history import FIGURE, MEAN, figures_of
 from gaitsim.runs.follow import Rows
 
 COURSES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
-SCORES = ("best", "mean")  # of them, the courses on the scale of the scores
-WIDEST = 100  # characters; a longer line of sight helps no one
-VALUE = 7  # characters that most numbers fit in
-HEIGHT_ABOVE_TERMS = 8  # lines, the table's header and the cursor's line counted
+SCORES = ("best", "mean")  # the courses on the scale of the scores
+WIDEST = 100  # characters
+VALUE = 7  # characters, enough for most numbers
+HEIGHT_ABOVE_TERMS = 8  # lines, including the table's header and the cursor's line
 
 
 class LiveView(Display):
-    """Progress, the courses of best, mean and diversity, and the best individuals' terms.
+    """Progress, the curves of best, mean and diversity, and the terms of the best individuals.
 
-    Terms stand below one another, as in a sum: any number of them with any names fits a
-    narrow terminal, where only fewer individuals are shown.
+    Terms are listed vertically, as in a sum, so that any number of them fits a narrow terminal,
+    which only shows fewer individuals.
 
     Args:
-        path: the run's folder.
-        known: the run as it is, with all rows of its history.
-        console: where to show it; standard output by default.
-        clock: seconds from any beginning.
+        path: folder of the run.
+        known: current state of the run, with all rows of its history.
+        console: console to draw on; standard output by default.
+        clock: function that returns seconds since any fixed time.
     """
 
     def __init__(
@@ -53,17 +53,17 @@ class LiveView(Display):
         super().__init__(path, known)
         self._name = visible(path.name)
         self._row = _last(known.rows)
-        # Scores of another fitness or body would stand on another scale.
+        # Scores of another fitness or body would be on another scale.
         first = known.scored_from - 1
         self._courses = {
             name: [*known.rows.get(name, [])[first if name in SCORES else 0 :]] for name in COURSES
         }
         self._clock = clock
-        # When each of the latest generations ended: how fast it goes now, not on average.
+        # End times of the latest generations, for the current rather than the average speed.
         self._ends = deque([(clock(), self._done, known.evaluations)], maxlen=1000)
         self._begun = clock()
         self._stopping = False
-        self._since = clock()  # the state is what it is
+        self._since = clock()  # start of the current state
         self._ended = False
         self._console = console or output()
         self._live = Live(self, console=self._console, refresh_per_second=8)
@@ -81,7 +81,7 @@ class LiveView(Display):
     def begin_stage(
         self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
     ) -> None:
-        """Print a line that stays; scores of another scale begin their courses anew."""
+        """Print a lasting line; re-evaluated scores restart their curves."""
         self._console.print(stage_line(number, first, changes), style="bold")
         if rescored is not None:
             self._snapshot, self._row = rescored, _last(rescored.rows)
@@ -89,7 +89,7 @@ class LiveView(Display):
                 self._courses[name] = [*rescored.rows.get(name, [])]
 
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
-        """Take note; the screen follows eight times a second, whatever the search's speed."""
+        """Store the new state and rows; the screen is redrawn at its own rate."""
         for one in rows:
             for name, course in self._courses.items():
                 course.append(one[name])
@@ -98,14 +98,14 @@ class LiveView(Display):
             self._ends.append((self._clock(), snapshot.generation, snapshot.evaluations))
         if snapshot.state != self._snapshot.state:
             self._since = self._clock()
-        self._snapshot = snapshot  # last: the screen is drawn by another thread
+        self._snapshot = snapshot  # set last, as another thread draws the screen
 
     def warn(self, text: str) -> None:
-        """Print it above the view."""
+        """Print a message above the view."""
         self._console.print(text, style="yellow")
 
     def stopping(self) -> None:
-        """Say so in the view: printed beside it, the next refresh would overwrite it."""
+        """Show in the view that the run stops; the next refresh would overwrite a printed line."""
         self._stopping = True
 
     @property
@@ -124,7 +124,7 @@ class LiveView(Display):
             if figures:
                 parts.append(self._figures(figures))
             parts.append(self._foot(snapshot))
-            # At the end, the summary tells of the champion.
+            # At the end, the summary describes the champion.
             if not (self._ended and snapshot.state == "finished"):
                 rows = (options.height or console.height) - HEIGHT_ABOVE_TERMS
                 rows -= bool(snapshot.islands) + bool(figures)
@@ -153,7 +153,7 @@ class LiveView(Display):
         return f"{_clock_face(left / speed)} left" if speed else ""
 
     def _speed(self) -> tuple[float, float]:
-        """Generations and evaluations a second, 0 where none is finished yet."""
+        """Return generations and evaluations per second; 0 before the first is finished."""
         (start, first, before), (end, last, after) = self._ends[0], self._ends[-1]
         passed = end - start
         return ((last - first) / passed, (after - before) / passed) if passed > 0 else (0.0, 0.0)
@@ -164,14 +164,14 @@ class LiveView(Display):
         curves.add_column(justify="right", min_width=VALUE, no_wrap=True)
         curves.add_column(no_wrap=True)
         for name, colour in COURSES.items():
-            course = self._courses[name] or [math.nan]  # only judged anew
+            course = self._courses[name] or [math.nan]  # empty after a re-evaluation
             room = width - max(map(len, COURSES)) - max(len(number(course[-1])), VALUE) - 2
             curve = Text(sparkline(course, max(room, 1)), style=colour)
             curves.add_row(name, number(course[-1]), curve)
         return curves
 
     def _bests(self, bests: Sequence[float]) -> Text:
-        """The best score of each island in a line, the best of them in bold."""
+        """Return the best score of each island on one line, the highest in bold."""
         line = Text("islands  ", no_wrap=True, overflow="ellipsis")
         for best in bests:
             line.append(
@@ -180,9 +180,9 @@ class LiveView(Display):
         return line
 
     def _figures(self, names: Sequence[str]) -> Text:
-        """What the search says of itself, in a line."""
-        said = [f"{name} {number(self._row[FIGURE + name])}" for name in names]
-        return Text("search    " + "   ".join(said), no_wrap=True, overflow="ellipsis")
+        """Return the search's own figures on one line."""
+        parts = [f"{name} {number(self._row[FIGURE + name])}" for name in names]
+        return Text("search    " + "   ".join(parts), no_wrap=True, overflow="ellipsis")
 
     def _foot(self, snapshot: Snapshot) -> Text:
         foot = Text(style="dim", no_wrap=True, overflow="ellipsis")
@@ -198,7 +198,7 @@ class LiveView(Display):
         return foot.append(", ".join(parts))
 
     def _note(self) -> str:
-        """What the view waits for, after a second with the time that has passed; or ''."""
+        """Return why no generation is being evolved, with the time since then; '' if one is."""
         if self._stopping:
             return STOPPING
         note = RESTING.get(self._snapshot.state, "")
@@ -206,7 +206,7 @@ class LiveView(Display):
         return f"{note} {_clock_face(seconds)}" if note and seconds else note
 
     def _terms(self, snapshot: Snapshot, width: int, rows: int) -> Table:
-        """The sum of each of the best, as many of them and of their terms as there is room for."""
+        """Return the terms of the best individuals: as many individuals and terms as fit."""
         best = snapshot.top[:BEST_SHOWN]
         lines = {"score": [*(one.score for one in best), self._row.get("mean", math.nan)]}
         for name in best[0].terms:

@@ -22,33 +22,35 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 FREQUENCY = "stride frequency"
 
-_MOST_DRAWN = 1_000  # rows: Rich takes a millisecond for each
+_MOST_DRAWN = 1_000  # rows, as Rich takes a millisecond for each
 
 
 def members(
     run: RunName,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Write a CSV file instead of a table.")
+        Path | None,
+        typer.Option(metavar="FILE.csv", help="Write a CSV file instead of printing a table."),
     ] = None,
     gaits: Annotated[
         bool,
-        typer.Option("--gaits", help="Also name the gait of each, with duty factor and frequency."),
+        typer.Option(
+            "--gaits", help="Add the name, duty factor and stride frequency of each gait."
+        ),
     ] = False,
     workers: Workers = None,
     show_map: Annotated[
-        bool, typer.Option("--map", help="Print an archive as a map of two of its axes.")
+        bool, typer.Option("--map", help="Print the archive as a map of two axes instead.")
     ] = False,
     axes: Annotated[
         tuple[str, str] | None,
-        typer.Option(metavar="NAME NAME", help="The two axes of the map. Default: the first ones."),
+        typer.Option(metavar="NAME NAME", help="Two axes of the map. Default: the first two."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """List the front or the archive that a search keeps.
+    """List the members of a run's front or archive.
 
-    --map prints the archive as a map instead. Members have numbers from 1: those of a front by
-    its first objective, those of an archive by its cells. A number names a member in other
-    commands, as --member 3, or RUN#3 after --from.
+    Members are numbered from 1, in a front by the first objective, in an archive by cell. Other
+    commands take these numbers, as in --member 3 or --from RUN#3.
 
     [bold]Examples[/bold]
 
@@ -67,10 +69,10 @@ def members(
     gaitsim run spider --from spider-front#3
     """
     if axes is not None and not show_map:
-        raise GaitsimError("--axes are those of a map", where="--axes", remedy="add --map")
+        raise GaitsimError("--axes needs --map", where="--axes", remedy="add --map")
     if show_map and (json or gaits or out is not None):
         remedy = "leave out --json, --gaits and --out"
-        raise GaitsimError("a map is printed", where="--map", remedy=remedy)
+        raise GaitsimError("a map can only be printed", where="--map", remedy=remedy)
     if out is not None:
         if out.suffix.lower() != ".csv":
             raise GaitsimError(f"{out} is not a CSV file", where="--out", allowed="FILE.csv")
@@ -102,13 +104,15 @@ def _members(run: RunSnapshot) -> Members:
         name = run.experiment.entries["search"].name
         raise RunError(
             f"the search {name!r} of the run {run.path} keeps neither a front nor an archive",
-            remedy="evolve with one that does, such as nsga-2 or map-elites",
+            remedy="evolve with a search that does, such as nsga-2 or map-elites",
         )
     return found
 
 
 def _gaits(run: RunSnapshot, members: Members, workers: int | None) -> dict[str, list[Any]]:
-    """Return the gaits of the members as columns of the table; a strideless one has no frequency.
+    """Return the gaits of the members as columns of the table.
+
+    The frequency of a gait without strides is None.
 
     Raises:
         GaitsimError: the body has no feet.
@@ -129,7 +133,10 @@ def _gaits(run: RunSnapshot, members: Members, workers: int | None) -> dict[str,
 
 
 def _table(members: Members, more: Mapping[str, list[Any]]) -> tuple[list[str], list[list[Any]]]:
-    """Return the columns and a row for each member: number, score, values, more, and cells."""
+    """Return the names of the columns and one row per member.
+
+    The columns are number, score, values, those in `more`, and cells.
+    """
     values = {"score": members.scores, **members.values}
     columns: dict[str, Any] = {"member": range(1, len(members.scores) + 1)}
     columns |= {name: found.tolist() for name, found in values.items()}
@@ -170,7 +177,7 @@ def _shown(value: Any) -> str:
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Return the same table as plain lines, which are never folded."""
+    """Return a table as plain lines, which are never wrapped."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(
         "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))

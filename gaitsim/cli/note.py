@@ -14,13 +14,15 @@ def note(
     run: RunName,
     text: Annotated[
         str | None,
-        typer.Argument(help="The new note; '' removes it. Default: print it.", show_default=False),
+        typer.Argument(
+            help="New note; '' removes the note. Default: print the note.", show_default=False
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Show the note of a run, or write it.
+    """Show or write the note of a run.
 
-    A note is any text, kept in the run's folder.
+    A note is free text, stored in the run's folder.
 
     [bold]Examples[/bold]
 
@@ -35,7 +37,7 @@ def note(
     if json:
         print_json({"run": str(path), "note": found})
     elif text is not None:
-        echo(f"the note of {path} is {'kept' if found else 'removed'}")
+        echo(f"{path}: note {'saved' if found else 'removed'}")
     elif found:
         echo(found)
     else:

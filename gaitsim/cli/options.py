@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share."""
+"""Arguments and options shared by several commands."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,28 +10,29 @@ from gaitsim.cli import completion
 RunName = Annotated[
     str,
     typer.Argument(
-        help="Name of a run under runs/, or its folder.", autocompletion=completion.run_names
+        help="Name of a run in runs/, or its folder.", autocompletion=completion.run_names
     ),
 ]
 RunOrCode = Annotated[
     str,
     typer.Argument(
         metavar="RUN|CODE",
-        help="Name of a run under runs/, or its folder; or a challenge code, a file that holds "
+        help="Name of a run in runs/, or its folder; or a challenge code, a file that holds "
         "one, or '-' for standard input.",
         autocompletion=completion.run_names,
     ),
 ]
 BestOf = Annotated[
-    int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
+    int | None,
+    typer.Option(min=1, help="Take the best of this generation. Default: the best of all."),
 ]
 MemberOf = Annotated[
     str | None,
     typer.Option(
         "--member",
         metavar="N|NAME=VALUE,…",
-        help="This member of the front or archive, which 'gaitsim members' lists; or the best one "
-        "near these values, as 'duty factor L2=0'.",
+        help="Take this member of the front or archive ('gaitsim members' lists them), or the "
+        "best one near these values, such as 'duty factor L2=0'.",
     ),
 ]
 Damage = Annotated[
@@ -47,14 +48,14 @@ World = Annotated[
     typer.Option(
         "--world",
         metavar="TEXT",
-        help="A condition of the world that the body is in, such as 'friction 0.4'; may be "
-        "repeated. 'gaitsim plugins show BODY' lists them.",
+        help="Condition of the body's world, such as 'friction 0.4'; may be repeated. "
+        "'gaitsim plugins show BODY' lists them.",
     ),
 ]
 Engine = Annotated[
     str | None,
     typer.Option(
-        help="Physics engine of a robot, such as bullet; with --physics, of the twin.",
+        help="Physics engine of the robot, such as bullet; with --physics, of its twin.",
     ),
 ]
 Worlds = Annotated[
@@ -62,8 +63,8 @@ Worlds = Annotated[
     typer.Option(
         "--worlds",
         metavar="N",
-        help="Judge it in so many worlds that it has not seen, such as 100: how far, falls, and "
-        "which condition hurts most.",
+        help="Evaluate the gait in N unseen worlds, such as 100: how far it moves, how often it "
+        "falls, and which condition hurts most.",
     ),
 ]
 WorldSeed = Annotated[
@@ -72,21 +73,21 @@ WorldSeed = Annotated[
 ExperimentName = Annotated[
     str,
     typer.Argument(
-        help="A preset's name, or the path of a TOML file, or of a robot's file, such as URDF.",
+        help="Name of a preset, or path of a TOML file or a robot file such as URDF.",
         metavar="NAME|FILE",
         autocompletion=completion.preset_names,
     ),
 ]
-Generations = Annotated[int | None, typer.Option(help="How many generations.")]
-Population = Annotated[int | None, typer.Option(help="Individuals a generation.")]
-Seed = Annotated[int | None, typer.Option(help="Seed of all randomness.")]
+Generations = Annotated[int | None, typer.Option(help="Number of generations.")]
+Population = Annotated[int | None, typer.Option(help="Individuals per generation.")]
+Seed = Annotated[int | None, typer.Option(help="Seed of all random numbers.")]
 From = Annotated[
     str | None,
     typer.Option(
         "--from",
         metavar="FILE|RUN[@N]|CODE",
-        help="Start from an individual: a champion's file, a run's champion, the best of a "
-        "run's generation N, or that of a challenge code. The others are its mutations.",
+        help="Start from an individual and its mutations: a champion file, the champion of a run, "
+        "the best of its generation N, or the individual of a challenge code.",
         autocompletion=completion.run_names,
     ),
 ]
@@ -96,26 +97,30 @@ ExportFile = Annotated[
 ]
 Set = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change any option; may be repeated."),
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Set an option of the experiment; may be repeated."
+    ),
 ]
 Workers = Annotated[
     int | None,
     typer.Option(
         min=1,
         max=1024,
-        help="How many work at a time, where that is faster. Does not change the result.",
+        help="Number of parallel workers, used where faster. Does not change the result.",
     ),
 ]
 Dask = Annotated[
     str | None,
     typer.Option(
         metavar="ADDRESS|local",
-        help="Share the work over a Dask cluster: its scheduler's address, such as "
-        "tcp://host:8786, or 'local' for --workers of its own. Does not change the result.",
+        help="Use a Dask cluster: the address of its scheduler, such as tcp://host:8786, or "
+        "'local' to start one with --workers workers. Does not change the result.",
     ),
 ]
 Detach = Annotated[
     bool,
-    typer.Option("--detach", help="In the background: until it is finished, or 'gaitsim stop'."),
+    typer.Option(
+        "--detach", help="Run in the background, until finished or stopped by 'gaitsim stop'."
+    ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="One JSON object a line, for programs.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object per line, for programs.")]

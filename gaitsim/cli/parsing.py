@@ -1,4 +1,4 @@
-"""Values of options that several commands read alike."""
+"""Parsers of option values shared by several commands."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,24 +10,24 @@ from gaitsim.individual import Asked, Individual, Member, Near
 
 
 def which(generation: int | None, member: str | None) -> Asked:
-    """Return the individual of `--generation` or `--member`; None for neither.
+    """Return the individual requested by `--generation` or `--member`; None for neither.
 
     Raises:
-        GaitsimError: both are given, or the member is neither a number nor values by name.
+        GaitsimError: both are given, or the member is neither a number nor NAME=VALUE.
     """
     if member is None:
         return generation
     if generation is not None:
         raise GaitsimError(
-            "a generation's best and a member are requested",
+            "--generation and --member cannot be combined",
             where="--generation, --member",
-            allowed="one of the two: members are of the last generation",
+            allowed="one of the two; members belong to the last generation",
         )
     return _member(member)
 
 
 def _member(text: str) -> Member | Near:
-    allowed = "a number from 1, or NAME=VALUE with commas between, as 'duty factor L2=0'"
+    allowed = "a number from 1, or NAME=VALUE,…, such as 'duty factor L2=0'"
     if text.isascii() and text.isdecimal() and len(text) < 10 and int(text):
         return Member(int(text))
     if "=" not in text:
@@ -39,7 +39,7 @@ def _member(text: str) -> Member | Near:
             raise ValueError
     except ValueError:
         raise GaitsimError(
-            f"{text!r} has a value that is not a number", where="--member", allowed=allowed
+            f"a value in {text!r} is not a number", where="--member", allowed=allowed
         ) from None
     return Near(found)
 
@@ -50,7 +50,7 @@ def asked_individuals(
     """Return the individuals of `--generation`, `--generations 1,50` or `--member`, in order.
 
     Raises:
-        GaitsimError: more than one of them are given, or they are not numbers.
+        GaitsimError: more than one of the options is given, or a value is invalid.
     """
     asked = which(one, member)
     if several is None:
@@ -58,7 +58,7 @@ def asked_individuals(
     if asked is not None:
         option = "--generation" if member is None else "--member"
         raise GaitsimError(
-            f"one {option[2:]} and several generations are requested",
+            f"{option} and --generations cannot be combined",
             where=f"{option}, --generations",
             allowed="one of the two",
         )
@@ -66,15 +66,15 @@ def asked_individuals(
 
 
 Changing = Callable[[Individual], Individual]
-"""Moves an individual on a changed body."""
+"""Returns an individual that moves on a changed body."""
 
 
 def asked_body(
     damage: Sequence[str] | None, world: Sequence[str] | None, engine: str | None = None
 ) -> Changing:
-    """Return what changes a body as `--damage`, `--world` and `--engine` ask.
+    """Return the change of a body requested by `--damage`, `--world` and `--engine`.
 
-    It raises a GaitsimError if the body cannot be damaged, in this world or in this engine.
+    The returned function raises a GaitsimError if the body does not support the change.
 
     Raises:
         GaitsimError: a condition has no value.
@@ -97,10 +97,10 @@ def asked_body(
 
 
 def asked_generations(several: str | None) -> tuple[int, ...]:
-    """Return the generations of `--generations 1,50`, in order; () without.
+    """Return the generations of `--generations 1,50`, in order; () for None.
 
     Raises:
-        GaitsimError: they are not numbers.
+        GaitsimError: the text is not a list of numbers.
     """
     if several is None:
         return ()
@@ -109,7 +109,7 @@ def asked_generations(several: str | None) -> tuple[int, ...]:
         raise GaitsimError(
             f"{several!r} is not a list of generations",
             where="--generations",
-            allowed="numbers with commas between them, such as 1,50,300",
+            allowed="numbers separated by commas, such as 1,50,300",
         )
     return tuple(dict.fromkeys(int(part) for part in parts))
 
@@ -117,41 +117,41 @@ def asked_generations(several: str | None) -> tuple[int, ...]:
 def file_format(
     format: str | None, out: Path | None, known: Sequence[str], default: str, what: str
 ) -> str:
-    """Return the format of `--format`, or else the one that the name of `--out` ends with.
+    """Return the format given by `--format`, or else by the extension of `--out`.
 
     Args:
-        format: as `--format` gives it.
-        out: as `--out` gives it.
-        known: the formats, each the ending of its files.
-        default: the format where neither is given.
-        what: what the files hold, in the plural.
+        format: value of `--format`.
+        out: value of `--out`.
+        known: the formats, each equal to the extension of its files.
+        default: format if neither option is given.
+        what: content of the files, in the plural.
 
     Raises:
-        GaitsimError: the two contradict each other, or the name has another ending.
+        GaitsimError: the two options contradict each other, or the extension is unknown.
     """
     if out is None:
         return format or default
     ending = out.suffix[1:].lower()
     if format is None and ending not in known:
         raise GaitsimError(
-            f"{out} does not end with a format of {what}",
+            f"unknown extension for {what}: {out}",
             where="--out",
             allowed=", ".join(f".{one}" for one in known),
-            remedy="give it such an ending, or say which with --format",
+            remedy="change the extension, or add --format",
         )
     if format is not None and ending in known and ending != format:
         raise GaitsimError(
-            f"{out} ends with .{ending}, but --format says {format}",
-            remedy="leave one of the two out",
+            f"{out} ends with .{ending}, but --format is {format}",
+            remedy="leave out one of the two",
         )
     return format or ending
 
 
 def seconds(text: str | None) -> tuple[float, float] | None:
-    """Return the first and the last second of a `--window` such as '2:5'.
+    """Return the start and end in seconds of a `--window` such as '2:5'.
 
     Raises:
-        GaitsimError: it is not a window.
+        GaitsimError: the text is not a window.
     """
     if text is None:
         return None
@@ -161,27 +161,27 @@ def seconds(text: str | None) -> tuple[float, float] | None:
             raise ValueError
     except ValueError:
         raise GaitsimError(
-            f"{text!r} is not a part of a motion",
+            f"{text!r} is not a window of time",
             where="--window",
-            allowed="two seconds with a colon between them, the later one last, such as 2:5",
+            allowed="START:END in seconds, such as 2:5",
         ) from None
     return first, last
 
 
 def pixels(text: str | None) -> tuple[int, int] | None:
-    """Return the width and the height of a `--size` such as '1280x720'.
+    """Return the width and height in pixels of a `--size` such as '1280x720'.
 
     Raises:
-        GaitsimError: it is not a size.
+        GaitsimError: the text is not a size.
     """
     if text is None:
         return None
     parts = text.lower().replace("×", "x").split("x")
     if len(parts) != 2 or not all(part.isdecimal() and len(part) < 7 for part in parts):
         raise GaitsimError(
-            f"{text!r} is not the size of a picture",
+            f"{text!r} is not a size",
             where="--size",
-            allowed="width x height in pixels, such as 1280x720",
+            allowed="WIDTHxHEIGHT in pixels, such as 1280x720",
         )
     return int(parts[0]), int(parts[1])
 
@@ -190,13 +190,13 @@ def by_name(text: str, option: str, allowed: str) -> dict[str, str]:
     """Return the texts of a list NAME=TEXT,… by name; '' for a name alone.
 
     Raises:
-        GaitsimError: a name is missing, or is there twice.
+        GaitsimError: a name is missing or repeated.
     """
     found: dict[str, str] = {}
     for part in text.split(","):
         name, _, value = (one.strip() for one in part.partition("="))
         if not name or name in found:
-            what = f"{name!r} is there twice" if name else f"{text!r} lacks a name"
+            what = f"{name!r} is given twice" if name else f"a name is missing in {text!r}"
             raise GaitsimError(what, where=option, allowed=allowed)
         found[name] = value
     return found
@@ -206,11 +206,11 @@ def axis_ends(text: str | None) -> dict[str, tuple[float, float] | None] | None:
     """Return the ends of each axis of `--axes NAME=LOW:HIGH,…`; None for a name alone.
 
     Raises:
-        GaitsimError: they are not two numbers, the lower one first.
+        GaitsimError: the ends are not two increasing numbers.
     """
     if text is None:
         return None
-    allowed = "NAME=LOW:HIGH, the lower number first, with commas between axes: forward=0:2"
+    allowed = "NAME=LOW:HIGH,… with LOW below HIGH, such as forward=0:2"
     found: dict[str, tuple[float, float] | None] = {}
     for name, ends in by_name(text, "--axes", allowed).items():
         try:
@@ -219,17 +219,17 @@ def axis_ends(text: str | None) -> dict[str, tuple[float, float] | None] | None:
                 raise ValueError
         except ValueError:
             raise GaitsimError(
-                f"{ends!r} are not the ends of the axis {name!r}", where="--axes", allowed=allowed
+                f"invalid ends {ends!r} of the axis {name!r}", where="--axes", allowed=allowed
             ) from None
         found[name] = (low, high) if ends else None
     return found
 
 
 def counts(text: str | None) -> int | tuple[int, ...] | None:
-    """Return the number of cells of `--cells 5000`, or the counts of `--cells 40x30`.
+    """Return the number of cells of `--cells 5000`, or the counts per axis of `--cells 40x30`.
 
     Raises:
-        GaitsimError: it is neither.
+        GaitsimError: the text is neither.
     """
     if text is None:
         return None
@@ -238,6 +238,7 @@ def counts(text: str | None) -> int | tuple[int, ...] | None:
         raise GaitsimError(
             f"{text!r} is not a number of cells",
             where="--cells",
-            allowed="a number of Voronoi cells, as 5000, or a count for each axis, as 40x30",
+            allowed="a number of Voronoi cells, such as 5000, or one count per axis of a grid, "
+            "such as 40x30",
         )
     return int(text) if len(parts) == 1 else tuple(map(int, parts))

@@ -24,7 +24,7 @@ from gaitsim.render.terminal.view import Viewpoint
 
 FPS = 20
 SPEEDS = 0.01, 100.0
-SIZE = 80, 24  # columns and rows of a still where the output is not a terminal
+SIZE = 80, 24  # columns and rows of a still if the output is not a terminal
 
 
 def play(
@@ -38,16 +38,16 @@ def play(
     speed: Annotated[float, typer.Option(help="Speed relative to real time.")] = 1.0,
     whole: Annotated[
         bool,
-        typer.Option("--whole", help="Show the whole path; the camera does not follow the body."),
+        typer.Option("--whole", help="Show the whole path with a fixed camera."),
     ] = False,
     once: Annotated[
-        bool, typer.Option("--once", help="Play the motion once; otherwise it repeats.")
+        bool, typer.Option("--once", help="Play the motion once instead of repeating it.")
     ] = False,
     at: Annotated[
-        float | None, typer.Option(min=0, help="Print a still of this moment, in seconds.")
+        float | None, typer.Option(min=0, help="Print a still at this time in seconds.")
     ] = None,
 ) -> None:
-    """Play a champion in the terminal, until Ctrl-C.
+    """Play a champion in the terminal until Ctrl-C.
 
     [bold]Examples[/bold]
 
@@ -67,7 +67,7 @@ def play(
     """
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
-            f"a speed of {speed:g} cannot be shown",
+            f"invalid speed {speed:g}",
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
@@ -84,7 +84,7 @@ def play(
 def _still(found: Individual, clip: Clip, camera: Viewpoint, at: float) -> None:
     if not at <= clip.seconds:
         raise GaitsimError(
-            f"{at:g} s is beyond the motion",
+            f"{at:g} s is after the end of the motion",
             where="--at",
             allowed=f"0 to {clip.seconds:g}",
         )
@@ -98,7 +98,7 @@ def _loop(found: Individual, clip: Clip, camera: Viewpoint, speed: float, once: 
     if not console.is_terminal:
         raise GaitsimError(
             "the output is not a terminal",
-            allowed="a terminal, or --at SECONDS, which prints a still",
+            allowed="a terminal, or --at SECONDS to print a still",
             remedy=f"make a video instead: gaitsim video {found.source}" if found.source else "",
         )
     duration = clip.seconds

@@ -32,7 +32,7 @@ def plot(
         typer.Option(
             metavar="KIND",
             help="fitness, terms, diversity, genome, runs, search, front, archive, gaits, path, "
-            "channel, footfall, phase, joints, stability, or all of these that the run has.",
+            "channel, footfall, phase, joints, stability, or all: every kind that applies.",
         ),
     ] = "fitness",
     generation: BestOf = None,
@@ -41,32 +41,36 @@ def plot(
     world: World = None,
     generations: Annotated[
         str | None,
-        typer.Option(metavar="N,N,…", help="The best of several, as 1,50,300, for --kind channel."),
+        typer.Option(
+            metavar="N,N,…",
+            help="The best of several generations, such as 1,50,300. For --kind channel.",
+        ),
     ] = None,
     channel: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Channel of the motion; a wrong name lists them. For --kind channel, and for "
-            "--kind joints one of joints, as torque.",
+            help="Channel of the motion; an unknown name lists all. For --kind channel, and for "
+            "--kind joints a channel of joints, such as torque.",
         ),
     ] = None,
     component: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Component of the channel, as z, 3 or 'L1 coxa'; may be repeated. Default: all.",
+            help="Component of the channel, such as z, 3 or 'L1 coxa'; may be repeated. "
+            "Default: all.",
         ),
     ] = None,
     window: Annotated[
         str | None,
-        typer.Option(metavar="S:S", help="Part of the motion in seconds, as 2:5."),
+        typer.Option(metavar="S:S", help="Part of the motion in seconds, such as 2:5."),
     ] = None,
     beside: Annotated[
         list[str] | None,
         typer.Option(
             metavar="RUN",
-            help="Another run, with its repeats; may be repeated. For --kind runs.",
+            help="Another run, with its repeats; may be given several times. For --kind runs.",
         ),
     ] = None,
     axes: Annotated[
@@ -78,13 +82,13 @@ def plot(
     ] = None,
     theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
     format: Annotated[
-        PlotFormat | None, typer.Option(help="Default: as --out ends, or png.")
+        PlotFormat | None, typer.Option(help="Default: by the extension of --out, or png.")
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            help="File to write; for --kind all a folder, made if missing. Default: in the run's "
-            "exports folder."
+            help="File to write; for --kind all, a folder, created if missing. Default: in the "
+            "run's exports folder."
         ),
     ] = None,
 ) -> None:
@@ -175,12 +179,12 @@ def _plot_all(
     out: Path | None,
     format: PlotFormat,
 ) -> None:
-    """Plot every kind that the body has; report the others with the reason."""
+    """Plot every kind that applies; report why the others do not."""
     if out is not None and out.exists() and not out.is_dir():
         raise GaitsimError(
             f"--kind all writes several files, and {out} is a file",
             where="--out",
-            allowed="a folder, which is made where it is missing",
+            allowed="a folder, created if missing",
         )
     request = _with_individuals(request, numbers, changed)
     folder = out or exports_folder(request.run.path)
@@ -191,11 +195,11 @@ def _plot_all(
             try:
                 if kind == "channel" and request.channel is None:
                     _check_channel(request)
-                # Only one kind draws what --channel chooses.
+                # --channel is only for the kind "channel" here.
                 asked = request if kind == "channel" else replace(request, channel=None)
                 figure = KINDS[kind].draw(asked)
             except NothingToPlotError as error:
-                notice(f"No plot of the kind {kind}: {error.what}")
+                notice(f"No plot of kind {kind}: {error.what}")
             else:
                 path = folder / f"{file_stem(kind, asked)}.{format}"
                 save(figure, path, request.theme)
@@ -205,26 +209,26 @@ def _plot_all(
 
 
 def _check_channel(request: Request) -> None:
-    """Refuse a default channel that another kind draws already."""
+    """Refuse a default channel that another kind of plot already draws."""
     name = usual_channel(request.individual)
     if name in OWN:
         raise NothingToPlotError(f"{OWN[name]} draws {name}; --channel chooses another")
 
 
 def _with_individuals(request: Request, numbers: Sequence[Asked], changed: Changing) -> Request:
-    """Return the request with the individuals of the generations, on their changed bodies."""
+    """Return the request with its individuals, on their changed bodies."""
     found = tuple(changed(request.run.individual(number)) for number in numbers or (None,))
     return replace(request, individuals=found)
 
 
 def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
-    """Refuse all options that the kind does not read."""
+    """Check that the kind of plot uses all given options."""
     looked_at = OF_ALL if kind == "all" else KINDS[kind].options
     idle = [name for name, value in given.items() if value and name not in looked_at]
     if idle:
         raise GaitsimError(
-            f"a plot of the kind {kind} does not take {' and '.join(idle)}",
-            allowed=", ".join(sorted(looked_at)) or "none of them: it shows the whole run",
+            f"a plot of kind {kind} does not take {' and '.join(idle)}",
+            allowed=", ".join(sorted(looked_at)) or "no such options: it shows the whole run",
             remedy=" or ".join(
                 f"--kind {one}" for one, known in KINDS.items() if {*idle} <= {*known.options}
             ),

@@ -1,4 +1,4 @@
-"""What a user sees while a run evolves: live, in plain lines, or as JSON lines."""
+"""Displays of an evolving run: a live view, plain lines, or JSON lines."""
 
 import math
 import time
@@ -16,7 +16,7 @@ from gaitsim.runs.files.history import island_bests, row
 
 
 def display(path: Path, known: Snapshot, json: bool) -> Display:
-    """The display that fits where the output goes."""
+    """Return the display that suits the output: JSON lines, a terminal or a log."""
     if json:
         return JsonLines(path, known)
     if output().is_terminal:
@@ -25,7 +25,7 @@ def display(path: Path, known: Snapshot, json: bool) -> Display:
 
 
 def snapshot_of(generation: Generation | None, experiment: Experiment, **more: Any) -> Snapshot:
-    """Return a generation as displays take it; one without news before the first."""
+    """Return the snapshot of a generation for displays; an empty one before the first."""
     generations, islands = experiment.evolution.generations, experiment.islands.number
     if generation is None:
         return Snapshot("running", generations=generations, **more)
@@ -41,28 +41,28 @@ def snapshot_of(generation: Generation | None, experiment: Experiment, **more: A
         evaluations=progress.evaluations,
         top=ranked(generation.scores, generation.evaluation.terms, BEST_SHOWN),
         islands=bests,
-        # Where the generation is only judged anew, there is none yet.
+        # A re-evaluated generation has no champion yet.
         champion=Best(found, progress.best_score, ()) if progress.stagnation >= 0 else None,
         **more,
     )
 
 
 def row_of(generation: Generation, snapshot: Snapshot) -> Row:
-    """Return a generation's row of the history; with islands, the best score of each as well."""
+    """Return a generation's row of the history, with the best score of each island, if any."""
     islands = list(snapshot.islands)
     return {**row(generation), **({"islands": islands} if islands else {})}
 
 
 class JsonLines(Display):
-    """One object a generation: the columns of the history; and one where a stage begins.
+    """One object per generation, with the columns of the history, and one per new stage.
 
-    With islands, the best score of each as well.
+    With islands, the objects also hold the best score of each.
     """
 
     def begin_stage(
         self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
     ) -> None:
-        """Print the stage's number, its first generation, and what it changes."""
+        """Print the number of the stage, its first generation and its changes."""
         print_json({"stage": number, "first": first, "changes": list(changes)})
 
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
@@ -72,7 +72,7 @@ class JsonLines(Display):
 
 
 class PlainLines(Display):
-    """A line now and then, for pipes and logs: first, last, and every two seconds."""
+    """Plain lines for pipes and logs: the first, the last, and one every two seconds."""
 
     def __init__(
         self, path: Path, known: Snapshot, clock: Callable[[], float] = time.monotonic
@@ -90,7 +90,7 @@ class PlainLines(Display):
         echo(stage_line(number, first, changes))
 
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
-        """Print a line if it is time."""
+        """Print a line if two seconds have passed or the run has ended."""
         now = self._clock()
         self._row = rows[-1] if rows else self._row
         if self._row and (snapshot.ended or now - self._printed > 2):

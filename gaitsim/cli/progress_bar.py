@@ -1,4 +1,4 @@
-"""How far a command is: a bar on a terminal, JSON lines for programs, plain lines in a log."""
+"""Progress of a command: a bar on a terminal, JSON lines for programs, or lines in a log."""
 
 import sys
 import time
@@ -11,18 +11,18 @@ from gaitsim.cli.streams import machine_readable
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
 
-LINE_EVERY, RECORD_EVERY = 2.0, 0.1  # seconds between two lines of a log, and two records
+LINE_EVERY, RECORD_EVERY = 2.0, 0.1  # seconds between lines of a log, and between records
 
 
 class Progress:
-    """Report on standard error how much of some work is done.
+    """Report progress on standard error.
 
     Args:
-        what: what is worked on.
-        unit: what is counted, in the plural.
-        total: how many there are; None while that is unknown.
-        done: how many were done before.
-        log: the first line for a log, which gets others now and then; '' prints none.
+        what: name of the work.
+        unit: counted units, in the plural.
+        total: total number of units; None while unknown.
+        done: number of units already done.
+        log: first line of a log, followed by a line every two seconds; '' for no log.
     """
 
     def __init__(
@@ -55,16 +55,16 @@ class Progress:
             self._bar.stop()
 
     def expect(self, total: int) -> None:
-        """Take note of how many there are."""
+        """Set the total number of units."""
         self._total = total
         self._report()
 
     def advance(self, steps: int = 1) -> None:
-        """Take note that more is done."""
+        """Add to the number of units done."""
         self.reach(self._done + steps)
 
     def reach(self, done: int) -> None:
-        """Take note of how many are done."""
+        """Set the number of units done."""
         self._done = done
         self._report()
 
@@ -95,6 +95,6 @@ def _bar(unit: str) -> "Bar":
         progress.TimeRemainingColumn(),
         console=errors(),
         transient=True,
-        # Results that go to a file would end up on the terminal.
+        # If redirected to a file, results would appear on the terminal instead.
         redirect_stdout=sys.stdout.isatty(),
     )

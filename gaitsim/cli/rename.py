@@ -12,13 +12,13 @@ from gaitsim.runs.renaming import rename_run
 
 def rename(
     run: RunName,
-    name: Annotated[str, typer.Argument(help="New name of its folder.", show_default=False)],
+    name: Annotated[str, typer.Argument(help="New name of the run's folder.", show_default=False)],
     json: Json = False,
 ) -> None:
     """Rename a run.
 
-    Its folder gets another name in the same place. A run that a process evolves keeps its name
-    until that process ends.
+    The run's folder gets a new name in the same place. A run cannot be renamed while it is
+    evolving.
 
     [bold]Examples[/bold]
 

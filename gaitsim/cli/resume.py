@@ -15,7 +15,7 @@ from gaitsim.runs.files.folder import find_run
 def resume(
     run: RunName,
     generations: Annotated[
-        int | None, typer.Option(help="Last generation. Default: as planned.")
+        int | None, typer.Option(help="New last generation. Default: as planned.")
     ] = None,
     set_: Set = None,
     workers: Workers = None,
@@ -23,7 +23,7 @@ def resume(
     any_version: Annotated[
         bool,
         typer.Option(
-            "--any-version", help="Continue although the version of a plugin's package has changed."
+            "--any-version", help="Continue even if the version of a plugin's package has changed."
         ),
     ] = False,
     detach: Detach = False,
@@ -31,7 +31,7 @@ def resume(
 ) -> None:
     """Continue a run exactly as if it had never stopped, or with other options.
 
-    Changes by --set hold from the next generation on, as a new stage of the run.
+    Changes by --set take effect from the next generation, as a new stage of the run.
 
     [bold]Examples[/bold]
 

@@ -27,8 +27,8 @@ def run(
     experiment: Annotated[
         str | None,
         typer.Argument(
-            help="A preset's name, or the path of a TOML file, or of a robot's file, such as URDF. "
-            "Default: the experiment of the code after --from.",
+            help="Name of a preset, or path of a TOML file or a robot file such as URDF. "
+            "Default: the experiment of the challenge code after --from.",
             metavar="NAME|FILE",
             autocompletion=preset_names,
         ),
@@ -46,7 +46,7 @@ def run(
 ) -> None:
     """Evolve a gait and keep the run on disk.
 
-    Ctrl-C stops after the current generation, saves, and prints how to continue.
+    Ctrl-C stops after the current generation, saves the run, and prints how to continue it.
 
     [bold]Examples[/bold]
 
@@ -82,7 +82,7 @@ def run(
         raise GaitsimError(
             "no experiment is given",
             where="NAME|FILE",
-            allowed="a preset's name or a file; with --from CODE it can be left out",
+            allowed="the name of a preset or a file; optional with --from CODE",
             remedy="'gaitsim experiments list' lists the presets",
         )
     start = challenge or from_

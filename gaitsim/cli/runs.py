@@ -62,7 +62,8 @@ def runs(
         print_table(columns, rows, numbers=["generation", "best"])
         if any(row["outside"] for row in found):
             output().print(
-                f"{PYTHON} is code outside the run, which cannot be reproduced from its files alone"
+                f"{PYTHON} is Python code outside the run, so the run cannot be reproduced from "
+                "its files alone"
             )
         for row in found:
             if row["failure"]:
@@ -70,14 +71,18 @@ def runs(
 
 
 def check_root(root: Path) -> None:
-    """Refuse a folder that does not hold runs; only `runs` may be missing, before the first run."""
+    """Check that a folder can hold runs; only `runs` may be missing, before the first run.
+
+    Raises:
+        GaitsimError: the folder is a run itself, or does not exist.
+    """
     if holds_run(root):
         raise GaitsimError(
             f"{root} is a run",
             allowed="a folder that holds runs",
             remedy=command("show", root),
         )
-    # os.path, unlike pathlib, answers for names that no file can have, too.
+    # Unlike pathlib, os.path accepts names that are invalid for files.
     if root != RUNS and not os.path.exists(root):  # noqa: PTH110
         raise GaitsimError(
             f"folder not found: {root}",
@@ -87,16 +92,16 @@ def check_root(root: Path) -> None:
 
 
 def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None:
-    """Delete runs after asking; all of them must exist."""
+    """Delete runs after confirmation; all of them must exist."""
     paths = [root / name if holds_run(root / name) else find_run(name) for name in references]
     named = ", ".join(map(str, dict.fromkeys(paths)))
     if not yes:
         if not sys.stdin.isatty():
             raise GaitsimError(
-                f"{named} cannot be deleted without confirmation: there is no terminal",
+                f"{named} cannot be deleted: there is no terminal to confirm it",
                 remedy="add --yes to delete without asking",
             )
-        if not confirm(f"Delete {named}, with all its exports?"):
+        if not confirm(f"Delete {named}, including all exports?"):
             notice("Nothing was deleted.")
             return
     for path in dict.fromkeys(paths):
@@ -104,11 +109,11 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
         if json:
             print_json({"deleted": str(path)})
         else:
-            echo(f"{path} is deleted")
+            echo(f"{path}: deleted")
 
 
 def _row(run: Overview) -> dict[str, Any]:
-    """Return a run's row. No plugin is loaded, so a missing one does no harm."""
+    """Return the row of a run, without loading plugins, which may be missing."""
     return {
         "run": run.name,
         "organism": run.plugins.get("organism", ""),

@@ -16,14 +16,14 @@ from gaitsim.render.terminal.text import number
 def print_score_breakdown(
     individual: Individual, history: Mapping[str, NDArray[np.float64]]
 ) -> None:
-    """Print the terms of the score over time and over the generations, and a summary."""
+    """Print the terms of the score over time and over generations, and a summary."""
     for section in explanation(individual, history):
         output().print()
         print_section(section)
 
 
 def print_section(section: Passage) -> None:
-    """Print a table with what is said above and below it."""
+    """Print a section: its title and warnings, its table, and its notes."""
     console = output()
     if section.title:
         console.print(section.title, style="bold")
@@ -47,10 +47,10 @@ def print_robustness(found: Robustness) -> None:
             for p in found.perturbations
         ]
         numbers = "score", "falls by"
-        print_table(["the same, but", *numbers, ""], rows, numbers)
+        print_table(["perturbation", *numbers, ""], rows, numbers)
         console.print(
-            f"Shares of {number(found.worth)}, what the score is worth; draws by chance are "
-            "means of ten."
+            f"Falls are relative to {number(found.worth)}, the magnitude of the score; random "
+            "perturbations are means of ten draws."
         )
     for missing in found.missing:
         console.print(f"Not available: {missing}.", style="yellow")

@@ -18,7 +18,7 @@ from gaitsim.tui.themes import check_theme
 def serve(
     root: Root = Path("runs"),
     host: Annotated[
-        str, typer.Option(help="Address to listen on. Default: this machine alone.")
+        str, typer.Option(help="Address to listen on. Default: this machine only.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen on.")] = 8000,
     theme: ThemeName = None,
@@ -27,16 +27,17 @@ def serve(
         typer.Option(
             envvar="GAITSIM_TOKEN",
             show_envvar=True,
-            help="Token that a browser must know. Default: a new one, random, for each start.",
+            help="Token that the address must contain. Default: random, new at each start.",
         ),
     ] = None,
     windows: Annotated[
-        int, typer.Option(min=1, max=1000, help="Largest number of windows open at a time.")
+        int, typer.Option(min=1, max=1000, help="Maximum number of open windows.")
     ] = 8,
 ) -> None:
     """Open the terminal UI in a browser, by default on this machine only.
 
-    Each window runs its own app. The printed address holds a token; nobody gets in without it.
+    Each browser window runs its own app. The printed address contains a token, without which
+    access is denied.
 
     [bold]Examples[/bold]
 
@@ -56,9 +57,9 @@ def serve(
         if not is_loopback(host):
             notice(
                 f"Warning: {host} can be reached from other machines, and nothing is encrypted: "
-                "people who read the network's traffic get the token, and start, change and "
-                "delete runs as you. Without --host, only this machine can connect, and others "
-                "by ssh -L."
+                "anyone who can read the network traffic can take the token and start, change "
+                "and delete runs as you. Without --host, only this machine can connect; other "
+                "machines can use ssh -L."
             )
         words = [sys.executable, "-m", "gaitsim", "tui", str(root)]
         words += ["--theme", chosen] if chosen else []
@@ -66,7 +67,7 @@ def serve(
 
 
 def _token(given: str | None) -> str:
-    """Return the token given, if one is; else a random one."""
+    """Return the given token, or a random one."""
     given = os.environ.get("GAITSIM_TOKEN") if given is None else given
     if given is None:
         return secrets.token_urlsafe(24)
@@ -75,6 +76,6 @@ def _token(given: str | None) -> str:
             "the token is empty",
             where="--token or GAITSIM_TOKEN",
             allowed="a text that is hard to guess",
-            remedy="leave it out: each start then has its own",
+            remedy="leave it out to get a random token at each start",
         )
     return given

@@ -7,14 +7,14 @@ from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
 
-LONG = 4000  # characters; chats cut longer messages
+LONG = 4000  # characters; chat programs truncate longer messages
 
 
 def share(run: RunName, generation: BestOf = None, member: MemberOf = None) -> None:
     """Print the champion as a challenge code, a text that others can verify.
 
-    The code holds the experiment, the genome, the score, and the versions and the processor that
-    made it. It is alone on standard output, on one line.
+    The code contains the experiment, genome and score, and the versions and processor that computed
+    them. Standard output holds nothing but the code, on one line.
 
     [bold]Examples[/bold]
 
@@ -33,7 +33,7 @@ def share(run: RunName, generation: BestOf = None, member: MemberOf = None) -> N
     echo(code)
     size = f"{len(code):,} characters"
     if len(code) > LONG:
-        size += ", too long for most chats: send it as a file"
+        size += ", too long for most chat programs: send it as a file"
     notice(
         f"{individual.title}, score {individual.score!r}: {size}. "
         "Anyone can check it with: gaitsim verify CODE"

@@ -29,12 +29,12 @@ def show(
         bool,
         typer.Option(
             "--fingerprint",
-            help="Print only the SHA-256 of population, scores and history without times.",
+            help="Print only the SHA-256 hash of population, scores and history, without times.",
         ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """Show a run in full: its plugins, its progress, its stages and its champion.
+    """Show a run in full: its plugins, progress, stages and champion.
 
     [bold]Examples[/bold]
 
@@ -115,7 +115,7 @@ def _print(run: RunSnapshot) -> None:
         console.print(f"{entry.notice}.")
     islands = experiment.islands
     if islands.number > 1:
-        where = "on a ring" if islands.topology == "ring" else "all neighbours"
+        where = "on a ring" if islands.topology == "ring" else "that are all neighbours"
         console.print(
             f"{islands.number:,} islands {where}; every {islands.every:,} generations the best "
             f"{islands.migrants:,} of each migrate"
@@ -136,7 +136,7 @@ def _print(run: RunSnapshot) -> None:
         )
     if not history:
         again = command("resume", run.path)
-        console.print(f"No generation is finished. Continue: {again}")
+        console.print(f"No generation is finished yet. Continue: {again}")
         return
     console.print(
         f"generation {len(history['best'])} of {experiment.evolution.generations}, "
@@ -162,7 +162,7 @@ def _print(run: RunSnapshot) -> None:
 
 
 def _champion(run: RunSnapshot) -> Individual | dict[str, Any] | None:
-    """Return the champion; what the history says of it where its body is not known here."""
+    """Return the champion; its row in the history if its Python code is missing here."""
     try:
         return champion_of(run)
     except MissingFunctionError:
@@ -177,7 +177,7 @@ def _champion(run: RunSnapshot) -> Individual | dict[str, Any] | None:
 
 
 def _print_members(run: RunSnapshot) -> None:
-    """How many members the search keeps, and the range of their values."""
+    """Print the number of members that the search keeps, and the ranges of their values."""
     members = run.members
     if members is None or not len(members.scores):
         return
@@ -193,7 +193,7 @@ def _print_members(run: RunSnapshot) -> None:
 
 
 def _print_tests(run: RunSnapshot) -> None:
-    """The tests in reality from which the search has learnt, in their order."""
+    """Print the tests in reality that the search has learned from, in order."""
     tests = RealityTests.of(run.finished.state)
     if tests is None or not tests.count:
         return
@@ -204,14 +204,14 @@ def _print_tests(run: RunSnapshot) -> None:
         [str(row["generation"]), *(number(row[name]) for name in scores)]
         for row in tests.to_dicts()
     ]
-    rows[0][-1] = "–"  # nothing to predict from
+    rows[0][-1] = "–"  # the first test has no earlier ones to predict from
     output().print()
     output().print(f"tests in reality, {toml.text(run.experiment.transferability.reality)}:")
     print_table(columns, rows, numbers=columns)
 
 
 def _note(run: RunSnapshot) -> str:
-    """Return the note of a run; warn where it cannot be read."""
+    """Return the note of a run; print a warning if it cannot be read."""
     try:
         return run.note
     except RunError as error:
@@ -220,7 +220,7 @@ def _note(run: RunSnapshot) -> str:
 
 
 def _print_stages(run: RunSnapshot, history: Mapping[str, NDArray[np.float64]]) -> None:
-    """The stages of a run that has several, and what waits to begin one."""
+    """Print the stages of a run if it has several, and pending changes."""
     console = output()
     stages = run.stages
     if len(stages) > 1:
@@ -235,4 +235,4 @@ def _print_stages(run: RunSnapshot, history: Mapping[str, NDArray[np.float64]]) 
         print_table(columns, rows, numbers=["stage", "best"])
     if run.pending:
         changed = "; ".join(map(str, run.pending))
-        console.print(f"from generation {stages[-1].last + 1} on: {changed}")
+        console.print(f"from generation {stages[-1].last + 1}: {changed}")

@@ -1,4 +1,4 @@
-"""What the commands that begin a run share."""
+"""Steps shared by the commands that start a run."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ from gaitsim.sharing.challenge import Challenge
 def given_options(
     generations: int | None, population: int | None, seed: int | None, set_: Sequence[str] | None
 ) -> dict[str, Any]:
-    """Return the options of an experiment that the command line gives, by key.
+    """Return the experiment options given on the command line, by key.
 
     Raises:
         ExperimentError: a `--set` is not KEY=VALUE.
@@ -41,13 +41,13 @@ def begin_run(
     detach: bool,
     json: bool,
 ) -> None:
-    """Create a run and evolve it, here or in the background.
+    """Create a run and evolve it, in this process or in the background.
 
-    `from_` is the value of `--from`, or the challenge of a code that was read already.
+    `from_` is the value of `--from`, or a challenge code that was already read.
 
     Raises:
-        GaitsimError: the individual of `--from` does not fit, the folder cannot be created, or the
-            run fails.
+        GaitsimError: the individual of `--from` does not fit the experiment, the folder cannot be
+            created, or the run fails.
     """
     start = None
     if from_ is not None:

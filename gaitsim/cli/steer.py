@@ -20,7 +20,7 @@ def steer(
     experiment: Annotated[
         str,
         typer.Argument(
-            help="A preset's name or an experiment file, whose body has commands.",
+            help="Name of a preset, or experiment file, whose body has commands.",
             metavar="[NAME|FILE]",
             autocompletion=preset_names,
             show_default=True,
@@ -30,18 +30,18 @@ def steer(
         list[str] | None,
         typer.Option(
             metavar="COMMAND=RUN[@N]",
-            help="Let an individual of a run control a command; may be repeated.",
+            help="Assign an individual of a run to a command; may be repeated.",
         ),
     ] = None,
     set_: Set = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.html", help="Write a web page that steers the body instead, in one file."
+            metavar="FILE.html", help="Write a web page to steer the body in, as one file, instead."
         ),
     ] = None,
 ) -> None:
-    """Fly a body yourself: keys choose which trained network is in command.
+    """Fly a body yourself: keys choose the trained network in control.
 
     [bold]Examples[/bold]
 
@@ -52,7 +52,7 @@ def steer(
     gaitsim steer --out fly.html
     """
     if out is None:
-        check_terminal("without one, write a web page: gaitsim steer --out fly.html")
+        check_terminal("write a web page instead: gaitsim steer --out fly.html")
     loaded = load_experiment(experiment, parse_assignments(set_ or ()))
     replaced = dict(map(_replaced, controller or ()))
     controllers = controllers_of(loaded, replaced)
@@ -60,9 +60,9 @@ def steer(
         from gaitsim.cli.console import echo, wrote
         from gaitsim.render.page.steering import write_page
 
-        said = write_page(loaded, controllers, out)
+        description = write_page(loaded, controllers, out)
         wrote(out)
-        echo(f"{out}: {said}")
+        echo(f"{out}: {description}")
         return
     from gaitsim.tui.app import GaitsimApp
     from gaitsim.tui.config import config_path, read_config
@@ -78,7 +78,7 @@ def steer(
 
 
 def _replaced(text: str) -> tuple[str, str]:
-    """Return command and individual of `--controller`."""
+    """Return the command and the individual in a value of `--controller`."""
     name, equals, reference = text.partition("=")
     if not (name and equals and reference):
         raise GaitsimError(f"{text!r} is not a controller", where="--controller", allowed=ALLOWED)

@@ -26,16 +26,16 @@ def stop(
         list[str] | None,
         typer.Argument(
             metavar="[RUN]…",
-            help="Runs; with --all, folders that hold runs.",
+            help="Runs to stop; with --all, folders that hold runs.",
             autocompletion=run_names,
         ),
     ] = None,
     all_: Annotated[
-        bool, typer.Option("--all", help="All runs in the background, or those in these folders.")
+        bool, typer.Option("--all", help="Stop all background runs, or those in these folders.")
     ] = False,
     json: Json = False,
 ) -> None:
-    """Stop runs that evolve in the background, after their current generation, and save them.
+    """Stop background runs after their current generation, and save them.
 
     [bold]Examples[/bold]
 
@@ -49,61 +49,62 @@ def stop(
     """
     if not runs and not all_:
         raise GaitsimError(
-            "no run is given", remedy="name one, or stop all by --all; 'gaitsim runs' lists them"
+            "no run is given",
+            remedy="name a run, or stop all with --all; 'gaitsim runs' lists them",
         )
     paths = _in_folders(runs or []) if all_ else [_evolving(name) for name in runs or []]
     for path in paths:
         request_stop(path)
     failures = [failure for path in paths if (failure := _wait(path, json)) is not None]
     if not paths and not json:
-        echo("No run evolves in the background.")
+        echo("No run is evolving in the background.")
     if failures:
         raise failures[0]
 
 
 def _in_folders(folders: list[str]) -> list[Path]:
-    """Return the runs in the background; where folders are given, those in them."""
+    """Return the background runs, limited to `folders` if there are any."""
     for folder in folders:
         if not Path(folder).is_dir():
             raise GaitsimError(
                 f"folder not found: {folder}", allowed="with --all, folders that hold runs"
             )
-    make_runtime_folder()  # where it cannot be used, no run can be found
+    make_runtime_folder()  # raises an error if it cannot be used; otherwise no run would be found
     roots = [Path(folder).resolve() for folder in folders]
     found = [process.run for process in background_processes()]
     return [_short(run) for run in found if not roots or run.parent in roots]
 
 
 def _short(run: Path) -> Path:
-    """Return a path as it is seen from here."""
+    """Return a path relative to the current folder, if it is inside."""
     here = Path.cwd()
     return run.relative_to(here) if run.is_relative_to(here) else run
 
 
 def _evolving(name: str) -> Path:
-    """Return the folder of a run in the background.
+    """Return the folder of a background run.
 
     Raises:
-        RunError: it evolves elsewhere, or nowhere.
+        RunError: the run is evolving elsewhere, or is not evolving.
     """
     path = find_evolved(name)
     if evolving(path) is None:
-        RunLock(path).release()  # names the process that evolves it elsewhere
+        RunLock(path).release()  # raises an error that names the process evolving it elsewhere
         raise at_rest(path)
     return path
 
 
 def _wait(path: Path, json: bool) -> GaitsimError | None:
-    """Wait until a run is stopped, and report it; return why it failed instead."""
+    """Wait until a run has stopped, and report it; return its failure if it failed."""
     try:
-        with status(f"Stopping {path} after this generation …"):
+        with status(f"Stopping {path} after its current generation …"):
             if evolving(path) is not None:
                 stop_run(path)
     except KeyboardInterrupt:
-        notice(f"{path} stops after its current generation.")
+        notice(f"{path} will stop after its current generation.")
         sys.exit(INTERRUPTED)
     except RunError:
-        pass  # it has just ended
+        pass  # the run has just ended
     failure = last_failure(path)
     if failure is not None:
         return failure
@@ -116,5 +117,5 @@ def _wait(path: Path, json: bool) -> GaitsimError | None:
         echo(f"{path}: {reason}")
     else:
         again = command("resume", path, "--detach")
-        echo(f"{path} is stopped and saved at generation {run.generation}. Continue with: {again}")
+        echo(f"{path}: stopped and saved at generation {run.generation}. Continue with: {again}")
     return None

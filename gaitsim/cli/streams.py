@@ -1,4 +1,4 @@
-"""Standard output and error: results apart from whatever plugins print."""
+"""Standard output and error, with results kept apart from the output of plugins."""
 
 import io
 import os
@@ -14,15 +14,15 @@ _isolated: list[TextIO] = []
 
 
 def machine_readable() -> bool:
-    """Return whether standard error is JSON lines for programs, see `console`."""
+    """Return whether standard error is JSON lines for programs; see `console`."""
     return os.environ.get(PROGRESS) == "json"
 
 
 def check_environment() -> None:
-    """Refuse a value of `GAITSIM_PROGRESS` that means nothing.
+    """Check the value of `GAITSIM_PROGRESS`.
 
     Raises:
-        GaitsimError: it has one.
+        GaitsimError: the value is unknown.
     """
     value = os.environ.get(PROGRESS, "")
     if value not in ("", "json"):
@@ -30,10 +30,10 @@ def check_environment() -> None:
 
 
 def prepare() -> None:
-    """See that everything can be printed, whatever the terminal's encoding.
+    """Make every text printable in any encoding of the terminal.
 
-    In one that lacks '≥' or '−', such a sign becomes '?' rather than an error. A stream that
-    the caller closed swallows what it is given.
+    Characters that the encoding lacks, such as '≥' or '−', become '?' rather than an error.
+    Output to a stream that the caller closed is discarded.
     """
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
@@ -45,20 +45,20 @@ def prepare() -> None:
 
 
 def isolate_results() -> None:
-    """Write results to a duplicate of descriptor 1 from here on; make 1 standard error.
+    """Move results to a duplicate of descriptor 1, and redirect descriptor 1 to standard error.
 
-    It catches everything that plugins print: through any Python stream, from compiled code
-    and from child processes. It holds until the process ends. Where `sys.stdout` is not
-    descriptor 1, as in a test, nothing changes.
+    This diverts everything that plugins print, through any Python stream, from compiled code
+    and from child processes, until the process ends. Nothing changes if `sys.stdout` is not
+    descriptor 1, as in a test.
     """
     stdout, stderr = sys.stdout, sys.stderr
-    with suppress(OSError):  # neither has a descriptor
+    with suppress(OSError):  # a stream without a descriptor
         if not _isolated and stdout.fileno() == 1 and isinstance(stdout, io.TextIOWrapper):
             stdout.flush()
             copy = os.dup(1)
             os.dup2(stderr.fileno(), 1)
             _isolated.append(os.fdopen(copy, "w", encoding=stdout.encoding, errors=stdout.errors))
-            stdout.reconfigure(line_buffering=True)  # in order with standard error
+            stdout.reconfigure(line_buffering=True)  # keeps the order with standard error
 
 
 def results() -> TextIO:
@@ -69,15 +69,15 @@ def results() -> TextIO:
 def finish() -> str:
     """Flush the results; return why they cannot be written, or ''.
 
-    A reader who has gone, as `head` does, is no error.
+    A closed pipe, as left by `head`, is not an error.
     """
     if _isolated:
-        with suppress(OSError, ValueError):  # closed by a plugin
+        with suppress(OSError, ValueError):  # a plugin may have closed it
             sys.stdout.flush()
     try:
         results().flush()
     except OSError as error:
-        # Python flushes once more at its end; that goes nowhere.
+        # Python flushes once more at exit; discard that.
         os.dup2(os.open(os.devnull, os.O_WRONLY), results().fileno())
         return "" if isinstance(error, BrokenPipeError) else str(error.strerror)
     return ""

@@ -31,7 +31,7 @@ def study(
     reference: Annotated[
         str,
         typer.Argument(
-            help="Name of a study, the path of a TOML file, or the folder of a study to continue.",
+            help="Name of a study, path of a TOML file, or folder of a study to continue.",
             metavar="NAME|FILE|FOLDER",
             autocompletion=study_names,
         ),
@@ -42,10 +42,11 @@ def study(
         Path | None, typer.Option(help="Folder of the study. Default: studies/<name>.")
     ] = None,
 ) -> None:
-    """Sweep options over all cores: one table, surfaces and a summary.
+    """Sweep options on all cores; write a table, surfaces and a summary.
 
-    With a target, fresh repeats confirm the cheapest cells that reach it ('confirm' in the file).
-    Ctrl-C stops and keeps what is finished; give the folder to run the rest.
+    If the study has a target, new repeats confirm the cheapest cells that reach it ('confirm' in
+    the file). Ctrl-C stops and keeps finished cells; the same command with the folder runs the
+    rest.
 
     [bold]Examples[/bold]
 
@@ -97,7 +98,7 @@ def _run(
     workers: int | None,
     executor: Executor | None,
 ) -> bool:
-    """Run the missing cells with a progress bar; return False when the user stopped it."""
+    """Run the missing cells with a progress bar; return False if the user stops it."""
     _, missing = results(folder, study, every)
     done = len(every) - len(missing)
     log = f"study {folder}: {len(missing)} of {len(every)} cells to run"
@@ -123,10 +124,10 @@ def _confirm(
     workers: int | None,
     executor: Executor | None,
 ) -> list[Reached] | None:
-    """Run fresh repeats with a progress bar; return None when the user stopped it."""
+    """Run new repeats with a progress bar; return None if the user stops it."""
     if study.target is None:
         return []
-    log = f"study {folder}: {study.fresh.repeats:,} fresh repeats of each cell in question"
+    log = f"study {folder}: {study.fresh.repeats:,} new repeats of each candidate cell"
     try:
         with (
             interruptible(),
@@ -148,5 +149,5 @@ def _confirm(
 
 
 def _say_stopped(folder: Path) -> NoReturn:
-    notice(f"Stopped; finished cells are kept. Continue with: {command('study', folder)}")
+    notice(f"Stopped; finished cells are saved. Continue with: {command('study', folder)}")
     sys.exit(INTERRUPTED)

@@ -1,4 +1,4 @@
-"""Print the result of a run: the champion's measures and terms, and next commands."""
+"""Print the result of a run: the champion's measures and terms, and commands to run next."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +17,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 def champion_of(run: RunSnapshot) -> Individual | None:
-    """Return a run's champion; None before the first generation and where all have failed.
+    """Return the champion of a run; None before the first generation or if all individuals failed.
 
     Raises:
         GaitsimError: the run is damaged.
@@ -26,7 +26,7 @@ def champion_of(run: RunSnapshot) -> Individual | None:
 
 
 def to_dict(champion: Individual) -> dict[str, Any]:
-    """Return what JSON says of a champion.
+    """Return a champion as JSON values.
 
     Raises:
         PluginError: the body cannot move it.
@@ -41,9 +41,9 @@ def to_dict(champion: Individual) -> dict[str, Any]:
 
 
 def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -> None:
-    """Print how a finished run ended; as one JSON object on request.
+    """Print how a run ended and its champion; with `json`, as one object.
 
-    The champion of a run over worlds is judged in unseen ones, by so many workers.
+    The champion of a run over worlds is evaluated in unseen worlds, with `workers` workers.
     """
     run = RunSnapshot(path)
     champion = champion_of(run)
@@ -75,7 +75,7 @@ def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -
 
 def _next(run: RunSnapshot) -> Iterator[tuple[str, str]]:
     """Yield commands for a finished run, and their purposes."""
-    yield command("analyse", run.path), "which gait it is, and why it scored"
+    yield command("analyse", run.path), "which gait it is, and what its score consists of"
     if run.experiment.worlds.number:
         unseen = command("analyse", run.path, "--worlds", 100, "--figure", "worlds.png")
         yield unseen, "which conditions hurt, and where"
@@ -94,12 +94,12 @@ def _next_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str,
     if view.best is not None:
         yield (
             command("play", run.path, "--member", view.best),
-            "the best gait; any other has a number",
+            "the best gait; other members have other numbers",
         )
     legs = [*run.experiment.organism.leg_joints()]
     if legs and can_be_damaged(run.experiment):
         lost = command("adapt", run.path, "--damage", f"{legs[0]} lost")
-        yield lost, "walk again without a leg"
+        yield lost, "find a gait without a leg"
     yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
 
 
@@ -116,7 +116,7 @@ def print_archive(run: RunSnapshot, view: ArchiveView) -> None:
 
 
 def next_goal(run: RunSnapshot) -> int:
-    """Return 1.5 times the planned generations, and at least one more."""
+    """Return 1.5 times the planned generations, rounded down, but at least one more."""
     planned = run.experiment.evolution.generations
     return planned + max(1, planned // 2)
 
@@ -139,6 +139,6 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
             (name, number(value), unit, meaning)
             for name, (value, unit, meaning) in champion.measurements.items()
         ]
-        print_table(["measure", "value", "", "what it is"], rows, numbers=["value"])
+        print_table(["measure", "value", "", "meaning"], rows, numbers=["value"])
     parts = "  ".join(f"{name} {number(value)}" for name, value in champion.terms.items())
     console.print(f"score = {parts}")

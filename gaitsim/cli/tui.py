@@ -28,26 +28,29 @@ def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
 
     gaitsim tui experiments/spring --theme gaitsim-okabe-ito
     """
-    check_terminal("without one, use 'gaitsim runs' and 'gaitsim run'; see 'gaitsim --help'")
+    check_terminal("use 'gaitsim runs' and 'gaitsim run' instead; see 'gaitsim --help'")
     chosen = check_theme(theme, where="--theme") if theme else None
     run_app(GaitsimApp(root, config=read_config(config_path()), theme=chosen))
 
 
 def check_terminal(remedy: str) -> None:
-    """Check that there is a terminal.
+    """Check that standard input and output are a terminal.
+
+    Args:
+        remedy: alternative without a terminal, for the message.
 
     Raises:
-        GaitsimError: there is none; the message says what to do without.
+        GaitsimError: they are not.
     """
     # `gaitsim serve` sets a driver of Textual instead of a terminal.
     if not (os.environ.get("TEXTUAL_DRIVER") or (sys.stdin.isatty() and sys.stdout.isatty())):
         raise GaitsimError(
-            "the terminal UI needs a terminal for its input and output", remedy=remedy
+            "the terminal UI needs a terminal as its input and output", remedy=remedy
         )
 
 
 def run_app(app: GaitsimApp) -> None:
-    """Run the app; end with its exit code if it failed."""
+    """Run the app; exit with its exit code if it fails."""
     app.run()
     if app.return_code:
         sys.exit(app.return_code)

@@ -34,7 +34,7 @@ def verify(
         str | None,
         typer.Option(
             metavar="N,N,…",
-            help="Generations to reproduce. Default: ten, from the first to the last.",
+            help="Generations to reproduce. Default: ten, spread over the run.",
         ),
     ] = None,
     all_: Annotated[
@@ -43,16 +43,16 @@ def verify(
     workers: Workers = None,
     json: Json = False,
 ) -> None:
-    """Reproduce generations of a run, or the score of a challenge code, to the bit.
+    """Reproduce generations of a run, or the score of a challenge code, bit for bit.
 
-    Plays the individual of a challenge code and compares its score with the one that is claimed.
+    For a challenge code, plays the individual and compares its score with the claimed one.
 
-    Of a run, compares the files with one another, and experiment.toml with the options of the
-    last generation. Reproduces the first and the last generation in full, and the best individual
-    of others. With --all, evolves every generation again from those options alone.
+    For a run, checks that its files are consistent, and that experiment.toml has the options of
+    the last generation. Then reproduces the first and last generation in full, and the best
+    individual of others. With --all, evolves every generation from the options and seed alone.
 
-    The exit code is 0 where everything is identical, 1 where something differs, and 2 where the
-    run or the code is damaged.
+    The exit code is 0 if everything is identical, 1 if something differs, and 2 if the run or the
+    code is damaged.
 
     [bold]Examples[/bold]
 
@@ -68,7 +68,7 @@ def verify(
     """
     if all_ and generations is not None:
         raise GaitsimError(
-            "all generations and some are requested",
+            "--all and --generations cannot be combined",
             where="--all, --generations",
             allowed="one of the two",
         )
@@ -78,14 +78,14 @@ def verify(
             raise GaitsimError(
                 "a challenge code has no generations",
                 where="--all, --generations",
-                remedy="leave them out",
+                remedy="leave out both options",
             )
         _verify_code(challenge, json)
         return
     if os.path.isfile(run):  # noqa: PTH113
         raise GaitsimError(
             f"the file {run} does not hold a challenge code",
-            allowed=f"a text that begins with {PREFIX}; or a run, by its name or folder",
+            allowed=f"a text that begins with {PREFIX}, or the name or folder of a run",
         )
     opened = RunSnapshot(find_run(run))
     chosen = asked_generations(generations)
@@ -105,7 +105,7 @@ def verify(
 
 
 def _verify_code(challenge: Challenge, json: bool) -> None:
-    """Play the individual of a code, and print whether its score is the one that is claimed."""
+    """Play the individual of a challenge code, and print whether its score is as claimed."""
     with interruptible(), status("Playing the individual of the challenge code …"):
         checked = verify_challenge(challenge)
     if json:
@@ -133,7 +133,7 @@ def _print_checked(checked: Checked) -> None:
     challenge = checked.challenge
     individual, unit = challenge.individual, challenge.experiment.fitness.unit
     if checked.true:
-        echo(f"{individual.title}: true, the score is {challenge.score!r} {unit}".rstrip())
+        echo(f"{individual.title}: reproduced, the score is {challenge.score!r} {unit}".rstrip())
     else:
         echo(f"{individual.title}: not reproduced")
         echo(f"  claimed: {challenge.score!r} {unit}".rstrip())
@@ -143,7 +143,7 @@ def _print_checked(checked: Checked) -> None:
     for text in _made_with(bool(challenge.versions), checked.elsewhere, "code"):
         echo(text)
     if not (checked.true or checked.elsewhere or not challenge.versions):
-        echo("so the score is not that of this individual")
+        echo("so the claimed score is not the score of this individual")
 
 
 def _print_json(path: str, verdict: Verdict) -> None:
@@ -180,7 +180,7 @@ def _print(path: str, verdict: Verdict) -> None:
     if verdict.identical:
         echo(f"{path}: identical")
     elif not verdict.differences:
-        echo(f"{path}: different; the generations that were compared are identical")
+        echo(f"{path}: different, although the compared generations are identical")
     else:
         first, count = next(iter(verdict.differences)), len(verdict.differences)
         more = f"; {count - 1} more generations differ" if count > 1 else ""
@@ -198,7 +198,7 @@ def _print(path: str, verdict: Verdict) -> None:
 
 
 def _changed_options(verdict: Verdict) -> list[str]:
-    """Say in one text which options of `experiment.toml` differ from those of the run."""
+    """Return a text on the options of `experiment.toml` that differ from the run's; [] if none."""
 
     def value(found: Any) -> str:
         return "not set" if found is None else literal(found)
@@ -211,12 +211,12 @@ def _changed_options(verdict: Verdict) -> list[str]:
     )
     return [
         f"{EXPERIMENT} differs from the options of the run ({options}): "
-        f"it would hold from generation {verdict.last + 1} on"
+        f"it would take effect from generation {verdict.last + 1}"
     ]
 
 
 def _scope(verdict: Verdict) -> list[str]:
-    """Say what was reproduced, and which versions and processor made the run."""
+    """Describe what was reproduced, and the versions and processor that computed the run."""
     found = []
     if verdict.whole:
         found.append(f"reproduced in full: {_ranges(verdict.whole)} of {verdict.last}")
@@ -224,26 +224,29 @@ def _scope(verdict: Verdict) -> list[str]:
         found.append(f"best individual reproduced: {_ranges(verdict.best)}")
     if verdict.not_reproduced:
         spans = ", ".join(_span(*span) for span in verdict.not_reproduced)
-        found.append(f"not reproduced: {spans}; only their files were compared with one another")
+        found.append(f"not reproduced: {spans}; only their files were checked for consistency")
     if verdict.without_checksum:
         found.append(
             f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
-            "only their history and bests were compared"
+            "only their history and best individuals were compared"
         )
     return found + _made_with(bool(verdict.origins), verdict.elsewhere, "run")
 
 
 def _made_with(recorded: bool, elsewhere: Sequence[str], noun: str) -> list[str]:
-    """Say whether a run or a code was made with the versions and the processor of this machine."""
+    """Describe whether the versions and processor of a run or code are those of this machine."""
     if not recorded:
         return [f"the {noun} does not record its versions"]
     if elsewhere:
-        return ["made with other versions or another processor:", *(f"  {t}" for t in elsewhere)]
-    return ["made with the versions and processor of this machine"]
+        return [
+            "computed with other versions or on another processor:",
+            *(f"  {text}" for text in elsewhere),
+        ]
+    return ["computed with the versions and processor of this machine"]
 
 
 def _ranges(numbers: tuple[int, ...]) -> str:
-    """Join numbers in order, consecutive ones as '3 to 9'."""
+    """Join ordered numbers, with consecutive ones as '3 to 9'."""
     spans: list[list[int]] = []
     for number in numbers:
         if spans and number == spans[-1][1] + 1:

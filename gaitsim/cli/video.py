@@ -22,7 +22,7 @@ def video(
     run: RunName,
     format: Annotated[
         VideoFormat | None,
-        typer.Option(help="MP4 (H.264) or GIF. Default: as --out ends, or mp4."),
+        typer.Option(help="MP4 (H.264) or GIF. Default: by the extension of --out, or mp4."),
     ] = None,
     out: ExportFile = None,
     generation: BestOf = None,
@@ -32,22 +32,24 @@ def video(
     engine: Engine = None,
     generations: Annotated[
         str | None,
-        typer.Option(metavar="N,N,…", help="The best of several generations, in a race."),
+        typer.Option(metavar="N,N,…", help="Show the best of several generations in a race."),
     ] = None,
     view: Annotated[VideoView, typer.Option(help="Direction of the camera.")] = "iso",
     theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
     size: Annotated[
         str | None,
-        typer.Option(metavar="WxH", help="Pixels. Default: 1280x720, or 640x360 for a GIF."),
+        typer.Option(
+            metavar="WxH", help="Size in pixels. Default: 1280x720, or 640x360 for a GIF."
+        ),
     ] = None,
     fps: Annotated[
-        float | None, typer.Option(help="Pictures a second. Default: 30, or 25 for a GIF.")
+        float | None, typer.Option(help="Frames per second. Default: 30, or 25 for a GIF.")
     ] = None,
     speed: Annotated[
         float | None,
         typer.Option(
-            help="0.25 is slow motion, 4 is time lapse. Default: real time, or slow motion for a "
-            "movement too fast for the pictures, such as a wing beat."
+            help="0.25 is slow motion, 4 is time lapse. Default: real time, or slow motion for "
+            "movements too fast to see, such as wing beats."
         ),
     ] = None,
     intro: Annotated[bool, typer.Option(help="Begin with the fitness curve.")] = True,

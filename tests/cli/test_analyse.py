@@ -38,7 +38,7 @@ def test_a_gait_is_reported_and_why_it_scored(gaitsim, spider):
     for text in (
         f"runs/spider, best of generation {generation}",
         "Gait: ",
-        "a sign is 33 ms",
+        "33 ms per character",
         "L1 ",
         "R4 ",
         "Froude number",
@@ -230,7 +230,7 @@ def test_of_many_feet_the_foremost_are_shown(gaitsim):
     shown = gaitsim("analyse", "millipede").stdout
     for count, name in ((2, "L12 "), (0, "L13 "), (2, "R12 "), (0, "R13 ")):
         assert sum(line.startswith(name) for line in shown.splitlines()) == count
-    assert "and 6 more feet; --json has them all" in shown
+    assert "and 6 more feet; --json lists all" in shown
 
 
 def test_runs_that_are_not_there_are_reported(gaitsim, puppet, tmp_path):

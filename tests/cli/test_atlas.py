@@ -24,8 +24,8 @@ def test_an_atlas_is_filled_and_its_summary_says_how_much_of_it(gaitsim, tmp_pat
     [
         (("millipede",), "no legs"),
         (("spider-cma", "--axes", "yaw"), "has no ends"),
-        (("spider-cma", "--axes", "yaw=9:0"), "'9:0' are not the ends"),
-        (("spider-cma", "--axes", "yaw=0:9,yaw=0:8"), "'yaw' is there twice"),
+        (("spider-cma", "--axes", "yaw=9:0"), "invalid ends '9:0'"),
+        (("spider-cma", "--axes", "yaw=0:9,yaw=0:8"), "'yaw' is given twice"),
         (("spider-cma", "--axes", "jaw=0:9"), "there is no term or measure 'jaw'"),
         (("spider-cma", "--cells", "many"), "not a number of cells"),
     ],

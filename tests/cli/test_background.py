@@ -60,7 +60,7 @@ def test_a_detached_run_is_watched_and_stopped(gaitsim, detached, start):
     assert evolving(path) == "running"
     assert "gaitsim resume run" in gaitsim("stop", path).stdout
     assert evolving(path) is None
-    assert "does not evolve" in gaitsim("stop", path, code=2).stderr
+    assert "is not evolving" in gaitsim("stop", path, code=2).stderr
     assert "gaitsim resume run --detach" in gaitsim("attach", path, code=2).stderr
     done = RunSnapshot(path)
     options = ("--generations", done.generation, "--set", "organism.pause=0.01")

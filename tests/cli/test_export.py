@@ -102,10 +102,10 @@ def test_another_ending_is_refused(gaitsim, finished, tmp_path, name):
     before = sorted(tmp_path.iterdir())
     said = gaitsim("export", "puppet", "--out", name, code=2).stderr
     assert said.splitlines() == [
-        f"Error: {name} does not end with a format of gaits",
+        f"Error: unknown extension for gaits: {name}",
         "  where:   --out",
         f"  allowed: {', '.join(f'.{one}' for one in BY_ENDING)}",
-        "  try:     give it such an ending, or say which with --format",
+        "  try:     change the extension, or add --format",
     ]
     assert sorted(tmp_path.iterdir()) == before
     gaitsim("export", "puppet", "--out", name, "--format", "npz")

@@ -113,7 +113,7 @@ def test_runs_are_deleted_by_name_or_folder(gaitsim, run):
     shutil.copytree(run, run.parents[1] / "elsewhere")
     gaitsim("fork", run)
     done = gaitsim("runs", "--delete", "puppet-2", "--delete", "elsewhere", "--yes")
-    assert done.stdout == "runs/puppet-2 is deleted\nelsewhere is deleted\n"
+    assert done.stdout == "runs/puppet-2: deleted\nelsewhere: deleted\n"
     assert not (run.parents[1] / "elsewhere").exists()
     assert [path.name for path in run.parent.iterdir()] == ["puppet"]
     done = gaitsim("runs", "runs", "--delete", "puppet", "--yes", "--json")

@@ -124,7 +124,7 @@ cells = [8, 9, 3]
     assert "reach (m) →" in turned
     for options, said in (
         (("--map", "--axes", "reach", "height"), "unknown axis"),
-        (("--map", "--axes", "reach", "reach"), "two axes that differ"),
+        (("--map", "--axes", "reach", "reach"), "two axes of a map must differ"),
         (("--axes", "reach", "price"), "add --map"),
         (("--map", "--json"), "leave out --json, --gaits"),
     ):

@@ -28,7 +28,7 @@ def finished(gaitsim, puppet_file):
         (("--kind", "joints", "--window", "2:1"), "'2:1'"),
         (("--kind", "joints", "--window", "0:nan"), "'0:nan'"),
         (("--kind", "joints", "--window", "3:4"), "fewer than two frames"),
-        (("--kind", "joints", "--out", "a.gif"), "does not end with a format"),
+        (("--kind", "joints", "--out", "a.gif"), "unknown extension for plots"),
         (("--kind", "joints", "--out", "missing/a.png"), "there is no folder missing"),
         (("--out", "a.png", "--format", "svg"), "ends with .png"),
         (("--kind", "all", "--out", "puppet.toml"), "puppet.toml is a file"),
@@ -54,10 +54,10 @@ def test_all_kinds_that_the_body_has_are_drawn_and_the_others_are_named(
     names += ["joints-generation-2"]
     assert done.stdout.splitlines() == [f"runs/puppet/exports/{name}.svg" for name in names]
     assert all((tmp_path / line).exists() for line in done.stdout.splitlines())
-    assert "No plot of the kind channel: joints draws joint_angles" in done.stderr
-    assert "No plot of the kind footfall: organism 'puppet'" in done.stderr
+    assert "No plot of kind channel: joints draws joint_angles" in done.stderr
+    assert "No plot of kind footfall: organism 'puppet'" in done.stderr
     for kind in ("stability", "phase", "runs", "search", "front", "archive"):
-        assert f"No plot of the kind {kind}" in done.stderr
+        assert f"No plot of kind {kind}" in done.stderr
 
 
 def test_all_kinds_go_to_a_folder(gaitsim, finished, tmp_path):

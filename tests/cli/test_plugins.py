@@ -16,7 +16,7 @@ FIVE = {
 
 def test_from_a_new_package_to_its_check(gaitsim):
     said = gaitsim("plugins", "new", "hopper").stdout
-    assert "hopper: the package of the organism 'hopper'" in said
+    assert "hopper: created a package for the organism 'hopper'" in said
     assert "gaitsim plugins check ./hopper" in said
     assert "pip install -e ./hopper" in said
     done = gaitsim("plugins", "check", "hopper", "--strict")
@@ -26,7 +26,7 @@ def test_from_a_new_package_to_its_check(gaitsim):
         ["✓", "fitness", "hopper-distance"],
         ["✓", "experiments", "hopper"],
     ]
-    assert "individuals a second" in lines[0]
+    assert "individuals/s" in lines[0]
     assert done.stderr == ""
 
 

@@ -236,7 +236,7 @@ class TestLiveView:
             last = dataclasses.replace(generation(2), progress=progress)
             _, judged = known(20, last, best=[1.0], mean=[0.991])
         view.begin_stage(2, 3, ["a rate: 0.1, now 0.2"], judged)
-        assert file.getvalue() == "stage 2 from generation 3 on: a rate: 0.1, now 0.2\n"
+        assert file.getvalue() == "stage 2, from generation 3: a rate: 0.1, now 0.2\n"
         before = {"best": "1.000 ▁", "mean": "0.991 ▁"}
         if not reevaluated:
             before = {"best": "9.000 ▁█", "mean": "8.000 ▁█"}

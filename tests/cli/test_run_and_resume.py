@@ -175,7 +175,7 @@ def test_an_interrupt_saves_and_says_how_to_resume(
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
     assert stderr.splitlines() == [
-        "Stopping after this generation; again to stop at once.",
+        "Stopping after this generation; press Ctrl-C again to stop at once.",
         "Stopped and saved. Continue with: gaitsim resume 'my run'",
     ]
     shown = strict(gaitsim("show", "my run", "--json").stdout)
@@ -214,9 +214,9 @@ def test_a_second_interrupt_stops_at_once(
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
     where, how = stderr.splitlines()
-    assert where.startswith("When it was stopped, organism 'asleep' of package asleep 1.0")
+    assert where.startswith("When the run was stopped, organism 'asleep' of package asleep 1.0")
     assert " was moving a population" in where
-    assert how == "Stopped, as of the last saved generation. Continue with: gaitsim resume run"
+    assert how == "Stopped at the last saved generation. Continue with: gaitsim resume run"
 
 
 SLEEPY = """

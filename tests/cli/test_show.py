@@ -68,7 +68,7 @@ def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
 
 def test_a_run_without_a_generation_is_shown(gaitsim, unbegun):
     shown = gaitsim("show", "unbegun")
-    assert "No generation is finished. Continue: gaitsim resume runs/unbegun" in shown.stdout
+    assert "No generation is finished yet. Continue: gaitsim resume runs/unbegun" in shown.stdout
     shown = strict(gaitsim("show", "unbegun", "--json").stdout)
     assert (shown["generation"], shown["champion"], shown["fingerprint"]) == (0, None, None)
     for arguments in (
@@ -177,7 +177,7 @@ def test_an_export_that_fails_ends_with_one_message(gaitsim, finished, tmp_path)
         (("export", "puppet", "--out", "missing/gait.mat"), "there is no folder missing"),
         (("export", "puppet", "--out", "."), "it is a folder"),
         (("plot", "puppet", "--out", "missing/a.png"), "there is no folder missing"),
-        (("plot", "puppet", "--out", "a.gif"), "does not end with a format"),
+        (("plot", "puppet", "--out", "a.gif"), "unknown extension for plots"),
         (("export", "nobody"), "there is no run 'nobody'"),
         (("plot", "nobody"), "there is no run 'nobody'"),
         (("show", "nobody"), "there is no run 'nobody'"),

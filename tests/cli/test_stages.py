@@ -34,7 +34,7 @@ def test_a_stage_is_shown_in_plain_lines(gaitsim, plain):
     lines = done.stdout.splitlines()
     assert lines[:2] == [
         "run runs/puppet",
-        "stage 2 from generation 6 on: fitness.plugin: puppet-reach, now puppet-climb; "
+        "stage 2, from generation 6: fitness.plugin: puppet-reach, now puppet-climb; "
         "search.elites: 2, now 1",
     ]
     assert lines[2].startswith("generation 6/8")
@@ -81,11 +81,11 @@ def test_the_stages_of_a_run_are_shown(gaitsim, plain):
     assert ["stage", "generations", "best", "changed"] in lines
     assert any(line[:4] == ["1", "1", "to", "5"] for line in lines)
     assert any(line[:4] == ["2", "6", "to", "8"] for line in lines)
-    assert "from generation 9 on: fitness.weight: 0.5, now 0.25" in shown
+    assert "from generation 9: fitness.weight: 0.5, now 0.25" in shown
     assert "stopped" in gaitsim("runs").stdout.replace("finished", "stopped")
     done = gaitsim("resume", "puppet", "--generations", 9)
     assert "Warning: experiment.toml was changed after generation 8" in done.stderr
-    assert "stage 3 from generation 9 on: fitness.weight: 0.5, now 0.25" in done.stdout
+    assert "stage 3, from generation 9: fitness.weight: 0.5, now 0.25" in done.stdout
 
 
 def test_a_run_that_a_target_stopped_is_not_finished_under_another_fitness(

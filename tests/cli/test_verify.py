@@ -27,10 +27,10 @@ def test_an_identical_run_ends_with_0(gaitsim, run):
         "runs/puppet: identical",
         "reproduced in full: 1, 5 of 5",
         "best individual reproduced: 2 to 4",
-        "made with the versions and processor of this machine",
+        "computed with the versions and processor of this machine",
     ]
     some = gaitsim("verify", "puppet", "--generations", "1,3").stdout
-    assert "not reproduced: 2, 4 to 5; only their files were compared" in some
+    assert "not reproduced: 2, 4 to 5; only their files were checked" in some
     done = gaitsim("verify", "puppet", "--all", "--workers", 1)
     assert "reproduced in full: 1 to 5 of 5" in done.stdout
     assert done.stderr == ""
@@ -62,7 +62,7 @@ def test_a_damaged_checkpoint_ends_with_1_and_is_named(gaitsim, run, name):
     path.write_bytes(path.read_bytes()[:50])
     done = gaitsim("verify", "puppet", "--all", code=1)
     lines = done.stdout.splitlines()
-    assert lines[0] == ("runs/puppet: different; the generations that were compared are identical")
+    assert lines[0] == ("runs/puppet: different, although the compared generations are identical")
     assert lines[1].startswith(f"  {name} cannot be read as a checkpoint: it is damaged: ")
     assert done.stderr == ""
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
@@ -81,9 +81,9 @@ def test_a_changed_experiment_file_ends_with_1_and_names_the_options(gaitsim, ru
     text = path.read_text()
     path.write_text(text.replace("seed = 1", "seed = 77").replace("elites = 2", "elites = 0"))
     assert gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()[:2] == [
-        "runs/puppet: different; the generations that were compared are identical",
+        "runs/puppet: different, although the compared generations are identical",
         "  experiment.toml differs from the options of the run (seed: 77, "
-        "made with 1; search.elites: 0, made with 2): it would hold from generation 6 on",
+        "made with 1; search.elites: 0, made with 2): it would take effect from generation 6",
     ]
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert (found["identical"], found["differences"]) == (False, [])
@@ -115,7 +115,8 @@ def test_a_run_without_checksums_is_reported(gaitsim, run):
     (run / "provenance.json").unlink()
     lines = gaitsim("verify", "puppet").stdout.splitlines()
     assert lines[-2:] == [
-        "5 of 5 generations have no checksum: only their history and bests were compared",
+        "5 of 5 generations have no checksum: "
+        "only their history and best individuals were compared",
         "the run does not record its versions",
     ]
 
@@ -126,7 +127,7 @@ def test_a_run_without_checksums_is_reported(gaitsim, run):
         (("nothing",), "there is no run 'nothing'"),
         (("puppet", "--generations", "6"), "no generation 6"),
         (("puppet", "--generations", "1-3"), "'1-3'"),
-        (("puppet", "--all", "--generations", "1"), "all generations and some"),
+        (("puppet", "--all", "--generations", "1"), "--all and --generations cannot"),
     ],
 )
 def test_mistakes_end_with_2(gaitsim, run, arguments, words):

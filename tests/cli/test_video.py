@@ -41,8 +41,8 @@ def test_several_generations(gaitsim, run, tmp_path):
         (["--view", "front"], "'front' is not allowed"),
         (["--theme", "drak"], "'drak' is not allowed"),
         (["--format", "avi"], "'avi' is not allowed"),
-        (["--out", "a.avi"], "a.avi does not end with a format of videos"),
-        (["--out", "a"], "a does not end with a format of videos"),
+        (["--out", "a.avi"], "unknown extension for videos: a.avi"),
+        (["--out", "a"], "unknown extension for videos: a"),
         (["--out", "missing/a.mp4"], "there is no folder missing"),
         (["--size", "641x480"], "--size 642x480"),
         (["--size", "641"], "'641'"),
@@ -58,7 +58,7 @@ def test_several_generations(gaitsim, run, tmp_path):
         (["--generations", "1,,2"], "'1,,2'"),
         (["--generations", "first"], "'first'"),
         (["--generations", "²"], "'²'"),
-        (["--generations", "1,2", "--generation", "1"], "one generation and several"),
+        (["--generations", "1,2", "--generation", "1"], "--generation and --generations cannot"),
     ],
 )
 def test_an_invalid_option_ends_with_one_message(gaitsim, run, tmp_path, arguments, says):

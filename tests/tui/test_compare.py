@@ -359,8 +359,8 @@ class TestPlay:
         ("options", "said"),
         [
             ((), "not a terminal"),
-            (("--at", "99"), "99 s is beyond the motion"),
-            (("--speed", "0"), "cannot be shown"),
+            (("--at", "99"), "99 s is after the end of the motion"),
+            (("--speed", "0"), "invalid speed 0"),
             (("--generation", "9"), "no generation 9"),
         ],
     )

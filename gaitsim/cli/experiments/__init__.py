@@ -6,7 +6,7 @@ app = group(
     __name__,
     {
         "list": "List the presets of all installed packages.",
-        "show": "Print an experiment as TOML, with every option, to edit and run.",
+        "show": "Print an experiment as TOML with all its options, to edit and run.",
     },
     add_completion=False,
 )

@@ -13,11 +13,11 @@ def list_() -> None:
         (name, _describe(name), " and ".join(claim.package for claim in claims))
         for name, claims in entries(EXPERIMENTS).items()
     ]
-    print_table(["name", "what it is", "package"], rows)
+    print_table(["name", "description", "package"], rows)
 
 
 def _describe(name: str) -> str:
-    try:  # not by an outline, which imports NumPy and pydantic: lists are quick
+    try:  # without an outline, which would import NumPy and pydantic and slow down the list
         return str(parse(read_preset(name), f"preset {name}").get("description", ""))
     except GaitsimError as error:
         return f"broken: {error.what}"

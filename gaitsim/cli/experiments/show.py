@@ -11,7 +11,7 @@ from gaitsim.experiment import load_experiment
 def show(
     name: ExperimentName,
 ) -> None:
-    """Print an experiment as TOML, with every option, to edit and run.
+    """Print an experiment as TOML with all its options, to edit and run.
 
     [bold]Example[/bold]
 
@@ -25,7 +25,8 @@ def show(
     text = experiment.to_toml(brief=on_screen)
     if on_screen and text != experiment.to_toml():
         notice(
-            "Long texts are shortened here, but not in a file: gaitsim experiments show … > FILE"
+            "Long texts are shortened on the screen. For the full texts: "
+            "gaitsim experiments show … > FILE"
         )
     if isinstance(stream, io.TextIOWrapper) and not stream.isatty():
         # TOML is UTF-8 by definition, whatever the locale.

@@ -5,10 +5,10 @@ from gaitsim.cli.help import group
 app = group(
     __name__,
     {
-        "list": "List all plugins by kind, with the package of each. Imports none of them.",
+        "list": "List all plugins by kind, with their packages, without importing them.",
         "show": "Show a plugin's options, and the channels and conditions of a body.",
-        "check": "Check whether plugins keep their contract, and report what to fix.",
-        "new": "Create the package of a new plugin, ready to run, in the folder NAME.",
+        "check": "Check whether plugins fulfil their contract, and report what to fix.",
+        "new": "Create a package for a new plugin, ready to run, in the folder NAME.",
     },
     add_completion=False,
 )

@@ -14,7 +14,7 @@ from gaitsim.cli.progress_bar import Progress
 from gaitsim.testing import Report, check_chosen
 from gaitsim.testing.rules.packages import chosen
 
-BROKEN = 1  # exit code where a plugin has errors
+BROKEN = 1  # exit code if a plugin has errors
 
 
 def check(
@@ -24,19 +24,19 @@ def check(
             metavar="NAME|FOLDER",
             autocompletion=plugin_names,
             help="A plugin, a package, or the folder of a package, installed or not. "
-            "Default: everything installed.",
+            "Default: all installed plugins.",
             show_default=False,
         ),
     ] = None,
-    seconds: Annotated[float, typer.Option(help="Time limit for each plugin.")] = 120.0,
+    seconds: Annotated[float, typer.Option(help="Time limit for each plugin, in seconds.")] = 120.0,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Exit with code 1 on advice, too.")
+        bool, typer.Option("--strict", help="Exit with code 1 even if there is only advice.")
     ] = False,
     json: Json = False,
 ) -> None:
-    """Check whether plugins keep their contract, and report what to fix.
+    """Check whether plugins fulfil their contract, and report what to fix.
 
-    The exit code is 1 where one does not.
+    The exit code is 1 if a plugin has errors.
 
     [bold]Examples[/bold]
 
@@ -88,5 +88,5 @@ def _figures(report: Report) -> str:
         parts.append(f"imported in {figures['import_seconds']:.2f} s")
     if "individuals_per_second" in figures:
         rate = figures["individuals_per_second"]
-        parts.append((f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}") + " individuals a second")
+        parts.append((f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}") + " individuals/s")
     return "  " + ", ".join(parts) if parts else ""

@@ -5,7 +5,7 @@ from gaitsim.registry import KINDS, entries, unreadable
 
 
 def list_() -> None:
-    """List all plugins by kind, with the package of each. Imports none of them.
+    """List all plugins by kind, with their packages, without importing them.
 
     [bold]Example[/bold]
 

@@ -20,7 +20,7 @@ def new(
         typer.Option(metavar="KIND", help="organism, fitness, selection, crossover or mutation."),
     ] = "organism",
 ) -> None:
-    """Create the package of a new plugin, ready to run, in the folder NAME.
+    """Create a package for a new plugin, ready to run, in the folder NAME.
 
     [bold]Examples[/bold]
 
@@ -32,7 +32,7 @@ def new(
     plugin = name.removeprefix(PREFIX)
     source = folder / "src" / f"gaitsim_{plugin.replace('-', '_')}" / "__init__.py"
     console = output()
-    console.print(f"{folder}: the package of the {kind} {plugin!r}")
+    console.print(f"{folder}: created a package for the {kind} {plugin!r}")
     console.print("\nNext:")
     trial = {"organism": f"gaitsim run {plugin}"}.get(
         kind, f"gaitsim run spider --set {kind}.plugin={plugin}"
@@ -41,7 +41,7 @@ def new(
         (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "check its contract"),
         (
             f"pip install -e ./{shlex.quote(str(folder))}",
-            "install it once; edits take effect at once",
+            "install it; later edits need no reinstallation",
         ),
         (trial, f"try it; its code is in {source}"),
     ):

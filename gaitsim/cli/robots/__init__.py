@@ -5,8 +5,8 @@ from gaitsim.cli.help import group
 app = group(
     __name__,
     {
-        "list": "List the robots and servos that are installed.",
-        "check": "Check whether a robot's file can be used, and show what was found in it.",
+        "list": "List the installed robots and servos.",
+        "check": "Check whether a robot file can be used, and show its content.",
     },
     add_completion=False,
 )
@@ -14,4 +14,4 @@ app = group(
 
 @app.callback()
 def robots() -> None:
-    """Check the files of robots, and list the robots and servos that are installed."""
+    """Check robot files, and list the installed robots and servos."""

@@ -29,26 +29,24 @@ UNUSABLE = 1
 
 
 def check(
-    file: Annotated[Path, typer.Argument(help="A robot's file, such as URDF or MJCF.")],
+    file: Annotated[Path, typer.Argument(help="Robot file, such as URDF or MJCF.")],
     root: Annotated[
         list[Path] | None,
-        typer.Option(
-            help="Another folder whose meshes and packages the file may use; may be repeated."
-        ),
+        typer.Option(help="Additional folder of meshes and packages; may be repeated."),
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(metavar="PNG", help="Draw the standing robot.")
+        Path | None, typer.Option(metavar="PNG", help="Draw the standing robot to this file.")
     ] = None,
     model_out: Annotated[
         Path | None,
-        typer.Option(help="Write the robot as it is simulated, in one file without meshes beside."),
+        typer.Option(help="Write the robot as simulated to one file, which needs no meshes."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Check whether a robot's file can be used, and show what was found in it.
+    """Check whether a robot file can be used, and show its content.
 
-    Shows mass, joints, legs and their sides, feet, servos and the standing pose, and all that was
-    repaired. The exit code is 1 where the robot cannot be used.
+    Shows mass, joints, legs and their sides, feet, servos, the standing pose and all repairs. The
+    exit code is 1 if the robot cannot be used.
 
     [bold]Examples[/bold]
 
@@ -105,20 +103,22 @@ def check(
     _print(file, found, facts)
     for path in written:
         echo(path)
-    echo(f"\nLet it walk: {command('run', file if model_out is None else model_out)}")
+    echo(f"\nEvolve a gait: {command('run', file if model_out is None else model_out)}")
 
 
 def _check_model_out(path: Path) -> None:
-    """Check that a robot may be written to a new file, of a name by which it is read again."""
+    """Check that the robot can be written to a new file whose extension gaitsim reads."""
     if not is_body_file(str(path)):
         raise GaitsimError(
-            f"{path} is no name of a robot's file",
+            f"{path} does not have the extension of a robot file",
             where="--model-out",
             allowed=", ".join(f".{suffix}" for suffix in entries(FILES)),
         )
     if os.path.lexists(path):
         raise GaitsimError(
-            f"{path} exists", where="--model-out", remedy="choose another name, or remove it first"
+            f"{path} already exists",
+            where="--model-out",
+            remedy="choose another name, or delete the file first",
         )
     check_folder(path)
 
@@ -129,7 +129,7 @@ def _described(experiment: Experiment) -> Facts:
 
 
 def _standing(experiment: Experiment) -> Skeleton:
-    """Return the body in the motion of the middle genome, which begins in the standing pose."""
+    """Return the skeleton for the central genome, whose motion starts in the standing pose."""
     space = experiment.space()
     middle = (
         (space.lower + space.upper) / 2

@@ -9,7 +9,7 @@ from gaitsim.registry import find, load_class, plugin_errors
 
 
 def list_(json: Json = False) -> None:
-    """List the robots and servos that are installed.
+    """List the installed robots and servos.
 
     [bold]Examples[/bold]
 
@@ -27,4 +27,4 @@ def list_(json: Json = False) -> None:
             continue
         print_facts(facts)
         listed = ", ".join(f".{suffix}" for suffix in formats)
-        output().print(f"\nFiles that the body {body} reads: {listed}", style="dim")
+        output().print(f"\nFile types that the body {body} reads: {listed}", style="dim")
