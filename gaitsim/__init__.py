@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from gaitsim.sharing.challenge import Challenge as Challenge
     from gaitsim.sharing.checking import verify_code as verify_code
 
-# Looked up when first asked for: `gaitsim --help` needs none of it, nor NumPy.
+# Imported at first use: `gaitsim --help` needs none of these modules, nor NumPy.
 _PLACES = {
     "BitSpace": "gaitsim.contracts",
     "Challenge": "gaitsim.sharing.challenge",

@@ -1,6 +1,6 @@
-"""gaitsim in Python: evolve in a loop, open runs, look at champions.
+"""The Python API: evolve in a loop, open runs, and inspect champions.
 
-`import gaitsim as gs` has all of it. It calls the same functions as the command line.
+`import gaitsim as gs` provides all of it. It calls the same functions as the command line.
 """
 
 from collections.abc import Generator, Iterator, Mapping
@@ -56,28 +56,29 @@ def evolve(
 ) -> "Search":
     """Return a search to loop over, an iterator of finished generations.
 
-    The same experiment, options and seed give the same generations to the last bit,
-    in Python as on the command line, with any number of workers. Evolution starts with the loop.
+    The same experiment, options and seed give bit-identical generations, in Python and on the
+    command line, with any number of workers. Evolution starts with the loop.
 
     Args:
-        experiment: a preset's name, the path of a TOML file or of a robot's file, or an experiment.
-            None for a body alone: CMA-ES evolves it, or a genetic search if its genes are bits.
-        fitness: a function of your own, (motion) -> (population,), or a dict of such terms; or an
-            instance of a subclass of `Fitness`. None as the experiment says.
-        body: a function of your own, (genomes (population, genes)) -> dict of channels, each
-            (population, …), or the score (population,); or an instance of a subclass of `Organism`.
-        space: the genomes of a body that is a function.
-        generations: how many; None as the experiment says.
-        population: individuals in each; None as the experiment says.
-        seed: of all randomness; None as the experiment says.
+        experiment: name of a preset, path of a TOML file or robot file, or an experiment. None
+            evolves `body` alone, with CMA-ES, or with a genetic search if its genes are bits.
+        fitness: function (motion) -> (population,), or a dict of such functions, one per term; or
+            an instance of a subclass of `Fitness`. None uses the experiment's.
+        body: function (genomes (population, genes)) -> dict of channels, each (population, …), or
+            scores (population,); or an instance of a subclass of `Organism`. None uses the
+            experiment's.
+        space: genome space of a body that is a function.
+        generations: number of generations; None uses the experiment's.
+        population: individuals per generation; None uses the experiment's.
+        seed: seed of all random numbers; None uses the experiment's.
         set: options by key, such as `{"mutation.rate": 0.1}`.
-        workers: number of parallel workers; None for what suits the body.
-        out: folder of a run to record, as `gaitsim run` does; a number is added to one that
-            exists. None records nothing.
+        workers: number of parallel workers; None chooses the body's default.
+        out: folder of a run to record, as with `gaitsim run`; if it exists, a number is added to
+            its name. None records nothing.
 
     Raises:
-        ExperimentError: the experiment has problems, all of them in one message.
-        GaitsimError: there is no such preset or file, the folder cannot be created, or `set` or
+        ExperimentError: the experiment has problems; one message lists them all.
+        GaitsimError: the preset or file does not exist, the folder cannot be created, or `set` or
             `workers` is invalid.
     """
     check_workers(workers)
@@ -99,17 +100,17 @@ def load(
 ) -> "Run":
     """Open a run for reading, by its folder or its name under `runs/`.
 
-    Opening a run never executes anything in it.
+    Opening a run never executes code from its files.
 
     Args:
-        run: the folder or the name.
-        fitness: the function or object of `evolve` that evolved it; no folder contains its code.
-        body: likewise.
-        space: of a body that is a function.
+        run: folder or name of the run.
+        fitness: function or object given to `evolve`, whose code no run folder contains.
+        body: function or object given to `evolve`.
+        space: genome space of a body that is a function.
 
     Raises:
-        RunError: there is none.
-        GaitsimError: the functions are not those that evolved it.
+        RunError: the run does not exist.
+        GaitsimError: the functions differ from those that evolved the run.
     """
     found = Run(find_run(str(run)))
     if sections := given_options(fitness, body, space):
@@ -118,17 +119,17 @@ def load(
 
 
 class Search(ReprMixin, Iterator[Generation]):
-    """A search to loop over once, as `evolve` returns it.
+    """A search to loop over once, as returned by `evolve`.
 
-    A loop that is left early can be continued: by `next(search)`, or another loop. `close()`,
-    the end of a `with` block or the last reference to the search ends the workers and unlocks the
-    run. What a recorded search has yielded is on the disk.
+    After leaving a loop early, continue with `next(search)` or another loop. `close()`, the end
+    of a `with` block or the deletion of the search stops the workers and unlocks the run. A
+    recorded search saves each generation before yielding it.
 
     Attributes:
-        experiment: what is evolved, and how.
-        path: folder of the run; None where nothing is recorded.
-        last: the last generation that was yielded; None before the first.
-        champion: the best individual that was yielded; None where all have failed.
+        experiment: experiment being evolved.
+        path: folder of the run; None if nothing is recorded.
+        last: last generation yielded; None before the first.
+        champion: best individual yielded; None while all have failed.
     """
 
     def __init__(self, experiment: Experiment, path: Path | None, generations: Generations) -> None:
@@ -142,7 +143,7 @@ class Search(ReprMixin, Iterator[Generation]):
         self.last = generation = next(self._generations)
         if generation.number == 1 and not np.isfinite(generation.scores).any():
             reason = generation.evaluation.reasons.get(0, "its score is not finite")
-            warn(f"all {len(generation.scores):,} individuals failed; the first one: {reason}")
+            warn(f"all {len(generation.scores):,} individuals failed; the first: {reason}")
         score = float(generation.scores[generation.best])
         if np.isfinite(score) and (self.champion is None or score > self.champion.score):
             self.champion = Individual(
@@ -157,19 +158,20 @@ class Search(ReprMixin, Iterator[Generation]):
 
     @property
     def run(self) -> "Run":
-        """The run on disk.
+        """The recorded run.
 
         Raises:
             RunError: nothing is recorded.
         """
         if self.path is None:
             raise RunError(
-                "this search is not recorded", remedy="give evolve() a folder, as out='runs/mine'"
+                "this search is not recorded",
+                remedy="give evolve() a folder, such as out='runs/mine'",
             )
         return Run(self.path)
 
     def close(self) -> None:
-        """End the workers and unlock the run; the search yields nothing more."""
+        """Stop the workers and unlock the run; the search yields no more generations."""
         self._generations.close()
 
     def __enter__(self) -> Self:
@@ -189,10 +191,10 @@ class Search(ReprMixin, Iterator[Generation]):
 
 
 class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
-    """A run on disk. Its attributes are read again each time, as it may be growing.
+    """A run on disk. Its attributes are re-read at each access, as the run may be growing.
 
     Attributes:
-        path: its folder.
+        path: folder of the run.
     """
 
     @property
@@ -200,16 +202,16 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         """The experiment in the run's `experiment.toml`.
 
         Raises:
-            ExperimentError: it has problems, such as a plugin that is no longer installed.
+            ExperimentError: the experiment has problems, such as a plugin that is not installed.
         """
         return self.snapshot.experiment
 
     @property
     def history(self) -> dict[str, NDArray[np.float64]]:
-        """The columns of `history.csv` by name, (generations,) each; {} before the first one.
+        """The columns of `history.csv` by name, each (generations,); {} before the first row.
 
         Raises:
-            RunError: it is damaged.
+            RunError: the file is damaged.
         """
         return self.snapshot.history
 
@@ -220,10 +222,10 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
     @property
     def note(self) -> str:
-        """A text of yours that is kept in the run's folder; '' for none. Can be assigned.
+        """The note in the run's folder, any text; '' without one. Can be assigned.
 
         Raises:
-            RunError: it cannot be read, or written.
+            RunError: the note cannot be read or written.
         """
         return read_note(self.path)
 
@@ -232,10 +234,10 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         write_note(self.path, text)
 
     def rename(self, name: str) -> None:
-        """Give the run's folder another name, in the same place.
+        """Rename the run's folder.
 
         Raises:
-            RunError: the name is invalid or taken, or a process evolves the run.
+            RunError: the name is invalid or taken, or a process is evolving the run.
         """
         self.path = rename_run(self.path, name)
 
@@ -255,17 +257,18 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         member: int | None = None,
         world: World | None = None,
     ) -> Individual:
-        """Return the best individual of one generation; of all where none is given.
+        """Return the best individual of a generation, or a member of the front or archive.
 
         Args:
-            generation: whose best.
-            member: number of a member of the search's front or archive instead, from 1.
-            world: conditions of the world that its body is in, such as `{"friction": 0.4}`; None
-                for the body's own world.
+            generation: generation to take the best of; None takes the best of all.
+            member: number of a member of the front or archive to return instead, counted from 1.
+            world: conditions of the body's world, such as `{"friction": 0.4}`; None for the
+                body's own world.
 
         Raises:
-            GaitsimError: generation and member are given, or the body cannot be in this world.
-            RunError: there is no such generation or member, or all its individuals failed.
+            GaitsimError: both generation and member are given, or the body does not support the
+                conditions.
+            RunError: the generation or member does not exist, or all its individuals failed.
         """
         if generation is not None and member is not None:
             raise GaitsimError("replay() takes a generation or a member, not both", where=ARGUMENTS)
@@ -282,20 +285,20 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         ranges: Ranges | None = None,
         workers: int | None = None,
     ) -> Judgement:
-        """Judge the champion, or another individual, in worlds that it has not seen.
+        """Evaluate the champion, or another individual, in unseen worlds.
 
         Args:
-            number: of worlds.
-            generation: whose best; None for the best of all.
-            member: number of a member of the search's front or archive instead, from 1.
-            seed: of the worlds.
-            ranges: lowest and highest value of each condition that varies, by name; None for those
-                of the experiment's worlds, or the usual ones of the body.
-            workers: number of parallel workers; None for what suits the body.
+            number: number of worlds.
+            generation: generation to take the best of; None takes the best of all.
+            member: number of a member of the front or archive to take instead, counted from 1.
+            seed: seed of the worlds.
+            ranges: lowest and highest value of each varying condition, by name; None for the
+                ranges of the experiment's worlds, or else the usual ones of the body.
+            workers: number of parallel workers; None chooses the body's default.
 
         Raises:
-            GaitsimError: the body has no conditions, or not these, or an argument is invalid.
-            RunError: there is no such individual.
+            GaitsimError: the body lacks these conditions or has none, or an argument is invalid.
+            RunError: the individual does not exist.
         """
         check_workers(workers)
         individual = self.replay(generation, member=member)
@@ -304,21 +307,21 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
     def share(self, generation: int | None = None, *, member: int | None = None) -> str:
         """Return the challenge code of the champion, or of another individual.
 
-        `verify_code` plays it, on any machine; `Challenge.read` opens it.
+        `verify_code` verifies it on any machine; `Challenge.read` opens it.
 
         Args:
-            generation: whose best; None for the best of all.
-            member: number of a member of the search's front or archive instead, from 1.
+            generation: generation to take the best of; None takes the best of all.
+            member: number of a member of the front or archive to take instead, counted from 1.
 
         Raises:
-            GaitsimError: generation and member are given, or the code would be too large.
-            RunError: there is no such individual, or the run is damaged.
+            GaitsimError: both generation and member are given, or the code would be too large.
+            RunError: the individual does not exist, or the run is damaged.
         """
         return code_of(self.replay(generation, member=member))
 
     @property
     def members(self) -> Members | None:
-        """The front or archive that the search keeps; None where it keeps none.
+        """The front or archive that the search keeps; None for searches without one.
 
         Raises:
             RunError: no generation is finished yet, or the checkpoint is damaged.
@@ -326,7 +329,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         return self.snapshot.members
 
     def fingerprint(self) -> str:
-        """Return the SHA-256 of population, scores and history, times left out.
+        """Return the SHA-256 hash of population, scores and history, without times.
 
         Raises:
             RunError: no generation is finished yet.
@@ -346,16 +349,17 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         """Return a search that continues the run, exactly as if it had never stopped.
 
         Args:
-            generations: the last generation to evolve, counted from the first one; None as planned.
-            fitness: as of `evolve`; another one than the run's begins a stage.
-            body: likewise.
-            space: of a body that is a function.
-            set: options from here on, by key; those that matter begin a stage.
-            workers: number of parallel workers; None for what suits the body.
+            generations: last generation to evolve, counted from the start of the run; None as
+                planned.
+            fitness: function or object as for `evolve`; a different one starts a stage.
+            body: function or object as for `evolve`; a different one starts a stage.
+            space: genome space of a body that is a function.
+            set: options by key; those that affect the evolution start a stage.
+            workers: number of parallel workers; None chooses the body's default.
 
         Raises:
-            ExperimentError: the options have problems. What else prevents the run from continuing
-                is raised when the loop begins.
+            ExperimentError: the options have problems. Other errors are raised when the loop
+                starts.
         """
         check_workers(workers)
         sections = given_options(fitness, body, space)
@@ -377,8 +381,8 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         return {**self._repr_fields(), **self.experiment._repr_fields()}
 
 
-# Functions rather than methods: a search that is left in the middle of its loop is then freed at
-# once, and with it the workers and the run's lock.
+# Functions rather than methods, so that a search abandoned in its loop is freed at once, together
+# with its workers and the lock of the run.
 def _unrecorded(experiment: Experiment, workers: int | None) -> Generations:
     with Evaluator(experiment, workers, warn) as evaluator:
         evaluator.prepare()

@@ -1,4 +1,4 @@
-"""Arguments that the functions of `gaitsim` in Python share: checked, and as options."""
+"""Arguments shared by the functions of the Python API: their checks, and options made from them."""
 
 import warnings
 from collections.abc import Mapping
@@ -8,17 +8,21 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 
-ARGUMENTS = "arguments"  # where options come from, for messages
+ARGUMENTS = "arguments"  # source of the options, for messages
 
 
 def check_workers(workers: Any) -> None:
-    """Refuse an invalid number of workers."""
+    """Check a number of workers.
+
+    Raises:
+        GaitsimError: it is invalid.
+    """
     whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
     if workers is not None and not (whole and workers >= 1):
         raise GaitsimError(
             f"{workers!r} is not a number of workers",
             where="workers",
-            allowed="a whole number, 1 or more; None for what suits the body",
+            allowed="a whole number, 1 or more, or None for the body's default",
         )
 
 
@@ -27,7 +31,7 @@ def warn(text: str) -> None:
 
 
 def as_overrides(set: Any, short: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options by key, without those of `short` that are None.
+    """Return the options of `set` and those of `short` that are not None, by key.
 
     Raises:
         GaitsimError: `set` is not a mapping.

@@ -1,6 +1,6 @@
-"""The values that options choose among: of commands, dialogs and Python functions.
+"""Allowed values of options of commands, dialogs and Python functions.
 
-Importing this module costs nothing, so that `--help` can list them.
+This module imports nothing heavy, so that `--help` stays fast.
 """
 
 from typing import Literal

@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 
 
 class Comparison(ReprMixin, Findings):
-    """The results of a comparison, as `compare` returns them."""
+    """The results of a comparison, as returned by `compare`."""
 
     def plot(self, kind: ComparisonPlot = "ecdf", *, dark: bool = False) -> "Figure":
-        """Return a plot, as `gaitsim compare` draws it.
+        """Return a plot, as drawn by `gaitsim compare`.
 
         Args:
             kind: 'ecdf' or 'convergence'.
-            dark: light lines on a dark ground.
+            dark: whether to draw light lines on a dark background.
 
         Raises:
-            GaitsimError: there is no such kind.
+            GaitsimError: the kind is unknown.
         """
         from gaitsim.render.notebook import shown_in_notebooks
         from gaitsim.render.plots.comparison import FIGURES
@@ -48,7 +48,7 @@ class Comparison(ReprMixin, Findings):
 
     @classmethod
     def of(cls, findings: Findings) -> Self:
-        """Return findings with plots."""
+        """Return findings as a comparison, which has plots."""
         return cls(**vars(findings))
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
@@ -72,18 +72,19 @@ def compare(
 ) -> Comparison:
     """Repeat experiments with equal numbers of evaluations, and compare them.
 
-    The same arguments give the same results to the last bit, in Python as on the command line.
-    The order of the experiments changes no number of an experiment or a test.
+    The same arguments give bit-identical results, in Python and on the command line. The order of
+    the experiments does not affect the results of an experiment or a test.
 
     Args:
-        experiments: two or more names of presets, paths of TOML files or robots' files, or
+        experiments: two or more names of presets, paths of TOML files or robot files, or
             experiments.
-        repeats: of each, at least two: one allows no interval and no test.
-        evaluations: of each repeat; None for those of the shortest experiment.
-        targets: scores to reach, for the ECDF, the expected running times and their tests; ()
-            for 51 at equal distances, and for the quartiles of all repeats' scores together.
+        repeats: repeats of each experiment, at least 2, as intervals and tests need two.
+        evaluations: evaluations per repeat; None for those of the shortest experiment.
+        targets: scores to reach, for the ECDF, the expected running times and their tests. ()
+            uses 51 equally spaced targets for the ECDF, and otherwise the quartiles of the scores
+            of all repeats.
         set: options of all experiments by key, such as `{"evolution.population": 50}`.
-        workers: number of parallel workers; None for what suits the body.
+        workers: number of parallel workers; None chooses the body's default.
 
     Raises:
         ExperimentError: an experiment has problems.

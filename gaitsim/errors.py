@@ -1,4 +1,4 @@
-"""Errors that a user or a plugin author can cause: what, where, what is allowed, what to do."""
+"""Errors that users and plugin authors can cause and correct."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
@@ -8,16 +8,16 @@ from typing import Any
 class GaitsimError(Exception):
     """A mistake that the reader of the message can correct.
 
-    The command line prints it without a traceback and ends with exit code 2.
+    The command line prints it without a traceback and exits with code 2.
 
     Args:
-        what: what is wrong, one sentence.
-        where: the file, key or plugin where it stands.
-        allowed: what would have been right.
-        remedy: what to do now.
-        key: the key of an experiment, study or settings file that is wrong, such as
-            `mutation.rate`, or the section, such as `mutation`; `''` where there is none. For
-            programs: messages name it in `where`.
+        what: description of the mistake, one sentence.
+        where: file, key or plugin with the mistake.
+        allowed: allowed values.
+        remedy: suggested correction.
+        key: wrong key of an experiment, study or settings file, such as `mutation.rate`, or its
+            section, such as `mutation`; `''` if there is none. It is meant for programs; messages
+            name it in `where`.
     """
 
     def __init__(
@@ -42,17 +42,17 @@ class GaitsimError(Exception):
         return "\n".join(lines)
 
     def then(self, remedy: str) -> None:
-        """Add what to do after that which it says already, if it does."""
+        """Append a remedy to the existing one, if any."""
         self.remedy = f"{self.remedy}; then {remedy}" if self.remedy else remedy
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the parts as JSON takes them; `error_from_dict` reads them."""
+        """Return the parts as JSON values, which `error_from_dict` reads."""
         names = ("what", "where", "key", "allowed", "remedy")
         return {name: getattr(self, name) for name in names}
 
     def __reduce__(self) -> tuple[object, ...]:
-        # Keyword-only arguments do not survive the default pickling, and errors
-        # come back from worker processes.
+        # Errors are pickled by worker processes, and the default pickling loses keyword-only
+        # arguments.
         state = (self.what, self.where, self.allowed, self.remedy, self.key)
         return (_rebuild, (type(self), *state))
 
@@ -66,7 +66,7 @@ def _rebuild(
 
 
 class PluginError(GaitsimError):
-    """A plugin is missing, broken or breaks its contract; the message names its package."""
+    """A plugin is missing or broken, or breaks its contract; the message names its package."""
 
 
 class ContractError(PluginError):
@@ -74,7 +74,7 @@ class ContractError(PluginError):
 
 
 class MissingFunctionError(PluginError):
-    """An experiment uses a Python function or class that this process was not given."""
+    """An experiment uses a Python function or object that was not given to this process."""
 
 
 class RunError(GaitsimError):
@@ -82,15 +82,15 @@ class RunError(GaitsimError):
 
 
 class CheckpointError(RunError):
-    """A checkpoint is damaged, foreign, hostile or from a newer gaitsim."""
+    """A checkpoint is damaged, hostile, of another kind or from a newer gaitsim."""
 
 
 class ExperimentError(GaitsimError):
-    """An experiment has problems; all of them are reported at once.
+    """An experiment has problems, which are all reported at once.
 
     Args:
-        problems: every problem found, in the order of the file.
-        noun: what has them.
+        problems: all problems found, in the order of the file.
+        noun: name of the thing that has problems, such as 'experiment'.
     """
 
     def __init__(self, problems: Sequence[GaitsimError], noun: str = "experiment") -> None:
@@ -105,7 +105,7 @@ class ExperimentError(GaitsimError):
         return "\n".join([f"{self.what}:", *(f"- {problem}" for problem in self.problems)])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the parts, the noun, and each problem's parts."""
+        """Return the parts, the noun, and the parts of each problem."""
         problems = [problem.to_dict() for problem in self.problems]
         return super().to_dict() | {"noun": self.noun, "problems": problems}
 
@@ -114,7 +114,7 @@ class ExperimentError(GaitsimError):
 
 
 def error_from_dict(data: Mapping[str, Any]) -> GaitsimError:
-    """Return the error of such parts.
+    """Return the error with the parts of `GaitsimError.to_dict`.
 
     Raises:
         KeyError: a part is missing.
@@ -129,7 +129,7 @@ def error_from_dict(data: Mapping[str, Any]) -> GaitsimError:
 
 
 def nearest(word: str, known: Sequence[str]) -> str:
-    """'did you mean …?' for the known spelling nearest to `word`, or ''."""
+    """Return 'did you mean …?' with the known word most similar to `word`, or ''."""
     matches = get_close_matches(word, known, n=1, cutoff=0.6)
     return f"did you mean {matches[0]!r}?" if matches else ""
 
@@ -137,7 +137,7 @@ def nearest(word: str, known: Sequence[str]) -> str:
 def unknown(
     what: str, name: str, known: Iterable[str], *, where: str = "", key: str = ""
 ) -> GaitsimError:
-    """Return the error of a name that is not among the known ones."""
+    """Return the error of an unknown name, which lists the known ones."""
     names = list(known)
     return GaitsimError(
         f"unknown {what} {name!r}",
@@ -149,13 +149,13 @@ def unknown(
 
 
 def not_installed(what: str, package: str | None, extra: str, *, where: str = "") -> GaitsimError:
-    """Return the error of a package of an extra of gaitsim that is not installed.
+    """Return the error of a missing package that an extra of gaitsim installs.
 
     Args:
-        what: what needs it.
-        package: its name.
+        what: feature that needs the package.
+        package: name of the package.
         extra: name of the extra.
-        where: as of `GaitsimError`.
+        where: place of the mistake, as in `GaitsimError`.
     """
     return GaitsimError(
         f"{what} needs the package {package}, which is not installed",

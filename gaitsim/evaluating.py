@@ -23,29 +23,31 @@ def evaluate(
     generation: int = 1,
     repair: bool = True,
 ) -> Evaluation:
-    """Move and score genomes, so that any optimiser can use a body and a fitness.
+    """Simulate and score genomes, so that any optimiser can use a body and a fitness.
 
-    Scores are those of the same genomes in a run, to the bit. More is better: an optimiser that
-    minimises takes their negative. A compiled body shares the population among threads, any other
-    is moved by the calling thread. With an experiment object nothing is set up again for the next
-    call.
+    The scores are bit-identical to those of the same genomes in a run. Higher is better; an
+    optimiser that minimises must negate them. A compiled body distributes the population over
+    threads; other bodies run in the calling thread. Pass an experiment object to avoid repeated
+    setup.
 
     Args:
-        experiment: a preset's name, the path of a file, or an experiment; a name or a path is
-            read again in every call.
-        genomes: (population, genes), or (genes,) for one individual; left unchanged.
-        generation: in whose worlds, from 1, where the experiment has several.
-        repair: whether genes outside the genome space are brought into it as in a search, by
-            `experiment.space().repair`: clipped to their bounds, angles of a cycle wrapped.
-            Otherwise they are refused.
+        experiment: name of a preset, path of a file, or an experiment; a name or path is read
+            again at each call.
+        genomes: (population, genes), or (genes,) for one individual; not modified.
+        generation: generation whose worlds are used, counted from 1, if the experiment has
+            several worlds.
+        repair: whether to move genes into the genome space as a search does, with
+            `experiment.space().repair`: values are clipped to their bounds, cyclic angles wrapped.
+            If False, genes outside the space are an error.
 
     Returns:
-        `scores` (population,), −inf for an individual that failed; `terms`, whose sum they are, by
-        name, each (population,); and `reasons` of failures by the individual's index.
+        The evaluation: `scores` (population,), −inf for an individual that failed; `terms` by
+        name, each (population,), which sum to the scores; and `reasons` of failures by the index
+        of the individual.
 
     Raises:
-        GaitsimError: the genomes are no finite numbers of the right shape, or outside the genome
-            space and not to be repaired; or there is no such experiment.
+        GaitsimError: the genomes are not finite numbers of the right shape, or outside the genome
+            space with `repair=False`; or the experiment does not exist.
         PluginError: the body or the fitness fails or breaks its contract.
     """
     if not isinstance(experiment, Experiment):
@@ -54,21 +56,21 @@ def evaluate(
     if not whole or generation < 1:
         what = f"{generation!r} is not the number of a generation"
         raise GaitsimError(what, where="generation", allowed="a whole number, 1 or more")
-    space = experiment.space()  # once, as a body may take long to describe it
+    space = experiment.space()  # called once, as it may be slow
     given = _genomes(experiment, space, genomes)
     if repair:
         with plugin_errors(experiment.entries["organism"], "repairing genomes"):
             given = np.ascontiguousarray(space.repair(given))
     elif wrong := out_of_bounds(experiment, given, "the population"):
-        raise GaitsimError(wrong, where="genomes", remedy="clip them, or leave repair=False out")
+        raise GaitsimError(wrong, where="genomes", remedy="clip them, or leave out repair=False")
     return _evaluator(experiment).evaluate(given, int(generation))
 
 
 def _genomes(experiment: Experiment, space: GenomeSpace, given: ArrayLike) -> Genomes:
-    """Return genomes (population, genes) in the dtype of the experiment's space.
+    """Return genomes as an array (population, genes) with the dtype of the genome space.
 
     Raises:
-        GaitsimError: they cannot be that.
+        GaitsimError: they cannot be converted.
     """
     try:
         array: Any = np.asarray(given)
@@ -99,7 +101,7 @@ def _refused(experiment: Experiment, what: str, remedy: str = "") -> GaitsimErro
 
 
 class _Latest(threading.local):
-    """The evaluator of a thread's last call, whose threads serve the next one."""
+    """The evaluator of the last call in each thread, kept to reuse its workers."""
 
     evaluator: Evaluator | None = None
 

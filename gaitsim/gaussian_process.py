@@ -1,4 +1,4 @@
-"""A Gaussian process whose prior mean is a map of gaits."""
+"""A Gaussian process with a map of gaits as its prior mean."""
 
 from typing import NamedTuple
 
@@ -9,10 +9,10 @@ Floats = NDArray[np.float64]
 
 
 class Belief(NamedTuple):
-    """The performance that each member of a map is believed to have.
+    """The predicted performance of each member of a map.
 
     Attributes:
-        mean: (members,).
+        mean: expected performance, (members,).
         deviation: standard deviation, (members,).
     """
 
@@ -21,7 +21,7 @@ class Belief(NamedTuple):
 
 
 def matern(distances: Floats, length_scale: float) -> Floats:
-    """Return the Matérn covariance with ν = 5/2 and variance 1 of points by their distances.
+    """Return the Matérn covariance (ν = 5/2, variance 1) of points with the given distances.
 
     Source: Rasmussen and Williams 2006, "Gaussian Processes for Machine Learning", eq. 4.17.
     """
@@ -37,20 +37,20 @@ def posterior(
     length_scale: float,
     noise: float,
 ) -> Belief:
-    """Return the belief about all members of a map after some of them were tried.
+    """Return the belief about all members of a map, given trials of some of them.
 
-    Source: Rasmussen and Williams 2006, eq. 2.25, 2.26 and 2.38: the process models what the
-    trials differ by from the map.
+    The process models the difference between the trials and the map. Source: Rasmussen and
+    Williams 2006, eq. 2.25, 2.26 and 2.38.
 
     Args:
-        prior: performance by the map, (members,).
-        points: behaviour, (members, axes).
-        tried: indices of the members that were tried, (trials,).
-        measured: their performance, (trials,).
-        length_scale: of the covariance.
-        noise: variance of `measured`.
+        prior: performance according to the map, (members,).
+        points: behaviour of the members, (members, axes).
+        tried: indices of the tried members, (trials,).
+        measured: measured performance of the tried members, (trials,).
+        length_scale: length scale of the covariance.
+        noise: variance of the noise in `measured`.
     """
-    from scipy.linalg import cho_factor, cho_solve, solve_triangular  # 0.1 s
+    from scipy.linalg import cho_factor, cho_solve, solve_triangular  # takes 0.1 s
     from scipy.spatial.distance import cdist
 
     if not len(tried):

@@ -1,4 +1,4 @@
-"""One genome with its score, and how its body moves."""
+"""Individuals: a genome with its score, and the motion of its body."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -29,7 +29,7 @@ class Measurement(NamedTuple):
 
 @dataclass(frozen=True)
 class Member:
-    """An individual that a search keeps, of its front or archive, by its number from 1."""
+    """A member of a search's front or archive, identified by its number, counted from 1."""
 
     number: int
 
@@ -39,11 +39,11 @@ class Member:
 
 @dataclass(frozen=True)
 class Near:
-    """The best member of a front or archive whose values are near given ones, by axis.
+    """The best member of a front or archive near given values, by axis.
 
-    Distances are in shares of an axis, the greatest of the axes counts. Members count as near
-    whose distance is at most `WITHIN` more than the least, and the one with the highest score is
-    chosen.
+    The distance of a member is its largest distance along an axis, as a share of the axis. All
+    members within `WITHIN` of the smallest distance count as near; the one with the highest score
+    is chosen.
     """
 
     values: Mapping[str, float]
@@ -58,7 +58,7 @@ Which = int | Member | None
 """An individual of a run: the best of a generation, a member, or the best of all."""
 
 Asked = Which | Near
-"""An individual of a run as a user asks for it."""
+"""An individual of a run as requested by a user."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,17 +66,16 @@ class Individual(ReprMixin):
     """An individual of a search, or a gait from a file.
 
     Attributes:
-        experiment: the experiment in force when the individual was evaluated.
-        score: its score then; of a gait from a file, the score of its motion.
-        terms: the terms of that score by name.
-        generation: its generation, counted from 1; of a member, the last one of its search; 0
-            for a gait from a file.
-        genome: (genes,); None for a gait from a file.
-        source: the run's folder or the gait's file; None where nothing is recorded.
-        played: the motion of a gait from a file or of a changed body, a population of one.
-        member: which member of its search's front or archive it is; None for the best of a
-            generation.
-        changes: options of the body, by key, that are other than in the run.
+        experiment: experiment with which the individual was evaluated.
+        score: score in that evaluation; for a gait from a file, the score of its motion.
+        terms: terms of the score by name.
+        generation: generation of the individual, counted from 1; for a member, the last generation
+            of the search; 0 for a gait from a file.
+        genome: genome, (genes,); None for a gait from a file.
+        source: folder of the run or file of the gait; None if not recorded.
+        played: motion of a gait from a file or of a changed body, a population of one.
+        member: member of the front or archive; None for the best of a generation.
+        changes: options of the body that differ from the run, by key.
     """
 
     experiment: Experiment
@@ -93,18 +92,18 @@ class Individual(ReprMixin):
     def of_motion(
         cls, experiment: Experiment, motion: Motion, source: Path | None = None
     ) -> "Individual":
-        """Score a motion, a population of one, that no genome made.
+        """Return an individual without a genome from its motion, a population of one.
 
         Raises:
             PluginError: the fitness cannot evaluate it.
         """
         evaluation = evaluate_motion(experiment, motion, 1)
-        score = float(evaluation.scores[0])  # −inf of a motion that failed
+        score = float(evaluation.scores[0])  # −inf if the motion failed
         return cls(experiment, score, evaluation.terms_of(0), source=source, played=motion)
 
     @property
     def title(self) -> str:
-        """Where it comes from and how its body is changed, in words."""
+        """A description of where the individual comes from and how its body was changed."""
         if not self.generation:
             return f"{self.source} on the {self.experiment.entries['organism'].name}{self._changed}"
         best = f"best of generation {self.generation}{self._changed}"
@@ -112,30 +111,30 @@ class Individual(ReprMixin):
 
     @property
     def label(self) -> str:
-        """Which one of its run it is, such as 'generation 12' or 'member 3 of generation 12'."""
+        """The name of the individual within its run, such as 'member 3 of generation 12'."""
         generation = f"generation {self.generation}{self._changed}"
         return generation if self.member is None else f"{self.member} of {generation}"
 
     @property
     def stem(self) -> str:
-        """Its part of a file's name, such as 'generation-12' or 'generation-12-member-3'."""
+        """The part of a file name for the individual, such as 'generation-12-member-3'."""
         member = "" if self.member is None else f"-member-{self.member.number}"
         changes = "".join(c if c.isalnum() or c in "-." else "-" for c in self._changed[1:])
         return f"generation-{self.generation}{member}{changes[:100]}"
 
     @property
     def damage(self) -> tuple[str, ...]:
-        """The damage to its body, such as 'L2 lost', by the option `damage` of the body."""
+        """The damage to the body, such as 'L2 lost', from its option `damage`."""
         return tuple(map(str, getattr(self.experiment.organism, "damage", ())))
 
     @property
     def world(self) -> World:
-        """The conditions of the world that its body is in by name, by the option `world`."""
+        """The conditions of the body's world by name, from its option `world`."""
         return dict(getattr(self.experiment.organism, WORLD, {}))
 
     @property
     def _changed(self) -> str:
-        """Damage, conditions of the world and what else was changed, each after a comma."""
+        """Damage, conditions of the world and other changes, each preceded by a comma."""
         other = (
             f"{key.removeprefix('organism.')} {brief(value)}"
             for key, value in self.changes.items()
@@ -146,20 +145,20 @@ class Individual(ReprMixin):
 
     @property
     def best_of(self) -> int | None:
-        """The generation of which it is the best; None for a member, or a gait from a file."""
+        """The generation that it is the best of; None for a member or a gait from a file."""
         return self.generation or None if self.member is None else None
 
     @property
     def name(self) -> str:
-        """The name of the run's folder; of what is not recorded, the experiment's."""
+        """The name of the run's folder; of the experiment if nothing is recorded."""
         return self.source.resolve().name if self.source else self.experiment.name
 
     @cached_property
     def motion(self) -> Motion:
-        """Its motion, a population of one: channels by name, (1, frames, …) each.
+        """The motion, a population of one: channels by name, each (1, frames, …).
 
         Raises:
-            PluginError: the body cannot move it.
+            PluginError: the body fails.
         """
         if self.played is not None:
             return self.played
@@ -170,7 +169,7 @@ class Individual(ReprMixin):
 
     @cached_property
     def skeleton(self) -> Skeleton:
-        """Its body over time, as line segments in metres.
+        """The body over time, as line segments in metres.
 
         Raises:
             PluginError: the body cannot be drawn.
@@ -188,10 +187,10 @@ class Individual(ReprMixin):
 
     @cached_property
     def measurements(self) -> dict[str, Measurement]:
-        """The body's measures of its motion by name, with units.
+        """The body's measures of the motion by name, with units.
 
         Raises:
-            PluginError: the body cannot measure it.
+            PluginError: the body cannot measure the motion.
         """
         motion = self.motion
         with plugin_errors(self.experiment.entries["organism"], "measuring the champion"):
@@ -205,34 +204,35 @@ class Individual(ReprMixin):
         """The values of `measurements`, such as metres walked forward, by name.
 
         Raises:
-            PluginError: the body cannot measure it.
+            PluginError: the body cannot measure the motion.
         """
         return {name: measurement.value for name, measurement in self.measurements.items()}
 
     def unit_of(self, name: str) -> str:
-        """Return the unit of one of its measures, of a term, or of the score, by name.
+        """Return the unit of a measure, a term or the score by name.
 
         Raises:
-            PluginError: the body cannot measure it.
+            PluginError: the body cannot measure the motion.
         """
         measured = self.measurements.get(name)
         return measured.unit if measured else self.experiment.fitness.unit
 
     @property
     def worlds(self) -> int:
-        """How many worlds its recorded score is over; 0 for the world of its motion alone."""
+        """The number of worlds that the recorded score combines; 0 for the body's own world."""
         return self.experiment.worlds.number
 
     @property
     def over_worlds(self) -> str:
-        """' over 4 worlds', to stand after its score; '' for the world of its motion alone."""
+        """A suffix for the score, such as ' over 4 worlds'; '' for the body's own world."""
         return f" over {self.worlds} world{'s' * (self.worlds != 1)}" if self.worlds else ""
 
     @property
     def scored_terms(self) -> Mapping[str, float]:
-        """The recorded terms of a score over worlds or by Python code that is missing here.
+        """The terms of the score.
 
-        Else `replayed_terms`.
+        These are the recorded terms if the score is over several worlds or computed by Python code
+        that is missing here, and `replayed_terms` otherwise.
 
         Raises:
             PluginError: the body or the fitness fails.
@@ -241,7 +241,7 @@ class Individual(ReprMixin):
         return self.terms if self.worlds or missing else self.replayed_terms
 
     def evaluated_terms(self) -> Mapping[str, float]:
-        """Return the terms that its genome has in the worlds of its generation.
+        """Return the terms of the genome evaluated in the worlds of its generation.
 
         Raises:
             PluginError: the body or the fitness fails.
@@ -252,9 +252,9 @@ class Individual(ReprMixin):
 
     @property
     def replayed_terms(self) -> dict[str, float]:
-        """The terms of its motion as the installed body and fitness give them now.
+        """The terms of the motion, computed by the installed body and fitness.
 
-        The motion is that in the body's own world, even if the recorded score is over several.
+        The motion is in the body's own world, even if the recorded score is over several worlds.
 
         Raises:
             PluginError: the body or the fitness fails.
@@ -263,12 +263,12 @@ class Individual(ReprMixin):
 
     @property
     def replayed_score(self) -> float:
-        """The sum of `replayed_terms`; −inf where the motion fails now."""
+        """The sum of `replayed_terms`; −inf if the motion fails."""
         return float(self._replayed.scores[0])
 
     @property
     def replayed_failure(self) -> str:
-        """Why the motion fails now, or ''."""
+        """The reason why the motion fails, or ''."""
         return self._replayed.reasons.get(0, "")
 
     @cached_property
@@ -277,7 +277,7 @@ class Individual(ReprMixin):
 
     @property
     def joint_angles(self) -> NDArray[np.float64] | None:
-        """(frames, joints), radians; None where the body has none."""
+        """The joint angles, (frames, joints), radians; None for a body without them."""
         if "joint_angles" not in self.experiment.organism.channels:
             return None
         return np.asarray(self.motion["joint_angles"][0], dtype=np.float64)

@@ -1,11 +1,10 @@
-"""Feed-forward networks: one, or a whole population of them at once, in NumPy.
+"""Feed-forward networks in NumPy: a single one or a whole population at once.
 
-The first layer is the input. Layer k has the weights W, (to, from), where W[i, j] leads from
-neuron j of the layer before to neuron i, and the biases b, (to,). Samples are columns:
-A ← f(W A + b).
+The first layer is the input. Layer k has weights W, (to, from), where W[i, j] connects neuron j of
+the previous layer to neuron i, and biases b, (to,). Samples are columns: A ← f(W A + b).
 
-Any of the arrays may have axes in front, such as the population: every function here works on
-the last axes alone, so that one call serves all individuals.
+All arrays may have leading axes, such as the population. Every function works on the last axes
+only, so that one call processes all individuals.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,18 +23,18 @@ LEAK = 0.01
 
 TANH, SIGMOID, RELU, LEAKY_RELU, LINEAR = range(5)
 ACTIVATIONS = ("tanh", "sigmoid", "relu", "leaky-relu", "linear")
-"""Names of the activations in the order of their codes; 'linear' is meant for the last layer."""
+"""Names of the activations, ordered by code; 'linear' is meant for the last layer."""
 ACTIVATION_CODES = {name: code for code, name in enumerate(ACTIVATIONS)}
 
 
 def activation_with(tanh: Callable[[Any], Any]) -> Callable[[int, Any], Any]:
-    """Return `activation` with another hyperbolic tangent, such as an approximation."""
+    """Return a variant of `activation` that uses the given hyperbolic tangent."""
 
     def activation(code: int, z: Any) -> Any:
-        """Return f(z) for an array; compiled by Numba, for a number."""
+        """Return f(z) for an array, or for a number if compiled by Numba."""
         if code == TANH:
             return tanh(z)
-        if code == SIGMOID:  # 1 / (1 + exp(−z)), which would overflow where z is far below zero
+        if code == SIGMOID:  # equals 1 / (1 + exp(−z)), without its overflow for large −z
             return (1 + tanh(z / 2)) / 2
         if code == RELU:
             return np.maximum(z, 0)
@@ -50,7 +49,7 @@ activation = activation_with(np.tanh)
 
 
 def activation_slope(code: int, a: Any) -> Any:
-    """Return f'(z) where a = f(z) for an array; compiled by Numba, for a number."""
+    """Return f'(z) given a = f(z), for an array, or for a number if compiled by Numba."""
     if code == TANH:
         return 1 - a * a
     if code == SIGMOID:
@@ -63,10 +62,10 @@ def activation_slope(code: int, a: Any) -> Any:
 
 
 def gene_count(sizes: Sequence[int]) -> int:
-    """Return the number of weights and biases of layers of these sizes, inputs first.
+    """Return the number of weights and biases for these layer sizes, inputs first.
 
     Raises:
-        ValueError: fewer than two layers, or an empty one.
+        ValueError: there are fewer than two layers, or a layer is empty.
     """
     return sum(to * (come + 1) for come, to in pairwise(_checked(sizes)))
 
@@ -75,7 +74,7 @@ def gene_labels(sizes: Sequence[int]) -> tuple[str, ...]:
     """Return the names of genes in the order of `Network.genes`: 'W1[0,0]', 'W1[0,1]' … 'b1[0]' …
 
     Raises:
-        ValueError: fewer than two layers, or an empty one.
+        ValueError: there are fewer than two layers, or a layer is empty.
     """
     return tuple(
         label
@@ -89,16 +88,16 @@ def gene_labels(sizes: Sequence[int]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A feed-forward network, or several along the axes in front.
+    """A feed-forward network, or several along leading axes.
 
     Attributes:
-        weights: W1, W2 …, each (…, to, from).
-        biases: b1, b2 …, each (…, to).
-        activation: of the hidden layers, one of `ACTIVATIONS`.
-        output: of the last layer.
+        weights: weights W1, W2 …, each (…, to, from).
+        biases: biases b1, b2 …, each (…, to).
+        activation: activation of the hidden layers, one of `ACTIVATIONS`.
+        output: activation of the last layer.
 
     Raises:
-        ValueError: shapes that do not fit each other, or an unknown activation.
+        ValueError: shapes do not match, or an activation is unknown.
     """
 
     weights: tuple[Floats, ...]
@@ -113,7 +112,7 @@ class Network:
         if not self.weights or len(self.weights) != len(self.biases):
             raise ValueError(
                 f"{len(self.weights)} layers of weights and {len(self.biases)} of biases: "
-                "expected as many of each, at least one"
+                "expected equal numbers, at least one"
             )
         come: int | None = None
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True), 1):
@@ -125,7 +124,7 @@ class Network:
                 )
             if bias.shape != shape[:-1]:
                 raise ValueError(
-                    f"b{layer} has the shape {bias.shape}, expected {shape[:-1]} beside W{layer}"
+                    f"b{layer} has the shape {bias.shape}, expected {shape[:-1]} to match W{layer}"
                 )
             come = shape[-2]
 
@@ -136,7 +135,7 @@ class Network:
 
     @property
     def genes(self) -> Floats:
-        """All parameters in one row, (…, genes): W1 row by row, b1, W2, b2 …"""
+        """All parameters as one axis, (…, genes): W1 row by row, b1, W2, b2 …"""
         return _flat(self.weights, self.biases)
 
     @classmethod
@@ -152,11 +151,11 @@ class Network:
         Args:
             sizes: neurons of each layer, inputs first.
             genes: (…, genes), such as (population, genes), in the order of `genes`.
-            activation: of the hidden layers.
-            output: of the last layer.
+            activation: activation of the hidden layers.
+            output: activation of the last layer.
 
         Raises:
-            ValueError: another number of genes than the sizes need, or an unknown activation.
+            ValueError: the number of genes does not match the sizes, or an activation is unknown.
         """
         count = gene_count(sizes)
         row = _floating(genes)
@@ -181,13 +180,14 @@ class Network:
         activation: str = "tanh",
         output: str = "linear",
     ) -> "Network":
-        """Return a network to start learning from: Gaussian weights, biases of zero.
+        """Return an untrained network with Gaussian weights and biases of zero.
 
-        The variance of a weight is 2/from before a ReLU (He et al. 2015) and 1/from
-        otherwise (LeCun et al. 1998), so that signals keep their size from layer to layer.
+        The variance of a weight is 2/from before a ReLU (He et al. 2015) and 1/from otherwise
+        (LeCun et al. 1998), which preserves the variance of signals across layers.
 
         Raises:
-            ValueError: fewer than two layers, an empty one, or an unknown activation.
+            ValueError: there are fewer than two layers, a layer is empty, or an activation is
+                unknown.
         """
         layers = list(pairwise(_checked(sizes)))
         gains = [2.0 if "relu" in activation else 1.0] * (len(layers) - 1)
@@ -206,30 +206,30 @@ class Network:
         """Return the outputs of the network.
 
         Args:
-            inputs: (…, inputs, samples), a column a sample; without axes in front, every
-                network of a population sees the same.
+            inputs: (…, inputs, samples), one sample per column; without leading axes, all
+                networks of a population receive the same inputs.
 
         Returns:
-            (…, outputs, samples).
+            The outputs, (…, outputs, samples).
 
         Raises:
-            ValueError: inputs of another size.
+            ValueError: the inputs do not match the first layer.
         """
         return self._layers(inputs)[-1]
 
     def gradients(self, inputs: ArrayLike, targets: ArrayLike) -> tuple[Floats, Floats]:
-        """Return the error and its gradient, by backpropagation (Rumelhart et al. 1986).
+        """Return the error and its gradient, computed by backpropagation (Rumelhart et al. 1986).
 
         Args:
-            inputs: (…, inputs, samples).
-            targets: outputs wanted of `activate`, (…, outputs, samples).
+            inputs: inputs, (…, inputs, samples).
+            targets: desired outputs, (…, outputs, samples).
 
         Returns:
-            The mean squared error over outputs and samples, (…), and its derivative by
-            each gene, (…, genes).
+            The mean squared error over outputs and samples, (…), and its derivative with respect
+            to each gene, (…, genes).
 
         Raises:
-            ValueError: inputs or targets of another size.
+            ValueError: the inputs or targets do not match the network.
         """
         layers = self._layers(inputs)
         wanted, outputs = _floating(targets), layers[-1]
@@ -253,7 +253,7 @@ class Network:
         return error, _flat(by_weights, by_biases)
 
     def _layers(self, inputs: ArrayLike) -> list[Floats]:
-        """Each layer's output, the inputs first, (…, to, samples)."""
+        """Return the output of each layer, inputs first, each (…, to, samples)."""
         a = _floating(inputs)
         if a.ndim < 2 or a.shape[-2] != self.sizes[0]:
             raise ValueError(
@@ -281,7 +281,7 @@ def _checked(sizes: Sequence[int]) -> Sequence[int]:
 
 
 def _floating(values: ArrayLike) -> Floats:
-    """Return an array of floating point numbers, of their own type if they have one."""
+    """Return an array of floats; float arrays keep their dtype."""
     array = np.asarray(values)
     return array if array.dtype.kind == "f" else array.astype(np.float64)
 

@@ -1,8 +1,8 @@
-"""Open files that someone else may have made.
+"""Open untrusted files.
 
-A pipe blocks its reader, a device may have no end, a link leads out of a folder, and a file may be
-longer than the memory. So a file is opened without waiting and without following links, checked by
-its descriptor, and refused unless it is a regular file of a bounded size.
+A pipe blocks its reader, a device may be endless, a link may lead out of a folder, and a file may
+exceed the memory. So files are opened without blocking and without following links, checked through
+their descriptor, and refused unless they are regular files of bounded size.
 """
 
 import errno
@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
-# Windows has neither pipes in folders nor these flags, but text files.
+# Windows lacks pipes in folders and most of these flags; O_BINARY disables its text mode.
 _FLAGS = sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_CLOEXEC", "O_BINARY", "O_NOCTTY"))
 _NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0)
 _PART = 2**20  # bytes
@@ -22,12 +22,12 @@ def open_descriptor(path: Path, flags: int, *, follow: bool = False) -> int:
     """Open a regular file, and return its descriptor.
 
     Args:
-        path: the file.
-        flags: of `os.open`, such as `os.O_RDWR | os.O_CREAT`.
-        follow: whether `path` may be a link, as one that a user names may.
+        path: path of the file.
+        flags: flags for `os.open`, such as `os.O_RDWR | os.O_CREAT`.
+        follow: whether `path` may be a link, as for files named by the user.
 
     Raises:
-        OSError: it is not a regular file, or cannot be opened; `strerror` says why.
+        OSError: the path is not a regular file, or cannot be opened; `strerror` gives the reason.
     """
     try:
         descriptor = os.open(path, flags | _FLAGS | (0 if follow else _NO_FOLLOW), 0o644)
@@ -44,7 +44,7 @@ def open_descriptor(path: Path, flags: int, *, follow: bool = False) -> int:
         if not stat.S_ISREG(status.st_mode):
             raise _refused(errno.EINVAL, "it is not a regular file", path)
         if flags & (os.O_WRONLY | os.O_RDWR) and status.st_nlink > 1:
-            raise _refused(errno.EMLINK, "it is a hard link: it has another name, too", path)
+            raise _refused(errno.EMLINK, "it has several names (hard links)", path)
     except BaseException:
         os.close(descriptor)
         raise
@@ -55,7 +55,8 @@ def open_regular(path: Path, largest: int, *, follow: bool = False) -> BinaryIO:
     """Open a regular file of at most `largest` bytes for reading.
 
     Raises:
-        OSError: it is another kind of file, is larger, or cannot be opened; `strerror` says why.
+        OSError: the file is not regular, too large, or cannot be opened; `strerror` gives the
+            reason.
     """
     file = os.fdopen(open_descriptor(path, os.O_RDONLY, follow=follow), "rb")
     if (size := _size(file)) > largest:
@@ -68,19 +69,20 @@ def read_regular(path: Path, largest: int, *, follow: bool = False) -> bytes:
     """Return the content of a regular file of at most `largest` bytes.
 
     Raises:
-        OSError: it is another kind of file, is larger, or cannot be read; `strerror` says why.
+        OSError: the file is not regular, too large, or cannot be read; `strerror` gives the
+            reason.
     """
     with open_regular(path, largest, follow=follow) as file:
-        # A single read would reserve memory for all that it is asked for.
+        # A single read would allocate memory for the requested size at once.
         parts = iter(lambda: file.read(_PART), b"")
         data = b"".join(islice(parts, largest // _PART + 2))
-    if len(data) > largest:  # it grew meanwhile, or its system does not say how long it is
+    if len(data) > largest:  # the file has grown, or its file system reports no size
         raise _too_large(path, "more", largest)
     return data
 
 
 def is_folder(path: Path) -> bool:
-    """Whether a path is a folder, and not a link to one."""
+    """Return whether a path is a folder, and not a link to one."""
     try:
         return stat.S_ISDIR(os.lstat(path).st_mode)
     except (OSError, ValueError):
@@ -92,7 +94,7 @@ def _size(file: BinaryIO) -> int:
 
 
 def _too_large(path: Path, size: str, largest: int) -> OSError:
-    return _refused(errno.EFBIG, f"it is too large: {size} bytes of at most {largest:,}", path)
+    return _refused(errno.EFBIG, f"it is too large: {size} bytes, at most {largest:,}", path)
 
 
 def _refused(number: int, reason: str, path: Path) -> OSError:

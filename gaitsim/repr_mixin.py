@@ -1,4 +1,4 @@
-"""Representations of objects: a line in Python, fields in Rich, a table in a notebook."""
+"""Representations of objects: one line in Python, fields in Rich, a table in notebooks."""
 
 import html
 from collections.abc import Iterator, Mapping
@@ -7,21 +7,21 @@ ReprField = int | float | str | Mapping[str, float]
 
 
 class ReprMixin:
-    """Represents an object by named fields: numbers, texts and groups of numbers.
+    """A mixin that represents an object by named fields: numbers, texts and groups of numbers.
 
-    A subclass defines `_repr_fields`. Fields that are `''` or `{}` are left out.
+    Subclasses define `_repr_fields`. Fields equal to `''` or `{}` are omitted.
     """
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
-        """Return the fields by name, the most important first."""
+        """Return the fields by name, most important first."""
         raise NotImplementedError
 
     def _repr_details(self) -> Mapping[str, ReprField]:
-        """Return the fields of a table, which has more room and may take longer to compute."""
+        """Return the fields of the table, which may be more and slower to compute."""
         return self._repr_fields()
 
     def __repr__(self) -> str:
-        # Groups would make the line too long to read in a loop that prints it.
+        # Groups would make the line too long to print in a loop.
         shown = [
             f"{name}={_short(field)}"
             for name, field in self._repr_fields().items()

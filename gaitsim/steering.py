@@ -1,4 +1,4 @@
-"""A body under a person's command: which bodies can be, by whose controllers, and in real time."""
+"""Steering a body in real time: the bodies with commands, their controllers, and the simulation."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -15,17 +15,17 @@ from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
 from gaitsim.runs.start import kept_individual
 
-PRESET = "fly-steer-hover"  # the experiment whose body is steered where none is asked for
-SHOWN = 3.0  # seconds of the latest motion that are kept whole
-PLACES = 10.0  # places of the path a second that are kept, Hz
-LONGEST_PATH = 6000  # places of the path
-BEHIND = 1.0  # seconds that are simulated at once, at most: what is beyond was a pause
-SPEED_OVER = 0.25  # seconds over which speeds are taken
-SHARES = "shares"  # the channel of a steered motion: (1, frames, commands)
+PRESET = "fly-steer-hover"  # the default experiment
+SHOWN = 3.0  # seconds of recent motion kept in full
+PLACES = 10.0  # rate at which points of the path are kept, Hz
+LONGEST_PATH = 6000  # points of the path, at most
+BEHIND = 1.0  # seconds simulated at once, at most; a longer gap was a pause of the program
+SPEED_OVER = 0.25  # seconds over which speeds are averaged
+SHARES = "shares"  # channel of a steered motion, (1, frames, commands)
 
 
 def commands_of(experiment: Experiment) -> tuple[Command, ...]:
-    """Return the commands of an experiment's body; () for one that nobody can steer.
+    """Return the commands of an experiment's body; () for a body without commands.
 
     Raises:
         GaitsimError: the body fails.
@@ -38,13 +38,15 @@ def commands_of(experiment: Experiment) -> tuple[Command, ...]:
     for what in ("key", "name"):
         if len({getattr(command, what) for command in commands}) < len(commands):
             raise contract_error(
-                entry, f"has two commands with the same {what}", f"a {what} for each command"
+                entry,
+                f"has two commands with the same {what}",
+                f"a different {what} for each command",
             )
     return commands
 
 
 def offered_commands(experiment: Experiment) -> tuple[Command, ...]:
-    """Return the commands of an experiment's body; () for a body that fails, too."""
+    """Return the commands of an experiment's body; () if it has none or fails."""
     try:
         return commands_of(experiment)
     except GaitsimError:
@@ -52,7 +54,7 @@ def offered_commands(experiment: Experiment) -> tuple[Command, ...]:
 
 
 def steered_bodies() -> list[str]:
-    """Return the names of the installed bodies that have commands."""
+    """Return the names of installed bodies with commands."""
     found, _ = registry.scan("organism")
     return sorted(
         name
@@ -62,15 +64,16 @@ def steered_bodies() -> list[str]:
 
 
 def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[str, Genomes]:
-    """Return a controller, (genes,), for each command of a body, by the command's name.
+    """Return the controller of each command of a body, (genes,), by command name.
 
     Args:
-        experiment: of the body.
-        replaced: individuals as `--from` takes them, by command; others come with the package.
+        experiment: experiment of the body.
+        replaced: individuals, as accepted by `--from`, by command name; other commands use the
+            controllers of the body's package.
 
     Raises:
-        GaitsimError: nobody can steer the body, it has no such command, an individual cannot be
-            read or does not fit, or a command has no controller.
+        GaitsimError: the body has no commands or lacks a given one, an individual cannot be read
+            or does not fit, or a command has no controller.
     """
     entry = experiment.entries["organism"]
     names = [command.name for command in commands_of(experiment)]
@@ -81,7 +84,7 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
             f"the body {entry.name!r}{how} cannot be steered: it has no commands",
             where=f"experiment {experiment.name}",
             allowed=f"a body with commands: {', '.join(bodies) or 'none is installed'}",
-            remedy=f"the preset {PRESET} has commands",
+            remedy=f"use the preset {PRESET}",
         )
     for name in replaced:
         if name not in names:
@@ -101,13 +104,13 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
             f"{missing[0]!r}",
             where=f"experiment {experiment.name}",
             allowed="a controller for each command: " + ", ".join(names),
-            remedy=f"--controller {missing[0]}=RUN, a run that trained one",
+            remedy=f"add --controller {missing[0]}=RUN with a run that trained one",
         )
     return {name: found[name] for name in names}
 
 
 def _kept(experiment: Experiment, reference: str, where: str) -> Genomes:
-    """Return the genome, (genes,), of a kept individual that fits an experiment's body."""
+    """Return the genome, (genes,), of a saved individual after checking that it fits the body."""
     try:
         kept = kept_individual(reference)
     except GaitsimError as error:
@@ -116,46 +119,45 @@ def _kept(experiment: Experiment, reference: str, where: str) -> Genomes:
     wrong = genome_mismatch(experiment, kept.genome[None], kept.experiment, "the genome")
     if wrong:
         raise GaitsimError(
-            f"{wrong}; so it cannot control this body",
+            f"{wrong}; it cannot control this body",
             where=where,
             allowed=expected_genomes(experiment),
-            remedy="give an individual of the same body, its options that shape the genome being "
-            "the same, too",
+            remedy="give an individual of the same body, with the same options for its genome",
         )
     return kept.genome
 
 
 def drive_of() -> "Drive":
-    """Return the body of the usual preset at its start, by the controllers of its package.
+    """Return the body of the default preset at its start, with the controllers of its package.
 
     Raises:
-        GaitsimError: it is not installed, or fails.
+        GaitsimError: the preset is not installed, or the body fails.
     """
     return drive_with(load_experiment(PRESET), {})
 
 
 def drive_with(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":
-    """Return an experiment's body at its start, with controllers as `controllers_of` has them.
+    """Return an experiment's body at its start, with the controllers of `controllers_of`.
 
     Raises:
-        GaitsimError: as `controllers_of`; or the body fails.
+        GaitsimError: as for `controllers_of`, or the body fails.
     """
     return Drive(experiment, controllers_of(experiment, replaced))
 
 
 class Drive:
-    """A body under command, from its start until it crashes; a clock says how far.
+    """A steered body, simulated from its start until it crashes.
 
     Args:
-        experiment: of the body.
-        controllers: a genome (genes,) by command.
+        experiment: experiment of the body.
+        controllers: genome of the controller, (genes,), by command name.
 
     Attributes:
-        commands: of the body; the first is in force at the start.
-        command: in force.
+        commands: commands of the body; the first one is active at the start.
+        command: active command.
         size: longest diagonal of the box around the body, m.
-        ending: why it ended; '' while it goes on.
-        shares: how much each controller has of the command, (commands,), summing to 1.
+        ending: reason why the motion ended; '' until then.
+        shares: share of each controller in the control, (commands,), summing to 1.
     """
 
     def __init__(self, experiment: Experiment, controllers: Mapping[str, Genomes]) -> None:
@@ -165,7 +167,7 @@ class Drive:
         self.restart()
 
     def restart(self) -> None:
-        """Begin again at the start.
+        """Restart the simulation.
 
         Raises:
             GaitsimError: a controller does not fit, or the body fails.
@@ -195,17 +197,20 @@ class Drive:
 
     @property
     def seconds(self) -> float:
-        """Seconds that were simulated."""
+        """Simulated time in seconds."""
         return self._frames / self.frame_rate
 
     def choose(self, name: str) -> None:
-        """Give a command, by its name, from the next frame on."""
+        """Activate a command, by its name, from the next frame."""
         self.command = next(command for command in self.commands if command.name == name)
 
     def advance_to(self, seconds: float) -> None:
-        """Simulate as many frames as a clock that began with the flight says.
+        """Simulate up to a time on a clock that started with the simulation.
 
-        More than a second at once was a pause of the whole program, and is left out.
+        A gap of more than a second was a pause of the whole program; the excess is skipped.
+
+        Args:
+            seconds: time on that clock.
 
         Raises:
             GaitsimError: the body fails.
@@ -243,21 +248,21 @@ class Drive:
             self.ending = f"It hit the ground after {self.seconds:.1f} s."
 
     def _check(self, motion: Motion, skeleton: Skeleton, frames: int) -> None:
-        """Hold a body to its contract, once it has advanced."""
+        """Check that the body fulfilled its contract when it advanced."""
         wrong = ""
         if len(skeleton.segments) != frames:
             wrong = f"advanced {len(skeleton.segments)} frames instead of {frames}"
         elif not (np.isfinite(skeleton.segments).all() and np.isfinite(skeleton.path).all()):
-            wrong = "advanced to places that are not finite"
+            wrong = "advanced to positions that are not finite"
         elif SHARES in motion and motion[SHARES].shape != (1, frames, len(self.commands)):
             wrong = f"gave shares of the shape {motion[SHARES].shape}"
         if wrong:
-            allowed = "as many frames as asked for, finite; shares (1, frames, commands)"
+            allowed = "the requested number of frames, finite; shares (1, frames, commands)"
             raise contract_error(self._entry, wrong, allowed)
 
     @property
     def skeleton(self) -> Skeleton:
-        """The body in the latest three seconds, the last frame being now."""
+        """The body over the last three seconds; the last frame is the current one."""
         assert self._first is not None, "a frame is simulated at the start"
         return Skeleton(
             np.stack(self._latest),
@@ -268,7 +273,7 @@ class Drive:
 
     @property
     def path(self) -> NDArray[np.float64]:
-        """Where the body was, ten places a second, (places, 3) m; its own place last."""
+        """The path of the body at ten points per second, (points, 3) m, the current point last."""
         return np.stack([*self._path, self._centres[-1]])
 
     @property
@@ -287,7 +292,7 @@ class Drive:
 
     @property
     def turned(self) -> float | None:
-        """How far its heading is to the left of that at the start, radians; None without one."""
+        """The turn to the left since the start, radians; None for a body without a heading."""
         assert self._first is not None, "a frame is simulated at the start"
         both = np.stack([self._first.segments[0], self._latest[-1]])
         found = heading(trunk(Skeleton(both, self._first.names, self.frame_rate)))
@@ -295,7 +300,7 @@ class Drive:
 
 
 def _until_ground(skeleton: Skeleton) -> int:
-    """Return how many frames a body stays above the ground; all of them for one with feet."""
+    """Return the number of frames before a body without feet hits the ground; all for others."""
     if skeleton.contacts is not None:
         return len(skeleton.segments)
     below = np.flatnonzero(skeleton.segments[..., 2].min(axis=(1, 2)) < 0)

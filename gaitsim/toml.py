@@ -1,4 +1,4 @@
-"""TOML as gaitsim reads and shows it: plain values, or one error that says where it stops."""
+"""Reading and printing TOML, with bounds on size and nesting."""
 
 import hashlib
 import json
@@ -12,9 +12,9 @@ import tomli
 
 from gaitsim.errors import GaitsimError
 
-DEEPEST = 20  # tables and lists within one another
-MOST_VALUES = 20_000  # of all tables and lists together
-LONG = 200  # characters of a text that is shown whole
+DEEPEST = 20  # levels of nested tables and lists
+MOST_VALUES = 20_000  # values in all tables and lists together
+LONG = 200  # characters; longer texts are shortened
 _QUOTED = re.compile(
     r'''
     """(?:[^"\\]|\\.|"{1,2}(?!"))*+(?:""")?
@@ -25,44 +25,43 @@ _QUOTED = re.compile(
     ''',
     re.VERBOSE | re.DOTALL,
 )
-"""Texts in quotes, and comments."""
+"""Quoted strings and comments."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def parse(text: str, source: str) -> dict[str, Any]:
-    """The values of a TOML text.
+    """Return the values of a TOML text.
 
     Args:
-        text: what to read.
-        source: where it comes from, as told in errors.
+        text: text to parse.
+        source: origin of the text, for messages.
 
     Raises:
-        GaitsimError: it is not TOML, has a whole number of more than 64 bits, which TOML does
-            not know, has too many values, or is nested beyond reason.
+        GaitsimError: the text is not valid TOML, has a whole number of more than 64 bits, which
+            TOML does not allow, has too many values, or is nested too deeply.
     """
-    # The time that tomli takes grows with the square of a key's parts.
+    # The running time of tomli is quadratic in the parts of a dotted key.
     if _DOTTED.search(_QUOTED.sub("x", text)):
         raise _too_deep(source, "")
     try:
         data = tomli.loads(text)
-    except tomli.TOMLDecodeError as error:  # unlike tomllib's, it holds the place as numbers
+    except tomli.TOMLDecodeError as error:  # unlike tomllib's, it has line and column numbers
         raise GaitsimError(
             f"not valid TOML: {error.msg}",
             where=f"{source}, line {error.lineno}, column {error.colno}",
-            allowed='each key and section once, text in quotes, as "sine", numbers as 0.1',
+            allowed='each key and section once, strings in quotes such as "sine", numbers such '
+            "as 0.1",
         ) from None
     except RecursionError:
         raise _too_deep(source, "") from None
-    except ValueError:  # of int(), on thousands of digits
+    except ValueError:  # raised by int() for thousands of digits
         raise GaitsimError(
             "not valid TOML: a whole number is too long", where=source, allowed=_INTEGERS
         ) from None
     for number, (key, value, depth) in enumerate(_walk(data)):
         if number >= MOST_VALUES:
-            raise GaitsimError(
-                "it holds too many values", where=source, allowed=f"at most {MOST_VALUES:,}"
-            )
+            raise GaitsimError("too many values", where=source, allowed=f"at most {MOST_VALUES:,}")
         if depth > DEEPEST:
             raise _too_deep(source, f", key {key[:40]}")
         if isinstance(value, int) and not -(2**63) <= value < 2**63:
@@ -81,12 +80,12 @@ def _too_deep(source: str, key: str) -> GaitsimError:
     return GaitsimError(
         "tables or lists are nested too deeply",
         where=f"{source}{key}",
-        allowed=f"at most {DEEPEST} within one another",
+        allowed=f"at most {DEEPEST} levels",
     )
 
 
 def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
-    """Every key with its value and depth; without recursion, so that no depth does harm."""
+    """Yield every key with its value and depth, without recursion, which deep values exhaust."""
     waiting = deque((key, value, 1) for key, value in data.items())
     while waiting:
         key, value, depth = waiting.popleft()
@@ -98,17 +97,17 @@ def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
 
 
 def literal(value: Any) -> str:
-    """A value as TOML writes it, for messages; a long one is cut."""
+    """Return a value in TOML syntax for messages, shortened if long."""
     return brief(value) if is_long(value) else shortened(text(value))
 
 
 def is_long(value: Any) -> bool:
-    """Whether a value is a text too long to show among others: of many lines, or letters."""
+    """Return whether a value is a text of several lines or more than `LONG` characters."""
     return isinstance(value, str) and (len(value) > LONG or "\n" in value)
 
 
 def brief(value: Any) -> str:
-    """A value for people; of a long text its beginning, size and checksum."""
+    """Return a value as text; for a long text, its beginning, size and checksum."""
     if not is_long(value):
         return str(value)
     data = value.encode(errors="replace")
@@ -118,17 +117,17 @@ def brief(value: Any) -> str:
 
 
 def checksum(text: str) -> str:
-    """The SHA-256 of a text in UTF-8, as hexadecimal digits."""
+    """Return the SHA-256 hash of a text in UTF-8, as hexadecimal digits."""
     return hashlib.sha256(text.encode(errors="replace")).hexdigest()
 
 
 def shortened(text: str, longest: int = 60) -> str:
-    """A text cut to a length that a message bears."""
+    """Return a text, truncated to a length that suits messages."""
     return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
 
 def text(value: Any) -> str:
-    """A value as TOML writes it, in one line."""
+    """Return a value in TOML syntax, on one line."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, bool):
@@ -144,5 +143,5 @@ def text(value: Any) -> str:
 
 
 def _key(name: str) -> str:
-    """A key as TOML writes it: in quotes where it is more than a word."""
+    """Return a key in TOML syntax, quoted if necessary."""
     return name if _BARE.fullmatch(name) else text(name)

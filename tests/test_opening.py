@@ -61,7 +61,7 @@ def test_a_link_that_a_user_names_is_followed_to_a_regular_file(tmp_path, file):
 def test_a_file_is_read_to_its_limit_and_not_beyond(file, monkeypatch):
     assert read_regular(file, 5) == b"12345"
     for read in (read_regular, open_regular):
-        with pytest.raises(OSError, match="too large: 5 bytes of at most 4"):
+        with pytest.raises(OSError, match="too large: 5 bytes, at most 4"):
             read(file, 4)
     # As with a file that grows, or whose system says 0.
     monkeypatch.setattr("gaitsim.opening._size", lambda file: 0)
