@@ -264,7 +264,7 @@ def test_pictures(walked: gs.Search, tmp_path: Path) -> None:
     assert len(picture.getcolors(160 * 90) or ()) > 5
     with pytest.raises(gs.GaitsimError, match="did you mean 'side'"):
         gs.picture(run.champion, view="sid")
-    with pytest.warns(UserWarning, match="cannot show a body"):
+    with pytest.warns(UserWarning, match="cannot show a movement"):
         film = run.video(tmp_path / "walk.gif", size=(128, 96), speed=20, fps=5, intro=False)
     with Image.open(film) as opened:
         assert (opened.format, opened.size) == ("GIF", (128, 96))
