@@ -1,4 +1,4 @@
-"""An experiment: everything that a run is a function of. Frozen; to and from TOML."""
+"""Experiments, which determine every result of a run: read from and written to TOML."""
 
 from gaitsim.experiment.atlas import load_atlas
 from gaitsim.experiment.loading import (

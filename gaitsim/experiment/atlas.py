@@ -15,9 +15,9 @@ SHARE = 0.0, 1.0
 Axes = Mapping[str, tuple[float, float] | None]
 
 _SEARCH = "map-elites"
-_CELLS = 15_625  # Voronoi cells of more than four axes: five along each of six, as Cully et al.
-_LEAST = 100  # individuals a generation
-_PER_CELL = 20  # evaluations
+_CELLS = 15_625  # Voronoi cells for more than four axes: 5 along each of 6, as in Cully et al.
+_LEAST = 100  # smallest population
+_PER_CELL = 20  # evaluations per cell
 
 
 def load_atlas(
@@ -30,22 +30,23 @@ def load_atlas(
 ) -> Experiment:
     """Return the experiment that fills an atlas of a body's gaits, for `evolve`.
 
-    It is the preset `BODY-atlas` if there is one. Otherwise it is the experiment of the body with
-    the search `map-elites`; its axes are the duty factors of the legs (Cully, Clune, Tarapore and
-    Mouret 2015, "Robots that can adapt like animals"), and legs share no genes.
+    This is the preset `BODY-atlas` if it exists. Otherwise it is the body's experiment with the
+    search `map-elites`, in which legs share no genes, and the axes are the duty factors of the
+    legs. Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals".
 
     Args:
-        body: a preset's name, or the path of a TOML file or a robot's file.
-        axes: measures or terms of the score, each with its low and high end; None for an end takes
-            0 to 1, the range of a duty factor. None takes the duty factor of each leg.
-        cells: a number of Voronoi cells, or counts of a grid, one for each axis.
+        body: name of a preset, or path of a TOML file or a robot's file.
+        axes: measures or terms of the score, each with its low and high end. None in place of the
+            ends means 0 to 1, the range of a duty factor. None in place of all axes means the duty
+            factor of each leg.
+        cells: number of Voronoi cells, or the number of cells of a grid along each axis.
         set: values of options by key, such as `{"seed": 3}`.
-        place: where the options come from, for messages.
+        place: origin of the options, for messages.
 
     Raises:
         ExperimentError: the experiment has problems.
-        GaitsimError: there is no such preset or file, the body has no legs, or an axis that is not
-            a duty factor has no ends.
+        GaitsimError: the preset or file does not exist, the body has no legs, or an axis that is
+            not a duty factor has no ends.
     """
     given = dict(set or {})
     if axes is not None:
@@ -62,11 +63,11 @@ def load_atlas(
 
 
 def _derived(found: Experiment, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that make an atlas of an experiment."""
+    """Return the options that turn an experiment into that of an atlas."""
     axes = given.get("search.axes")
     if isinstance(axes, Typed):
         axes = options.parse_value(str(axes))
-    if not isinstance(axes, Mapping):  # none are given, or something else, which is reported later
+    if not isinstance(axes, Mapping):  # missing, or of an invalid type, which is reported later
         axes = dict.fromkeys(_duty_factors(found), SHARE)
     cells = _CELLS if len(axes) > 4 else 1_000
     population = max(found.evolution.population, _LEAST)
@@ -79,7 +80,7 @@ def _derived(found: Experiment, given: Mapping[str, Any]) -> dict[str, Any]:
         "search.axes": axes,
         "search.cells": cells,
     }
-    # Conditions on the best score alone would stop before the map is filled.
+    # Stop conditions on the best score would end the search before the archive is filled.
     for name in ("target_score", "stagnation"):
         if getattr(found.evolution, name) is not None:
             derived[f"evolution.{name}"] = options.NOT_SET
@@ -98,7 +99,8 @@ def _duty_factors(found: Experiment) -> list[str]:
     with plugin_errors(entry, "naming its legs"):
         legs: object = found.organism.leg_joints()
     if not isinstance(legs, Mapping):
-        raise contract_error(entry, f"gave a {type(legs).__name__} from leg_joints()", "a mapping")
+        what = f"returned a {type(legs).__name__} from leg_joints()"
+        raise contract_error(entry, what, "a mapping")
     if legs:
         return [f"{DUTY} {leg}" for leg in legs]
     import numpy as np
@@ -109,8 +111,8 @@ def _duty_factors(found: Experiment) -> list[str]:
         known = [f"{name} ({one.unit})" if one.unit else name for name, one in measures.items()]
     raise GaitsimError(
         f"the body {entry.name!r} has no legs whose duty factors could be the axes of an atlas",
-        allowed=", ".join(known) or "none: it has no measures",
-        remedy="name some of them as axes, with their ends: --axes NAME=LOW:HIGH" * bool(known),
+        allowed=", ".join(known) or "none: the body has no measures",
+        remedy="choose some of these measures as axes: --axes NAME=LOW:HIGH" * bool(known),
     )
 
 
@@ -122,5 +124,5 @@ def _ends(name: str, ends: tuple[float, float] | None) -> tuple[float, float]:
     raise GaitsimError(
         f"the axis {name!r} has no ends",
         where="axes",
-        allowed=f"a low and a high end, such as '{name}=0:2'; those of duty factors are 0:1",
+        allowed=f"a low and a high end, such as '{name}=0:2'; only duty factors default to 0:1",
     )

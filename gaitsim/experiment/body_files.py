@@ -1,8 +1,8 @@
 """Files that describe a body, such as a robot's URDF, and the bodies that read them.
 
-An entry point of the group `gaitsim.files` has the suffix of such files as its name. Its value is
-the class of the body, as in the group `gaitsim.organism`, with the option that takes the path:
-`urdf = "gaitsim_robot.organism:Robot.model"`. No plugin is imported to find it.
+The name of an entry point of the group `gaitsim.files` is the suffix of such files. Its value is
+the class of the body, as in the group `gaitsim.organism`, followed by the option that takes the
+path: `urdf = "gaitsim_robot.organism:Robot.model"`. The lookup does not import any plugin.
 """
 
 import os
@@ -14,16 +14,16 @@ from gaitsim.registry import FILES, Entry, contract_error, entries, find
 
 
 def is_body_file(reference: str) -> bool:
-    """Return whether a reference to an experiment has the suffix of a body's file."""
+    """Return whether a reference to an experiment ends with the suffix of a body's file."""
     return Path(reference).suffix[1:].lower() in entries(FILES)
 
 
 def reader_of(path: Path) -> tuple[str, str]:
-    """Return the name of the body that reads a file, and its option that takes the path.
+    """Return the name of the body that reads a file, and the option that takes its path.
 
     Raises:
-        GaitsimError: there is no such file, or no body reads it.
-        PluginError: the packages contradict one another.
+        GaitsimError: the file does not exist, or no body reads such files.
+        PluginError: the entry point is invalid, or several packages register the suffix.
     """
     if not is_body_file(str(path)):
         raise GaitsimError(
@@ -31,21 +31,21 @@ def reader_of(path: Path) -> tuple[str, str]:
             allowed=", ".join(f".{suffix}" for suffix in entries(FILES)),
         )
     entry = find(FILES, path.suffix[1:].lower())
-    # os.path, unlike pathlib, answers for names that no file can have, too.
+    # Unlike pathlib, os.path does not raise an error for an invalid file name.
     if not os.path.isfile(path):  # noqa: PTH113
-        found = "it is not a file" if os.path.lexists(path) else "file not found"
+        found = "not a file" if os.path.lexists(path) else "file not found"
         raise GaitsimError(f"{found}: {path}", remedy="check the path")
     if body := _body_of(entry):
         return body, entry.target.rpartition(".")[2]
     raise contract_error(
         entry,
-        "names no body of this package",
+        "does not refer to a body of this package",
         "the class and the option of an organism, such as package.module:Robot.model",
     )
 
 
 def _body_of(entry: Entry) -> str:
-    """Return the name of the body whose option an entry names; '' where there is none."""
+    """Return the name of the body to which an entry refers; '' if it does not exist."""
     of = entry.target.rpartition(".")[0], entry.package
     named = (
         name
@@ -56,14 +56,14 @@ def _body_of(entry: Entry) -> str:
 
 
 def experiment_name(path: Path) -> str:
-    """Return the name of a file's experiment: the file's, with '-' for what names cannot have."""
+    """Return a name for the experiment of a file: the file's name without invalid characters."""
     stem = "".join(c if c.isprintable() and c not in NOT_IN_NAMES else "-" for c in path.stem)
     short = stem.encode()[: LONGEST_NAME // 2].decode(errors="ignore")
     return short.strip(" .-") or "experiment"
 
 
 def readers() -> dict[str, list[str]]:
-    """Return the suffixes that each body reads, by its name; without formats that no body reads."""
+    """Return the suffixes of the files that each body reads, by the name of the body."""
     found: dict[str, list[str]] = {}
     for suffix, claims in entries(FILES).items():
         for entry in claims:

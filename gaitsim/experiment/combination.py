@@ -31,14 +31,14 @@ def check_search(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> None:
-    """Refuse what the search cannot do: this population in this space, or several islands."""
+    """Report a population or space that the search does not support, or unsupported islands."""
     search: Search | None = plugins.get("search")
     if search is None:
         return
     entry = entries["search"]
     if islands.number > 1 and not search.several:
         problems.report(
-            "islands.number", f"the search {entry.name!r} evolves a single population", "1"
+            "islands.number", f"the search {entry.name!r} evolves only one population", "1"
         )
     organism: Organism | None = plugins.get("organism")
     if organism is None:
@@ -46,7 +46,7 @@ def check_search(
     try:
         space = space_of(entries["organism"], organism)
     except GaitsimError:
-        return  # `check_combination` reports it, and a space that the search cannot work on
+        return  # reported by `check_combination`, as is a space that the search does not support
     if not isinstance(space, search.spaces):
         return
     try:
@@ -62,7 +62,7 @@ def check_search(
 
 
 def check_islands(evolution: Evolution, islands: Islands, problems: Problems) -> None:
-    """Refuse migrants that fill an island, and a budget below one generation."""
+    """Report too many migrants for an island, and a limit of evaluations below one generation."""
     population, number = evolution.population, islands.number
     sources = islands.immigrants // max(islands.migrants, 1)
     if islands.immigrants >= population:
@@ -80,7 +80,7 @@ def check_islands(evolution: Evolution, islands: Islands, problems: Problems) ->
         each = f"{number:,} populations" if number > 1 else "a population"
         problems.report(
             "evolution.max_evaluations",
-            f"{limit:,} evaluations are fewer than {each} of {population:,}",
+            f"{limit:,} evaluations are not enough for {each} of {population:,}",
             f"a whole number ≥ {individuals:,}",
         )
 
@@ -92,7 +92,7 @@ def check_worlds(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> None:
-    """Refuse worlds of a body without conditions, unknown conditions, and impossible ranges."""
+    """Report worlds of a body without conditions, unknown conditions, and invalid ranges."""
     organism: Organism | None = plugins.get("organism")
     if organism is None or not (worlds.number or worlds.ranges):
         return
@@ -102,8 +102,8 @@ def check_worlds(
     if worlds.number and worlds.redraw and stagnation and stagnation >= worlds.redraw:
         problems.report(
             "evolution.stagnation",
-            f"{stagnation:,} generations are never reached where worlds are redrawn every "
-            f"{worlds.redraw:,}: the best score begins anew with them",
+            f"{stagnation:,} generations are never reached if worlds are redrawn every "
+            f"{worlds.redraw:,} generations, because each redraw resets the best score",
             "none" if worlds.redraw == 1 else f"a whole number < {worlds.redraw:,}, or none",
         )
     entry = entries["organism"]
@@ -111,13 +111,14 @@ def check_worlds(
         with registry.plugin_errors(entry, "naming its conditions"):
             conditions = organism.conditions()
         if conditions and WORLD not in type(organism).model_fields:
-            raise registry.contract_error(entry, "has conditions", f"an option {WORLD!r}, too")
+            what = f"has conditions, but no option {WORLD!r}"
+            raise registry.contract_error(entry, what, "both or neither")
     except GaitsimError as error:
         problems.of_plugin(f"organism.{PLUGIN}", error)
         return
     if not conditions:
         problems.report(
-            "worlds", f"the organism {entry.name!r} has one world alone", "a body with conditions"
+            "worlds", f"the organism {entry.name!r} has only one world", "a body with conditions"
         )
         return
     for name, (low, high) in worlds.ranges.items():
@@ -130,7 +131,7 @@ def check_worlds(
         if not one.least <= low <= high <= one.most:
             problems.report(
                 key,
-                f"{low:g} to {high:g} is not a range of this condition",
+                f"{low:g} to {high:g} is not a valid range for this condition",
                 f"[lowest, highest], from {one.least:g} to {one.most:g} {one.unit}".rstrip(),
             )
 
@@ -141,10 +142,10 @@ def check_transferability(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> Transferability:
-    """Refuse tests in reality that nothing reads, and a search that reads tests not made.
+    """Report tests in reality that the search does not read, and missing ones that it reads.
 
     Returns:
-        The options; without reality where an override chose a search that does not read them.
+        The options; without reality if an override chose a search that does not read the tests.
     """
     search: Search | None = plugins.get("search")
     if search is None:
@@ -158,7 +159,7 @@ def check_transferability(
     if reads and not options.reality:
         problems.report(
             f"{TRANSFERABILITY}.reality",
-            f"the search reads {TRANSFERABILITY!r}, but nothing stands for reality",
+            f"the search reads {TRANSFERABILITY!r}, but the experiment has no reality",
             "options of the body, such as { world = { friction = 0.3 } }",
             f"add a section [{TRANSFERABILITY}] with reality = {{ … }}",
         )
@@ -170,20 +171,22 @@ def check_transferability(
             asked[0] if asked else TRANSFERABILITY,
             f"the search {entries['search'].name!r} does not read {TRANSFERABILITY!r}",
             f'a search that does, such as nsga-2 with objectives.{TRANSFERABILITY} = "max"',
-            f"name it there, or remove the section [{TRANSFERABILITY}]",
+            f"add this objective, or remove the section [{TRANSFERABILITY}]",
         )
     return options
 
 
 def check_reality(reality: Organism, entry: Entry, organism: Organism, problems: Problems) -> None:
-    """Refuse a body in reality that has other genes.
+    """Report a body in reality with different genes.
 
     Raises:
-        PluginError: the body cannot name its genes.
+        PluginError: the body fails or breaks its contract.
     """
     if space_of(entry, reality).labels != space_of(entry, organism).labels:
         key = f"{TRANSFERABILITY}.reality"
-        problems.report(key, "the body in reality has other genes", "options that keep the genome")
+        problems.report(
+            key, "the body in reality has different genes", "options that do not change the genome"
+        )
 
 
 def check_pairing(
@@ -192,7 +195,7 @@ def check_pairing(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> None:
-    """Refuse sizes of the population that the selection cannot breed from."""
+    """Report population sizes that the selection does not support."""
     selection: Selection | None = plugins.get("selection")
     crossover: Crossover | None = plugins.get("crossover")
     if selection is None or crossover is None:
@@ -215,7 +218,7 @@ def check_pairing(
 def check_combination(
     entries: Mapping[str, Entry], plugins: Mapping[str, Any], problems: Problems
 ) -> None:
-    """Refuse a search or operators for other genomes, a fitness that reads missing channels."""
+    """Report plugins that do not support the body's genomes or read channels that it lacks."""
     organism: Organism | None = plugins.get("organism")
     if organism is None or isinstance(organism, MissingBody):
         return
@@ -234,7 +237,7 @@ def check_combination(
             wrong = f"reads the channels {missing}, which the organism {body!r} does not have"
         else:
             name = getattr(space, "name", type(space).__name__)
-            wrong = f"does not work on the {name} genomes of the organism {body!r}"
+            wrong = f"does not support the {name} genomes of the organism {body!r}"
         classes, _ = registry.scan(kind)
         able = [name for name, other in classes.items() if compatible(other, channels, space)]
         problems.report(
@@ -250,9 +253,9 @@ def compatible(
     """Return whether a plugin works with a body.
 
     Args:
-        plugin: its class.
-        channels: the names of the body's channels; None if they are unknown.
-        space: the body's genome space; None if it is unknown.
+        plugin: class of the plugin.
+        channels: names of the body's channels; None if they are unknown.
+        space: genome space of the body; None if it is unknown.
     """
     if issubclass(plugin, Fitness):
         return channels is None or {*plugin.needs} <= {*channels}

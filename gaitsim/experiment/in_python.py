@@ -1,4 +1,4 @@
-"""Experiments whose fitness or body is a function or an object of Python."""
+"""Experiments whose fitness or body is a Python function or object."""
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -35,25 +35,25 @@ def python_experiment(
     body: Any = None,
     space: Any = None,
 ) -> Experiment:
-    """Return an experiment after overrides, with a fitness and a body of Python.
+    """Return an experiment with overrides, and with a fitness and a body given in Python.
 
     Args:
-        experiment: a preset's name, the path of a file, or an experiment; None for a body alone.
+        experiment: name of a preset, path of a file, or an experiment; None for a body only.
         overrides: values of options by key.
-        place: where the overrides come from, for messages.
-        fitness: as of `gaitsim.evolve`.
-        body: as of `gaitsim.evolve`.
-        space: as of `gaitsim.evolve`.
+        place: origin of the overrides, for messages.
+        fitness: as for `gaitsim.evolve`.
+        body: as for `gaitsim.evolve`.
+        space: as for `gaitsim.evolve`.
 
     Raises:
-        ExperimentError: the experiment has problems, all of them in one message.
-        GaitsimError: an argument is invalid, or there is no such preset or file.
+        ExperimentError: the experiment has problems; one message lists all of them.
+        GaitsimError: an argument is invalid, or the preset or file does not exist.
     """
     sections = given_options(fitness, body, space)
     for kind in sections:
         if f"{kind}.{PLUGIN}" in overrides:
-            what = f"{ARGUMENTS[kind]} is given, and {kind}.{PLUGIN} is set, too"
-            raise GaitsimError(what, where=place, remedy="leave one of them out")
+            what = f"both the argument {ARGUMENTS[kind]} and the option {kind}.{PLUGIN} are given"
+            raise GaitsimError(what, where=place, remedy="omit one of them")
     given = {**_keys(sections), **overrides}
     text = ""
     if experiment is None:
@@ -62,7 +62,7 @@ def python_experiment(
         label = getattr(body, "__name__", type(body).__name__)
         given = {"name": label, "description": f"the body {label}", **given}
     if text:
-        return parse_experiment(text, "the experiment of a body alone", given, place)
+        return parse_experiment(text, "the experiment of a body", given, place)
     if not isinstance(experiment, Experiment):
         return load_experiment(str(experiment), given, place)
     return with_overrides(experiment, given, place) if given else experiment
@@ -73,8 +73,8 @@ def _keys(sections: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _body_alone(body: Any, space: Any) -> str:
-    """Return the experiment of a body without a preset: CMA-ES, or a genetic search of bits."""
-    presets = "name a preset, whose search and options it takes: gs.evolve('spider', …)"
+    """Return the TOML for a body without a preset: CMA-ES, or a genetic algorithm for bits."""
+    presets = "name a preset to use its search and options: gs.evolve('spider', …)"
     if body is None:
         raise GaitsimError(
             "there is nothing to evolve",
@@ -87,17 +87,17 @@ def _body_alone(body: Any, space: Any) -> str:
         return _REAL
     if isinstance(genomes, BitSpace):
         return _BITS
-    what = f"no search is known for genomes of a {type(genomes).__name__}"
+    what = f"there is no default search for genomes of a {type(genomes).__name__}"
     raise GaitsimError(what, where="experiment", remedy=presets)
 
 
 def check_belongs(
     sections: Mapping[str, Mapping[str, Any]], outlines: Collection[ExperimentOutline], where: str
 ) -> None:
-    """Check that functions given for a run are those that evolved it, in one of its stages.
+    """Check that functions given for a run evolved it, in one of its stages.
 
     Raises:
-        GaitsimError: one is another.
+        GaitsimError: a function is a different one.
     """
     for kind, table in sections.items():
         known = [one.plugins[kind] for one in outlines]
@@ -105,12 +105,12 @@ def check_belongs(
             continue
         last, argument = known[-1], ARGUMENTS[kind]
         edited = last.startswith(PYTHON) and _label(last) == _label(table[PLUGIN])
-        reason = "its code, its space or the version of Python has changed" if edited else ""
+        reason = "the code, the space or the version of Python has changed" if edited else ""
         raise GaitsimError(
             f"the {argument} of the run is {last!r}, not {table[PLUGIN]!r}"
             + (f": {reason}" if reason else ""),
             where=where,
-            allowed=f"the {argument} that evolved it",
+            allowed=f"the {argument} that evolved the run",
             remedy=f"run.resume({argument}=…) continues with another {argument}, as a new stage",
         )
 
@@ -118,7 +118,7 @@ def check_belongs(
 def resumed_options(
     sections: Mapping[str, Mapping[str, Any]], outline: ExperimentOutline
 ) -> dict[str, Any]:
-    """Return, by key, the options of functions and objects that a run does not have already."""
+    """Return the options of functions and objects that differ from those of a run, by key."""
     changed = {
         kind: {key: value for key, value in table.items() if _differs(outline, kind, key, value)}
         for kind, table in sections.items()

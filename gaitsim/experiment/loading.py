@@ -1,4 +1,4 @@
-"""Experiments from presets, files and texts."""
+"""Load experiments from presets, files and texts."""
 
 import os
 from collections.abc import Sequence
@@ -14,24 +14,25 @@ from gaitsim.experiment.reader import Reader
 from gaitsim.opening import read_regular
 from gaitsim.registry.presets import read_preset
 
-LARGEST = 2_000_000  # bytes of an experiment file, which may contain a robot with its meshes
+LARGEST = 2_000_000  # bytes of an experiment file, which may include a robot with its meshes
 
 
 def load_experiment(
     reference: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
 ) -> Experiment:
-    """Return the experiment of a preset's name, or of the path of a TOML file or a robot's file.
+    """Return the experiment of a preset, a TOML file or a robot's file.
 
-    A robot's file, such as `my_robot.urdf`, takes the preset of the body that reads such files.
+    A robot's file, such as `my_robot.urdf`, uses the preset of the body that reads such files.
 
     Args:
-        reference: a preset's name, or a path; a path has a '/' or ends as such files do.
+        reference: name of a preset, or path of a file, which contains a '/' or ends with the suffix
+            of such files.
         overrides: values of options by key, such as `{"mutation.rate": 0.1}`.
-        place: where the overrides come from, for messages.
+        place: origin of the overrides, for messages.
 
     Raises:
-        ExperimentError: with all its problems.
-        GaitsimError: there is no such preset or file, or it cannot be read.
+        ExperimentError: the experiment has problems; lists all of them.
+        GaitsimError: the preset or file does not exist or cannot be read.
     """
     path = Path(reference)
     if is_body_file(reference):
@@ -52,24 +53,24 @@ def load_experiment(
         if formats := registry.entries(registry.FILES):
             suffixes = ", ".join(f".{suffix}" for suffix in formats)
             error.allowed += f"; or a file: .toml, {suffixes}"
-        # os.path, unlike pathlib, answers for names that no file can have, too.
+        # Unlike pathlib, os.path does not raise an error for an invalid file name.
         here = [file for file in (path, f"{reference}.toml") if os.path.isfile(file)]  # noqa: PTH113
         if here:
-            hint = f"for the file of that name, ./{here[0]}"
+            hint = f"for the file of that name, use ./{here[0]}"
             error.remedy = f"{error.remedy} or, {hint}" if error.remedy else hint
         raise
     return parse_experiment(text, f"preset {reference}", overrides, place)
 
 
 def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experiment]:
-    """Return the body in a file, such as a robot's, and the experiment that `gaitsim run` takes.
+    """Return the body in a file, such as a robot's, and the experiment that `gaitsim run` uses.
 
     Args:
-        path: the file.
-        roots: further folders whose files it may use.
+        path: path of the file.
+        roots: further folders that the file may refer to.
 
     Raises:
-        GaitsimError: there is no such file, or it cannot be used.
+        GaitsimError: the file does not exist, or cannot be used.
     """
     body, option = reader_of(path)
     entry, model = registry.find("organism", body), registry.load_class("organism", body)
@@ -81,16 +82,16 @@ def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experim
 
 
 def read_file(path: Path, noun: str, preset: str, remedy: str) -> str:
-    """Return the text of a TOML file that a user names.
+    """Return the text of a TOML file that the user named.
 
     Args:
-        path: the file.
-        noun: what the file describes, for messages: 'experiment'.
-        preset: how to get a file to start from.
-        remedy: what to try beside another path.
+        path: path of the file.
+        noun: content of the file, for messages, such as 'experiment'.
+        preset: command that prints an example of such a file, for messages.
+        remedy: alternative to another path, for messages.
 
     Raises:
-        GaitsimError: it cannot be read, is no text, or too large.
+        GaitsimError: the file cannot be read, is not text, or is too large.
     """
     try:
         return read_regular(path, LARGEST, follow=True).decode("utf-8-sig")
@@ -114,29 +115,29 @@ def parse_experiment(
     place: str = COMMAND_LINE,
     folder: Path | None = None,
 ) -> Experiment:
-    """Return the experiment that a TOML text describes, after `overrides`.
+    """Return the experiment that a TOML text describes, with overrides.
 
     Args:
-        text: the experiment as TOML.
-        source: where it comes from, for messages.
+        text: text of the experiment, in TOML.
+        source: origin of the text, for messages.
         overrides: values of options by key.
-        place: where the overrides come from, for messages.
-        folder: where relative paths in the text start; None for a text that may not name files.
+        place: origin of the overrides, for messages.
+        folder: folder of relative paths in the text; None for a text that must not refer to files.
 
     Raises:
-        ExperimentError: with all the problems of file and overrides.
+        ExperimentError: the text or the overrides have problems; lists all of them.
     """
     return Reader(text, source, overrides, place, folder).read()
 
 
 def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
-    """Return the name and the genome space of the body that an experiment's TOML text describes.
+    """Return the name and the genome space of the body of an experiment in TOML.
 
-    Unlike `parse_experiment`, it does without the experiment's other plugins.
+    Unlike `parse_experiment`, this function does not need the other plugins of the experiment.
 
     Raises:
         ExperimentError: the body has problems, such as a package that is not installed.
-        PluginError: the body cannot say what its genomes are.
+        PluginError: the body fails or breaks its contract.
     """
     entry, organism = Reader(text, source).read_organism()
     return entry.name, space_of(entry, organism)
@@ -145,9 +146,9 @@ def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
 def with_overrides(
     experiment: Experiment, overrides: Overrides, place: str = COMMAND_LINE
 ) -> Experiment:
-    """Return the same experiment with options changed.
+    """Return an experiment with changed options.
 
     Raises:
-        ExperimentError: with all the problems of the overrides.
+        ExperimentError: the overrides have problems; lists all of them.
     """
     return parse_experiment(experiment.to_toml(), "the experiment", overrides, place)

@@ -1,4 +1,4 @@
-"""The experiment itself, and how it is written."""
+"""The experiment, and its form as TOML and JSON."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,11 +28,11 @@ from gaitsim.repr_mixin import ReprField, ReprMixin
 SCHEMA = 1
 MOST_GENERATIONS = 100_000_000
 DEFAULT_SEARCH = "genetic"
-"""The search of an experiment file that names none."""
+"""The search of an experiment file without a search."""
 
 
 class Evolution(BaseModel):
-    """How long and how large the search is. Options, not a plugin."""
+    """Options for the length and size of a search; not a plugin."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -40,43 +40,45 @@ class Evolution(BaseModel):
         100, "individuals in each generation, on each island", ge=2, le=1_000_000
     )
     generations: int = option(
-        300, "generations, the first one at random", ge=1, le=MOST_GENERATIONS
+        300, "number of generations, including the random first one", ge=1, le=MOST_GENERATIONS
     )
     target_score: float | None = option(None, "stop once the best score reaches this")
     max_evaluations: int | None = option(
         None, "stop before more individuals than this are evaluated", ge=1
     )
     stagnation: int | None = option(
-        None, "stop after this many generations without a better best score", ge=1
+        None, "stop after this many generations without a new best score", ge=1
     )
     fitness_threshold: float | None = option(
-        None, "keep a champion once the best score beats this; none keeps none"
+        None, "save a champion once the best score exceeds this; none saves no champions"
     )
     delta_fitness: float = option(
-        0.1, "step by which the threshold then rises to the best score", gt=0
+        0.1, "step with which the threshold then rises to the best score", gt=0
     )
 
 
 class Islands(BaseModel):
-    """Populations that evolve apart and now and then exchange their best. Options, not a plugin."""
+    """Options for populations that evolve separately and exchange individuals; not a plugin."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     number: int = option(
         1,
-        "islands: populations that evolve apart, each of the size evolution.population",
+        "number of islands: populations that evolve separately, each of size evolution.population",
         ge=1,
         le=10_000,
     )
     topology: Literal["ring", "all"] = option(
-        "ring", "an island's best go to the next one alone, or to all others"
+        "ring", "islands that receive an island's best individuals: only the next, or all others"
     )
     every: int = option(10, "generations between two migrations", ge=1)
-    migrants: int = option(2, "how many of an island's best replace the worst of a neighbour", ge=0)
+    migrants: int = option(
+        2, "number of an island's best individuals that replace the worst of a neighbour", ge=0
+    )
 
     @property
     def immigrants(self) -> int:
-        """How many come to each island in a migration."""
+        """Number of individuals that each island receives in a migration."""
         sources = min(1, self.number - 1) if self.topology == "ring" else self.number - 1
         return self.migrants * sources
 
@@ -89,17 +91,17 @@ class Experiment(ReprMixin):
     """A body, a fitness, a search and a seed.
 
     Attributes:
-        name: short name; runs are named after it.
-        description: one line for lists.
-        seed: of all randomness.
+        name: short name, after which runs are named.
+        description: description for lists, one line.
+        seed: seed of all random numbers.
         evolution: size and length of the search.
-        organism, fitness, search: the plugins, options set.
-        entries: where each plugin comes from, by kind.
-        islands: in how many populations the search is parted.
-        worlds: in which each individual is evaluated.
-        transferability: what stands for reality, and how its difference is learnt.
-        reality: the body in reality; None where nothing stands for it.
-        selection, crossover, mutation: the operators, for a search that uses them.
+        organism, fitness, search: plugins with their options.
+        entries: entry of each plugin, by kind.
+        islands: populations that the search is divided into.
+        worlds: worlds in which each individual is evaluated.
+        transferability: options for reality, and for learning how it differs from simulation.
+        reality: body that stands for reality; None without tests in reality.
+        selection, crossover, mutation: operators, for a search that uses them.
     """
 
     name: str
@@ -120,48 +122,48 @@ class Experiment(ReprMixin):
 
     @property
     def individuals(self) -> int:
-        """How many a generation has, on all islands."""
+        """Number of individuals in a generation, on all islands."""
         return self.evolution.population * self.islands.number
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of its plugins: organism, fitness, search, and the operators of the search."""
+        """Kinds of the plugins: organism, fitness, search, and the operators of the search."""
         return tuple(kind for kind in KINDS if kind in self.entries)
 
     @property
     def in_python(self) -> tuple[PythonEntry, ...]:
-        """Its functions and classes that were given in Python, which no package has."""
+        """Entries of functions and classes that were given in Python instead of a package."""
         return tuple(one for one in self.entries.values() if isinstance(one, PythonEntry))
 
     @property
     def outside(self) -> tuple[PythonEntry, ...]:
-        """Those whose code is the user's, so that no file can reproduce the experiment."""
+        """Entries with a user's code, without which files cannot reproduce the experiment."""
         return tuple(entry for entry in self.in_python if is_outside(entry.name))
 
     def check_given(self) -> None:
-        """Refuse an experiment with functions that this process was not given.
+        """Check that this process was given all functions of the experiment.
 
         Raises:
-            MissingFunctionError: it has one.
+            MissingFunctionError: a function is missing.
         """
         for entry in self.in_python:
             if entry.model is None:
                 raise entry.missing
 
     def plugin(self, kind: str) -> Plugin:
-        """The plugin of one of its `kinds`."""
+        """Return the plugin of one of the `kinds`."""
         return cast(Plugin, getattr(self, kind))
 
     def space(self) -> GenomeSpace:
-        """The genome space of the body.
+        """Return the genome space of the body.
 
         Raises:
-            PluginError: the body cannot say.
+            PluginError: the body fails or breaks its contract.
         """
         return space_of(self.entries["organism"], self.organism)
 
     def sections(self) -> dict[str, BaseModel]:
-        """The options that have a part in the result, by their section of the file."""
+        """Return the options that affect the result, by section of the file."""
         found: dict[str, BaseModel] = {"evolution": self.evolution}
         if self.search.several:
             found["islands"] = self.islands
@@ -172,7 +174,7 @@ class Experiment(ReprMixin):
         return found | {kind: self.plugin(kind) for kind in self.kinds}
 
     def to_dict(self) -> dict[str, Any]:
-        """The experiment as values for JSON: what `to_toml` writes, without its comments.
+        """Return the experiment as values for JSON, the same as `to_toml` writes.
 
         Raises:
             PluginError: a plugin has an option whose value JSON cannot hold.
@@ -193,10 +195,10 @@ class Experiment(ReprMixin):
         return found
 
     def to_toml(self, *, brief: bool = False) -> str:
-        """The experiment as TOML, every option written out with what it means.
+        """Return the experiment as TOML, with all options and a comment that describes each.
 
         Args:
-            brief: whether to show long texts by their beginning and size, for people.
+            brief: whether to shorten long texts to their beginning and size, for display.
 
         Raises:
             PluginError: a plugin has an option whose value TOML cannot hold.
@@ -233,10 +235,10 @@ class Experiment(ReprMixin):
 
 
 def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
-    """The genome space of a body.
+    """Return the genome space of a body.
 
     Raises:
-        PluginError: the body cannot say, or says something else.
+        PluginError: the body fails or breaks its contract.
     """
     with plugin_errors(entry, "giving its genome space"):
         space: object = organism.genome_space()
@@ -244,7 +246,7 @@ def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
         return space
     raise contract_error(
         entry,
-        f"gave a {type(space).__name__} from genome_space()",
+        f"returned a {type(space).__name__} from genome_space()",
         "a RealSpace, a BitSpace or another gaitsim.contracts.GenomeSpace",
     )
 
@@ -259,7 +261,7 @@ def _table(model: BaseModel, head: Mapping[str, str], brief: bool) -> Any:
     if brief:
         given = {name: toml.brief(v) if toml.is_long(v) else v for name, v in given.items()}
     fields = type(model).model_fields
-    # Below the others, which would else be far apart.
+    # Long texts go last, because they would separate the other options.
     for name in sorted(fields, key=lambda name: toml.is_long(given.get(name))):
         field = fields[name]
         about = options.meaning(field)
@@ -271,31 +273,31 @@ def _table(model: BaseModel, head: Mapping[str, str], brief: bool) -> Any:
             table.add(tomlkit.comment(f"{name}: {note}"))
             table.add(name, _multiline(given[name]))
             continue
-        # Not set although its default is: left out, it would come back as the default.
+        # An unset option with a default: if omitted, it would be read as the default.
         item = tomlkit.item(_inline(given[name]) if name in given else options.NOT_SET)
         table.add(name, item.comment(note))
     return table
 
 
 def _one_line(text: str) -> str:
-    """A text as a comment can hold it: a line break in it would end the comment."""
+    """Return a text for a comment, on one line and without control characters."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
 def _multiline(text: str) -> Any:
-    """A text over several lines, as it stands where TOML allows that; else with escapes."""
+    """Return a TOML string of several lines; with escapes only if it cannot be literal."""
     from tomlkit import string
     from tomlkit.items import String, StringType, Trivia
 
     plain = all(c.isprintable() or c in "\n\t" for c in text)
     if plain and "'''" not in text and not text.endswith("'"):
-        # TOML drops a line break that follows the quotes.
+        # TOML ignores the line break after the opening quotes.
         return String(StringType.MLL, text, f"\n{text}", Trivia())
     return string(text)
 
 
 def _inline(value: Any) -> Any:
-    """A value for one line: a dict as `{…}`, since a table of its own would end the section."""
+    """Return a value on one line: a dict as `{…}`, because a table would end the section."""
     import tomlkit
 
     if isinstance(value, dict):

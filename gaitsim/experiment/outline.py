@@ -1,4 +1,4 @@
-"""An experiment as its TOML says, whose plugins need not be installed."""
+"""The content of an experiment's TOML, readable even if its plugins are not installed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,8 @@ from gaitsim.experiment.worlds import Worlds
 from gaitsim.registry import KINDS
 from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 
-# Options of [evolution] that change what is evolved. The others say how long, and what is kept.
+# Options of [evolution] that change the individuals. The others limit the length of the search and
+# choose which individuals are saved.
 _EVOLVING = ("population",)
 
 
@@ -24,17 +25,17 @@ _Model = TypeVar("_Model", bound=BaseModel)
 
 @dataclass(frozen=True, eq=False)
 class ExperimentOutline:
-    """The values of an experiment's TOML, checked as far as no plugin is needed.
+    """The values of an experiment's TOML, validated as far as possible without plugins.
 
     Attributes:
-        name: of the experiment.
-        description: one line for lists.
-        seed: of all randomness.
-        plugins: the name of each plugin by kind; no operators for a search that uses none.
+        name: name of the experiment.
+        description: description for lists, one line.
+        seed: seed of all random numbers.
+        plugins: name of each plugin by kind; without operators for a search that uses none.
         evolution: size and length of the search.
-        islands: the populations that the search is divided into.
-        worlds: those in which each individual is evaluated.
-        sections: the tables as they stand in the file, plugin names included.
+        islands: populations that the search is divided into.
+        worlds: worlds in which each individual is evaluated.
+        sections: tables of the file, including the names of plugins.
     """
 
     name: str
@@ -47,11 +48,11 @@ class ExperimentOutline:
     sections: Mapping[str, Mapping[str, Any]]
 
     def search_options(self) -> dict[str, dict[str, Any]]:
-        """Return the options that change what is evolved, by section; `''` holds the seed."""
+        """Return the options that change the individuals, by section; `''` holds the seed."""
         found = {kind: dict(self.sections[kind]) for kind in self.plugins}
         evolution, islands = self.sections.get("evolution", {}), self.sections.get("islands", {})
         found["evolution"] = {key: evolution[key] for key in _EVOLVING if key in evolution}
-        if self.islands.number > 1:  # else they change nothing
+        if self.islands.number > 1:  # with one island, these options have no effect
             found["islands"] = dict(islands)
         if self.worlds.number:
             found["worlds"] = dict(self.sections["worlds"])
@@ -60,7 +61,7 @@ class ExperimentOutline:
         return {"": {"seed": self.seed}, **found}
 
     def options(self) -> dict[str, Any]:
-        """Return all options by dotted key, as `--set` takes them; those of worlds if any."""
+        """Return all options by dotted key, as for `--set`; those of worlds only if used."""
         found: dict[str, Any] = {"seed": self.seed}
         for section, table in self.sections.items():
             if section != "worlds" or self.worlds.number:
@@ -68,16 +69,16 @@ class ExperimentOutline:
         return found
 
 
-@lru_cache(maxsize=64)  # whoever watches a run asks for the same text again and again
+@lru_cache(maxsize=64)  # a program that watches a run parses the same text repeatedly
 def read_outline(text: str, source: str) -> ExperimentOutline:
     """Parse the TOML of an experiment.
 
     Args:
-        text: of the file.
-        source: where it comes from, for messages.
+        text: text of the file.
+        source: origin of the text, for messages.
 
     Raises:
-        GaitsimError: it is not TOML, or lacks what every experiment has.
+        GaitsimError: the text is not TOML, or a required value is missing or invalid.
     """
     tables = toml.parse(text, source)
     sections = {name: table for name, table in tables.items() if isinstance(table, dict)}
@@ -97,7 +98,7 @@ def read_outline(text: str, source: str) -> ExperimentOutline:
             f"{source} is not an experiment: {missing[0]} is missing or invalid",
             where=source,
             allowed="a seed, and sections that name their plugins: " + ", ".join(plugins),
-            remedy="restore it from a copy; the checkpoint of a run holds its text, too",
+            remedy="restore the file from a copy; the checkpoint of a run also contains its text",
             key=missing[0],
         )
     return ExperimentOutline(
@@ -121,7 +122,7 @@ def _section(model: type[_Model], table: Any, name: str, source: str) -> _Model:
         raise GaitsimError(
             f"{source} is not an experiment: {key} is invalid",
             where=f"{source}, key {key}",
-            remedy="take back what was changed in it",
+            remedy="undo the last changes to the file",
             key=key,
         ) from None
 

@@ -1,4 +1,4 @@
-"""Options of an experiment that a user changes before it is checked: `{key: value}`."""
+"""Overrides: options of an experiment that a user changes before it is validated."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -17,14 +17,14 @@ from gaitsim.toml import literal, text
 
 HEAD = ("schema", "name", "description", "seed")
 SECTIONS = ("evolution", "islands", "worlds", TRANSFERABILITY, *KINDS)
-_EXAMPLE = "as mutation.rate=0.1"
+_EXAMPLE = "SECTION.OPTION=VALUE, such as mutation.rate=0.1"
 
 
 def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
-    """Parse what a user typed, KEY=VALUE each; of equal keys, the last one counts.
+    """Parse texts of the form KEY=VALUE; if a key is repeated, the last one counts.
 
     Raises:
-        ExperimentError: with every text that is not KEY=VALUE.
+        ExperimentError: one or more texts do not have this form; lists all of them.
     """
     found: dict[str, Typed] = {}
     problems = []
@@ -35,7 +35,7 @@ def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
             what = f"{literal(assignment)} is not KEY=VALUE"
             problems.append(GaitsimError(what, where=COMMAND_LINE, allowed=_EXAMPLE))
         elif not _is_unicode(assignment):
-            what = f"{assignment!a} is not text in UTF-8"
+            what = f"{assignment!a} is not valid UTF-8"
             problems.append(GaitsimError(what, where=COMMAND_LINE))
         else:
             found[key] = Typed(value)
@@ -45,10 +45,10 @@ def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
 
 
 def override(data: dict[str, Any], problems: Problems) -> None:
-    """Change `data` by the overrides of `problems`."""
+    """Apply the overrides of `problems` to `data`."""
     for key, value in problems.overrides.items():
         if not _is_unicode(f"{key}={text(value)}"):
-            what = f"{key!a} is not text in UTF-8"
+            what = f"{key!a} is not valid UTF-8"
             problems.found.append(GaitsimError(what, where=problems.place))
         else:
             _assign(data, key, value, problems)
@@ -57,7 +57,7 @@ def override(data: dict[str, Any], problems: Problems) -> None:
 def _is_unicode(text: str) -> bool:
     try:
         text.encode()
-    except UnicodeEncodeError:  # bytes of the command line that are not characters
+    except UnicodeEncodeError:  # undecodable bytes of the command line
         return False
     return True
 
@@ -82,13 +82,13 @@ def _assign(data: dict[str, Any], key: str, given: Any, problems: Problems) -> N
         inner = table.setdefault(part, {})
         if not isinstance(inner, dict):
             outer = ".".join(tables[:depth])
-            # A section of a wrong type in the file is reported there.
+            # A section of the wrong type in the file is reported elsewhere.
             if depth > 1:
                 problems.report(key, f"{literal(outer)} is an option, not a section", _EXAMPLE)
             return
         table = inner
     if len(tables) == 1 and name == PLUGIN and tables[0] in KINDS:
-        # Names are texts, even one such as 'none' or '2'.
+        # Names of plugins are strings, even 'none' or '2'.
         plugin = str(given) if isinstance(given, Typed) and not isinstance(value, str) else value
         _choose(table, tables[0], plugin, problems.overrides)
     else:
@@ -96,7 +96,7 @@ def _assign(data: dict[str, Any], key: str, given: Any, problems: Problems) -> N
 
 
 def _plain(value: Any) -> Any:
-    """Return a value in types that TOML knows: not those of NumPy, and no longer number."""
+    """Return a value in types of TOML; NumPy values are converted, too large integers are str."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     if isinstance(value, list | tuple):
@@ -108,7 +108,7 @@ def _plain(value: Any) -> Any:
 
 
 def _choose(table: dict[str, Any], section: str, name: Any, overrides: Overrides) -> None:
-    """Choose another plugin; the old one's options mean nothing to it."""
+    """Choose another plugin, and drop the options of the previous one."""
     if table.get(PLUGIN) == name:
         return
     kept = {key: item for key, item in table.items() if f"{section}.{key}" in overrides}
@@ -118,7 +118,7 @@ def _choose(table: dict[str, Any], section: str, name: Any, overrides: Overrides
 
 
 def _owner(data: dict[str, Any], name: str) -> str:
-    """'did you mean …?' for an option given without its section, or ''."""
+    """Return 'did you mean …?' for an option given without its section; '' for other names."""
     options_of = {"evolution": Evolution.model_fields, "islands": Islands.model_fields}
     options_of["worlds"] = Worlds.model_fields
     options_of[TRANSFERABILITY] = Transferability.model_fields

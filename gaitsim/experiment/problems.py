@@ -1,4 +1,4 @@
-"""The problems of one experiment, collected so that all are reported at once."""
+"""The problems of an experiment, collected so that one message reports all of them."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -17,23 +17,23 @@ Overrides = Mapping[str, Any]
 
 
 class Typed(str):
-    """The value of an option as a person typed it; its meaning depends on the option."""
+    """The value of an option as typed by the user; its meaning depends on the option."""
 
     __slots__ = ()
 
 
-# What an error of pydantic says when its own words tell more than the option's type and bounds.
+# Types of pydantic's errors whose messages say more than the type and bounds of the option.
 _TELLING = ("value_error", "assertion_error", "string_pattern_mismatch")
 
 
 class Problems:
-    """Collects what is wrong with an experiment.
+    """Collects the problems of an experiment.
 
     Attributes:
-        source: the file or preset, for messages.
-        overrides: options that were changed in it.
-        place: where the overrides come from, for messages.
-        found: the problems, in the order in which they were met.
+        source: name of the file or preset, for messages.
+        overrides: values of options that override those of the source, by key.
+        place: origin of the overrides, for messages.
+        found: problems in the order in which they were reported.
     """
 
     def __init__(
@@ -44,23 +44,23 @@ class Problems:
         self.found: list[GaitsimError] = []
 
     def where(self, key: str) -> str:
-        """Return the place of a key."""
+        """Return the location of a key, for messages."""
         given = any(key == one or key.startswith(f"{one}.") for one in self.overrides)
         return f"{self.place if given else self.source}, key {key}"
 
     def typed(self, key: str) -> Typed | None:
-        """Return the text that a person typed for a key; None where nobody did."""
+        """Return the text that the user typed for a key; None if there is none."""
         value = self.overrides.get(key)
         return value if isinstance(value, Typed) else None
 
     def report(self, key: str, what: str, allowed: str = "", remedy: str = "") -> None:
-        """Take note of a problem with a key."""
+        """Record a problem with a key."""
         self.found.append(
             GaitsimError(what, where=self.where(key), allowed=allowed, remedy=remedy, key=key)
         )
 
     def of_plugin(self, key: str, error: GaitsimError) -> None:
-        """Take note of what a plugin that a key chooses has raised."""
+        """Record an error of the plugin that a key chooses."""
         error.where = f"{self.where(key)}: {error.where}" if error.where else self.where(key)
         error.key = key
         self.found.append(error)
@@ -68,11 +68,11 @@ class Problems:
     def of_options(
         self, section: str, model: type[BaseModel], data: Mapping[str, Any], error: ValidationError
     ) -> None:
-        """Take note of all that pydantic refuses in a section, each option once."""
+        """Record the validation errors of a section, at most one per option."""
         met = set()
         for detail in error.errors(include_url=False):
             name = str(detail["loc"][0]) if detail["loc"] else ""
-            if name and name in met:  # as of each member of a union
+            if name and name in met:  # pydantic reports each member of a union
                 continue
             met.add(name)
             if detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1:
@@ -84,7 +84,7 @@ class Problems:
                 self._of_section(section, _sentence(detail))
 
     def _of_section(self, section: str, what: str) -> None:
-        """Options that are allowed one by one, but not together."""
+        """Record options that are valid one by one, but not together."""
         changed = [key for key in self.overrides if key.startswith(f"{section}.")]
         also = f", with {', '.join(changed)} of the {self.place}" if changed else ""
         where = f"{self.source}, section {section}{also}"
@@ -92,7 +92,7 @@ class Problems:
 
     def _of_option(self, key: str, field: FieldInfo, given: Any, detail: Any) -> None:
         about = options.meaning(field)
-        # As it was typed: TOML would read 1e3 as 1000.0.
+        # Show the text as typed: TOML would read 1e3 as 1000.0.
         typed = self.typed(key)
         shown = literal(given) if typed is None or is_long(typed) else shortened(typed or '""')
         if detail["type"] == "missing" and len(detail["loc"]) == 1:
@@ -113,7 +113,7 @@ class Problems:
         )
 
     def unknown(self, section: str, name: str, known: Iterable[str], remedy: str = "") -> None:
-        """Take note of a key that does not exist."""
+        """Record an unknown key."""
         key = f"{section}.{name}" if section else name
         names = sorted(known)
         self.report(

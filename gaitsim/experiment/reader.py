@@ -1,4 +1,4 @@
-"""From a TOML file's values to an experiment, or to all its problems."""
+"""Convert the values of a TOML file to an experiment, or report all problems."""
 
 import json
 import unicodedata
@@ -35,20 +35,20 @@ _Model = TypeVar("_Model", bound=BaseModel)
 _NAMES: dict[type, str] = {int: "a whole number", str: "a text in quotes"}
 NOT_IN_NAMES = frozenset('/\\:*?"<>|')
 LONGEST_DESCRIPTION = 1000  # characters
-LONGEST_TEXT = 1_000_000  # bytes of an option, so that the experiment can be read again
-LONGEST_NAME = 200  # bytes; file systems take 255, and a run's number is put behind it
+LONGEST_TEXT = 1_000_000  # bytes of an option, so that the stored experiment stays readable
+LONGEST_NAME = 200  # bytes; file systems allow 255, and the number of a run is appended
 
 
 class Reader:
-    """Reads one experiment and collects its problems on the way.
+    """Reads an experiment and collects its problems.
 
     Args:
-        text: the experiment as TOML.
-        source: where the text comes from, for messages.
-        overrides: options to change in it.
-        place: where the overrides come from, for messages.
-        folder: where relative paths in the text start; None for a text that may not name files.
-            Those of overrides start in the current folder.
+        text: text of the experiment, in TOML.
+        source: origin of the text, for messages.
+        overrides: values of options that override those of the text.
+        place: origin of the overrides, for messages.
+        folder: folder of relative paths in the text; None for a text that must not refer to files.
+            Relative paths in overrides start from the current folder.
 
     Raises:
         ExperimentError: the text is not TOML.
@@ -73,10 +73,10 @@ class Reader:
         self._plugins: dict[str, Any] = {}
 
     def read(self) -> Experiment:
-        """Return the experiment, after the overrides.
+        """Return the experiment with the overrides.
 
         Raises:
-            ExperimentError: with all problems.
+            ExperimentError: the experiment has problems; lists all of them.
         """
         problems, entries, plugins = self._problems, self._entries, self._plugins
         self._data.setdefault("search", {PLUGIN: DEFAULT_SEARCH})
@@ -122,12 +122,12 @@ class Reader:
         )
 
     def _uses(self, kind: str) -> bool:
-        """Return whether the search uses a kind of operators; report a section that it does not.
+        """Return whether the search uses a kind of operator; report an unused section.
 
-        Sections of operators are dropped where an override chose another search for a preset.
+        Unused sections of operators are ignored if an override chose another search.
         """
         search = self._plugins.get("search")
-        if search is None:  # reported; whether it uses operators is not known
+        if search is None:  # already reported
             return kind in self._data
         if kind in search.operators:
             return True
@@ -136,14 +136,14 @@ class Reader:
             name = self._entries["search"].name
             self._report(
                 asked[0] if asked else kind,
-                f"the search {name!r} uses no {kind}",
+                f"the search {name!r} does not use a {kind}",
                 remedy=f"remove {'it' if asked else f'the section [{kind}]'}, or choose a search "
                 f"that does: {DEFAULT_SEARCH}",
             )
         return False
 
     def _reality(self, given: Mapping[str, Any]) -> Organism | None:
-        """Return the body with the options that stand for reality; None without any."""
+        """Return the body that stands for reality; None without options for it."""
         organism: Organism | None = self._plugins.get("organism")
         if organism is None or not given:
             return None
@@ -160,10 +160,10 @@ class Reader:
             return None
 
     def read_organism(self) -> tuple[Entry, Organism]:
-        """Return the body alone, whatever is wrong with the rest.
+        """Return only the body; problems of other sections are ignored.
 
         Raises:
-            ExperimentError: with all the body's problems.
+            ExperimentError: the body has problems; lists all of them.
         """
         self._read_plugin("organism")
         if self._problems.found:
@@ -175,7 +175,7 @@ class Reader:
         if schema > SCHEMA:
             self._report(
                 "schema",
-                f"written for schema {schema}, by a newer gaitsim",
+                f"schema {schema} belongs to a newer version of gaitsim",
                 f"up to {SCHEMA}",
                 "update gaitsim: pip install --upgrade gaitsim",
             )
@@ -194,9 +194,9 @@ class Reader:
         if not fits:
             self._report(
                 "name",
-                f"{literal(name)} cannot name a folder of runs",
-                f'at most {LONGEST_NAME} letters, digits and signs but / \\ : * ? " < > |, no '
-                "blank at either end, no dot or hyphen in front",
+                f"{literal(name)} is not a valid name, because runs are folders of that name",
+                f'at most {LONGEST_NAME} bytes without / \\ : * ? " < > |, without spaces at '
+                "either end, and without a dot or hyphen at the start",
             )
         return name
 
@@ -205,7 +205,7 @@ class Reader:
         if not _is_one_line(description) or len(description) > LONGEST_DESCRIPTION:
             self._report(
                 "description",
-                f"{literal(description)} is not one line of a list",
+                f"{literal(description)} is too long or has more than one line",
                 f"one line of at most {LONGEST_DESCRIPTION:,} characters",
             )
         return description
@@ -217,7 +217,7 @@ class Reader:
         return seed
 
     def _scalar(self, key: str, default: _Scalar) -> _Scalar:
-        """Return a value of the type of its default."""
+        """Return the value of a key, which must have the type of the default."""
         kind = type(default)
         value = self._data.get(key, default)
         typed = self._problems.typed(key)
@@ -239,8 +239,8 @@ class Reader:
             what = f"{literal(name)} is not the name of a plugin"
             self._report(
                 key,
-                what if PLUGIN in section else f"no {kind} is chosen",
-                ", ".join(registry.entries(kind)) or f"no installed package has any {kind}",
+                what if PLUGIN in section else f"the {kind} is missing",
+                ", ".join(registry.entries(kind)) or f"no installed package provides a {kind}",
             )
             return
         try:
@@ -249,7 +249,7 @@ class Reader:
             with plugin_errors(entry, "taking its options"):
                 plugin = self._options(kind, model)
         except GaitsimError as error:
-            if error.key in self._data[kind]:  # a validator says which option it is
+            if error.key in self._data[kind]:  # a validator named the option
                 key, value = f"{kind}.{error.key}", literal(self._data[kind][error.key])
                 where = "" if error.where == f"{entry}, {entry.target}" else error.where
                 told = value.strip('"') in f"{error.what} {where}"
@@ -262,7 +262,7 @@ class Reader:
     def _not_a_section(self, section: str, value: Any, example: str) -> None:
         listed = isinstance(value, list) and value and isinstance(value[0], dict)
         what = "is a list of sections, [[…]]" if listed else f"is {literal(value)}, not a section"
-        self._report(section, f"{section} {what}", f"[{section}] and below it {example}")
+        self._report(section, f"{section} {what}", f"a section: [{section}], followed by {example}")
 
     def _options(self, section: str, model: type[_Model], given: Any = None) -> _Model | None:
         given = self._data.get(section, {}) if given is None else given
@@ -278,7 +278,7 @@ class Reader:
             for name in values
         }
         try:
-            # By way of JSON: strict, and yet a list will do for a tuple.
+            # JSON allows strict validation that still accepts a list for a tuple.
             text = json.dumps(values, default=_no_text)
             made = model.model_validate_json(text, strict=True, context=folders)
         except ValidationError as error:
@@ -293,7 +293,7 @@ class Reader:
 
 
 def _no_text(value: Any) -> Any:
-    """A date or time: nothing that an option takes, and no text either."""
+    """Return an invalid value for a date or time, which must not pass as a string."""
     return {"date or time": str(value)}
 
 

@@ -1,4 +1,4 @@
-"""Options of the transferability model: what stands for reality, and how often it is tested."""
+"""Options of the transferability model: the body in reality, and the frequency of tests."""
 
 from typing import Any
 
@@ -8,33 +8,31 @@ from gaitsim.contracts import Organism, option
 from gaitsim.registry import options
 
 TRANSFERABILITY = "transferability"
-"""The section of an experiment, and the name by which a search reads the prediction."""
+"""The section of an experiment, and the name of the prediction that a search reads."""
 
 FEATURES = ("forward", "yaw", "body height", "slip ratio", "duty factor", "stride frequency")
-"""The features by default, of which a body may lack some."""
+"""The default features; a body may lack some of them."""
 
 
 class Transferability(BaseModel):
-    """What stands for reality, and how its difference from the simulation is learnt. Options."""
+    """Options for reality, and for learning how it differs from the simulation; not a plugin."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     reality: dict[str, Any] = option(
         {},
-        "options of the body that stand for reality, such as world = {friction = 0.3}; none tests "
-        "nothing",
+        "options of the body that stands for reality, such as world = {friction = 0.3}; {} turns "
+        "off tests in reality",
     )
-    every: int = option(
-        5, "generations from one test to the next, each of one individual in reality", ge=1
-    )
+    every: int = option(5, "generations between tests in reality, each of one individual", ge=1)
     features: tuple[str, ...] = option(
         (),
-        "measures of the simulated motion by which the model tells individuals apart; none takes "
-        f"those of {', '.join(FEATURES[:-1])} and {FEATURES[-1]} that the body has",
+        "measures of the simulated motion from which the model predicts; [] takes those of "
+        f"{', '.join(FEATURES[:-1])} and {FEATURES[-1]} that the body has",
     )
 
     def resolved(self, reality: Organism | None) -> "Transferability":
-        """Return the options with those of the body in reality as that body has read them."""
+        """Return the options with `reality` as validated by the body."""
         if reality is None:
             return self
         found = options.values(reality)

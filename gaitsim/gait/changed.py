@@ -13,18 +13,18 @@ from gaitsim.individual import Individual
 
 
 def changed(individual: Individual, overrides: Mapping[str, Any], asked: str = "") -> Individual:
-    """Return an individual as its body moves with other options, with the score of that motion.
+    """Return an individual with other options of its body, with the score of its motion.
 
-    A genome moves the changed body, which a gait from a file is played on. The score is that of
-    the body's own world, even if the run's scores are over several worlds.
+    A genome moves the changed body; a gait from a file is played on it. The score is that of the
+    body's own world, even if the run evaluated individuals in several worlds.
 
     Args:
-        individual: of a run or from a file.
+        individual: individual of a run or from a file.
         overrides: values of the body's options by key, such as `{"organism.gravity": 1.6}`.
-        asked: for what the user asked, for messages; '' for the keys.
+        asked: request of the user, for messages; '' shows the keys.
 
     Raises:
-        GaitsimError: the body has no such option, or cannot have this value.
+        GaitsimError: an option is unknown, or its value is invalid.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
     experiment = with_body(individual.experiment, overrides, asked)
@@ -43,15 +43,15 @@ def changed(individual: Individual, overrides: Mapping[str, Any], asked: str = "
 
 
 def engine_of(individual: Individual) -> str:
-    """Return the physics engine of an individual's body; '' for a body with one alone."""
+    """Return the physics engine of an individual's body; '' for a body without a choice."""
     return str(getattr(individual.experiment.organism, "engine", ""))
 
 
 def in_engine(individual: Individual, engine: str) -> Individual:
-    """Return an individual as its body moves in another physics engine.
+    """Return an individual whose body moves in another physics engine.
 
     Raises:
-        GaitsimError: the body has one engine alone, or not this one, or it is not installed.
+        GaitsimError: the body has only one engine, or the engine is unknown or not installed.
     """
     experiment = individual.experiment
     if "engine" not in type(experiment.organism).model_fields:
@@ -64,15 +64,15 @@ def in_engine(individual: Individual, engine: str) -> Individual:
 
 
 def with_body(experiment: Experiment, overrides: Mapping[str, Any], asked: str = "") -> Experiment:
-    """Return an experiment with other options of its body, in the body's own world alone.
+    """Return an experiment with other options of its body, and only the body's own world.
 
     Args:
-        experiment: left unchanged.
+        experiment: original experiment, which is not changed.
         overrides: values of the body's options by key.
-        asked: for what the user asked, for messages; '' for the keys.
+        asked: request of the user, for messages; '' shows the keys.
 
     Raises:
-        GaitsimError: the body has no such option, or cannot have this value.
+        GaitsimError: an option is unknown, or its value is invalid.
     """
     try:
         return replace(with_overrides(experiment, overrides), worlds=experiment.worlds.own)
@@ -85,29 +85,29 @@ def with_body(experiment: Experiment, overrides: Mapping[str, Any], asked: str =
 
 
 def with_world(individual: Individual, world: World) -> Individual:
-    """Return an individual as its body moves in a world, with the score of that motion.
+    """Return an individual whose body moves in another world, with the score of its motion.
 
     Args:
-        individual: of a run or from a file.
-        world: values of conditions by name, such as `{"friction": 0.4}`; others are as they are.
+        individual: individual of a run or from a file.
+        world: values of conditions by name, such as `{"friction": 0.4}`; others do not change.
 
     Raises:
-        GaitsimError: the body has no conditions, or not these, or not these values.
+        GaitsimError: the body has no conditions, or a name or value is invalid.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
     return changed(individual, _options(individual.experiment, world), describe(world))
 
 
 def put_into(experiment: Experiment, world: World) -> Experiment:
-    """Return an experiment with its body in a world that a user asks for.
+    """Return an experiment with its body in a world that the user requested.
 
     Raises:
-        GaitsimError: the body has no conditions, or not these, or not these values.
+        GaitsimError: the body has no conditions, or a name or value is invalid.
     """
     return with_body(experiment, _options(experiment, world), describe(world))
 
 
 def _options(experiment: Experiment, world: World) -> dict[str, World]:
-    """Return the option that puts a body into a world, as overrides."""
-    conditions_of(experiment)  # refuses a body without any
+    """Return the overrides that put a body into a world."""
+    conditions_of(experiment)  # raises an error for a body without conditions
     return {f"organism.{WORLD}": {**getattr(experiment.organism, WORLD), **world}}

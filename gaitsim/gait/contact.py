@@ -1,4 +1,4 @@
-"""Footfalls: when each foot is on the ground, and how long."""
+"""Footfalls: the times and durations of the contacts of each foot with the ground."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitsim.legged.rhythm import CHATTER, STEPS, stride_lag
 
 Contacts = NDArray[np.bool_]
-"""(frames, feet): which feet are on the ground until the next frame."""
+"""Whether each foot is on the ground until the next frame, (frames, feet)."""
 
 
 @dataclass(frozen=True)
@@ -17,11 +17,10 @@ class Foot:
     """The steps of one foot.
 
     Attributes:
-        name: of the foot.
+        name: name of the foot.
         duty_factor: share of the time on the ground, including chatter.
-        touch_downs: frames in which it touches down, without chatter.
-        stance, swing: mean duration of complete stances and swings, s; None where there are
-            none.
+        touch_downs: frames in which the foot touches down, without chatter.
+        stance, swing: mean duration of complete stances and swings, s; None without any.
     """
 
     name: str
@@ -32,7 +31,7 @@ class Foot:
 
     @property
     def steps(self) -> bool:
-        """Whether it touches down more than once."""
+        """Whether the foot touches down more than once."""
         return len(self.touch_downs) >= STEPS
 
 
@@ -41,10 +40,10 @@ class Stride:
     """The stride of all feet.
 
     Attributes:
-        frames: duration of a stride.
-        frequency: strides a second, Hz.
-        periodicity: autocorrelation of the contacts at a stride's distance, 1 where every
-            stride is the same.
+        frames: duration of a stride, frames.
+        frequency: strides per second, Hz.
+        periodicity: autocorrelation of the contacts at the lag of a stride; 1 if all strides are
+            equal.
     """
 
     frames: float
@@ -55,7 +54,7 @@ class Stride:
 def feet_of(
     touching: Contacts, names: tuple[str, ...], frame_rate: float
 ) -> tuple[tuple[Foot, ...], Stride | None]:
-    """Return the steps of each foot and their common stride; None where there is none."""
+    """Return the steps of each foot, and their common stride; None without a stride."""
     lags, periodicity = stride_lag(touching[None], np.array([len(touching)]))
     lag = int(lags[0])
     shortest = max(1, round(CHATTER * lag))
@@ -73,16 +72,16 @@ def feet_of(
 
 
 def runs(foot: Contacts) -> tuple[NDArray[np.intp], Contacts]:
-    """Return the lengths of alternating stances and swings, frames, and which are stances."""
+    """Return the lengths of alternating stances and swings, frames, and a mask of the stances."""
     starts = np.flatnonzero(np.diff(foot)) + 1
     edges = np.concatenate([[0], starts, [len(foot)]])
     return np.diff(edges), foot[edges[:-1]]
 
 
 def without_chatter(foot: Contacts, shortest: int) -> Contacts:
-    """Remove stances and swings of fewer frames, the shortest ones first.
+    """Remove stances and swings shorter than `shortest` frames, the shortest ones first.
 
-    The first and the last one stay, as they may be incomplete.
+    The first and the last one are kept, because they may be incomplete.
     """
     tidy = foot.copy()
     while True:

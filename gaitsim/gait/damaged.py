@@ -16,26 +16,26 @@ def can_be_damaged(experiment: Experiment) -> bool:
 
 
 def damaged(experiment: Experiment, damage: Sequence[str]) -> Experiment:
-    """Return the same experiment with this damage to its body, such as 'L2 lost'.
+    """Return an experiment with damage to its body, such as 'L2 lost'.
 
     Raises:
-        GaitsimError: the body cannot be damaged, or not like this.
+        GaitsimError: the body does not support damage, or the damage is invalid.
     """
     _require(experiment)
     return with_body(experiment, {KEY: [*damage]}, ", ".join(damage))
 
 
 def with_damage(individual: Individual, damage: Sequence[str]) -> Individual:
-    """Return an individual as its damaged body moves, with the score of that motion.
+    """Return an individual with a damaged body, with the score of its motion.
 
-    The damage replaces any that the body has already.
+    The damage replaces any earlier damage of the body.
 
     Args:
-        individual: of a run or from a file.
-        damage: legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
+        individual: individual of a run or from a file.
+        damage: damaged legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
 
     Raises:
-        GaitsimError: the body cannot be damaged, or not like this.
+        GaitsimError: the body does not support damage, or the damage is invalid.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
     _require(individual.experiment)

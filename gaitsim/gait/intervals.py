@@ -1,8 +1,8 @@
 """Frames and the intervals between them.
 
-A foot that touches in a frame is taken to touch until the next frame, as the bodies have
-it. So whatever concerns stance, such as support and slip, is judged on the interval from
-a frame to the next: where a thing is, is its place half-way; the last frame repeats the
+A foot that touches the ground in a frame is assumed to do so until the next frame, as in the
+bodies. Support, slip and other quantities of stance are therefore computed for the interval from
+one frame to the next, with positions in the middle of the interval. The last frame repeats the
 interval before it.
 """
 
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 def half_way(places: NDArray[np.floating[Any]]) -> Floats:
-    """Return the places in the middle of each interval, (frames, …) -> (frames, …)."""
+    """Return the positions in the middle of each interval, (frames, …) -> (frames, …)."""
     exact = places.astype(np.float64)
     if len(exact) > 1:
         exact[:-1] = (exact[:-1] + exact[1:]) / 2

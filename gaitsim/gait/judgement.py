@@ -1,4 +1,4 @@
-"""What became of a gait in several worlds, and its statistics."""
+"""The results of a gait in several worlds, and their statistics."""
 
 import math
 from collections.abc import Mapping
@@ -15,18 +15,18 @@ from gaitsim.gait.sensitivity import Effect, effects
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 MEASURE, SCORE = "forward", "score"
-TRIFLE = 0.01  # of the nominal result: a smaller loss is none
+TRIFLE = 0.01  # loss below which an effect is not reported, as a share of the nominal result
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a gait in one world.
+    """The result of a gait in one world.
 
     Attributes:
-        result: the measure `forward`, or the score where the body has none.
-        score: by the fitness; −inf where the motion failed.
-        fell: whether it fell, or the motion failed.
-        failure: why the motion failed, or ''.
+        result: measure `forward`, or the score if the body does not have this measure.
+        score: score of the motion; −inf if it failed.
+        fell: whether the body fell, or the motion failed.
+        failure: reason why the motion failed, or ''.
     """
 
     result: float
@@ -37,17 +37,17 @@ class Outcome:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Judgement(ReprMixin):
-    """What became of a gait in worlds that it has not seen.
+    """The results of a gait in unseen worlds.
 
     Attributes:
-        measure: what the results are: `forward`, or `score` where the body has no such measure.
-        unit: of the results.
-        nominal: the outcome in the gait's own world.
-        ranges: of the conditions that vary, by name.
-        units: of these conditions.
-        seed: of the worlds.
-        worlds: the worlds.
-        outcomes: in each.
+        measure: name of the results: `forward`, or `score` if the body does not have this measure.
+        unit: unit of the results.
+        nominal: outcome in the gait's own world.
+        ranges: range of each condition that varies, by name.
+        units: unit of each of these conditions, by name.
+        seed: seed of the worlds.
+        worlds: unseen worlds.
+        outcomes: outcome in each world.
     """
 
     measure: str
@@ -61,39 +61,39 @@ class Judgement(ReprMixin):
 
     @cached_property
     def results(self) -> Floats:
-        """(worlds,) float64, of which more is better."""
+        """The result in each world, (worlds,) float64; higher is better."""
         return np.array([one.result for one in self.outcomes])
 
     @cached_property
     def fell(self) -> NDArray[np.bool_]:
-        """In which worlds it fell, (worlds,)."""
+        """Whether the body fell in each world, (worlds,)."""
         return np.array([one.fell for one in self.outcomes])
 
     @property
     def falls(self) -> int:
-        """In how many worlds it fell."""
+        """The number of worlds in which the body fell."""
         return int(self.fell.sum())
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Why motions failed, in the order of the worlds; () where none did."""
+        """The reasons why motions failed, in the order of the worlds."""
         return tuple(one.failure for one in self.outcomes if one.failure)
 
     @cached_property
     def conditions(self) -> dict[str, Floats]:
-        """Values of the conditions by name, (worlds,) each."""
+        """The values of each condition by name, (worlds,) each."""
         return {name: np.array([world[name] for world in self.worlds]) for name in self.ranges}
 
     @property
     def worst_tenth(self) -> float:
-        """The mean of the worst tenth of the results, one at least."""
+        """The mean of the worst tenth of the results, at least one."""
         return float(worst_tenth(self.results))
 
     def quantile(self, share: float) -> float:
-        """Return a quantile of the results, between neighbours in proportion."""
+        """Return a quantile of the results, interpolated linearly."""
         if np.isfinite(self.results).all():
             return float(np.quantile(self.results, share))
-        return float(np.quantile(self.results, share, method="lower"))  # −inf has no proportions
+        return float(np.quantile(self.results, share, method="lower"))  # cannot interpolate −inf
 
     @property
     def median(self) -> float:
@@ -101,12 +101,12 @@ class Judgement(ReprMixin):
         return self.quantile(0.5)
 
     def kept(self, result: float) -> float:
-        """Return a result as a share of the nominal one; NaN where that is not above 0."""
+        """Return a result as a share of the nominal result; NaN if that is not above 0."""
         return result / self.nominal.result if self.nominal.result > 0 else math.nan
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
-        """The conditions that cost more than a trifle, beyond chance, the strongest first."""
+        """The conditions with a significant and relevant loss, the strongest first."""
         found = effects(self.conditions, self.ranges, self.results)
         least = TRIFLE * abs(self.nominal.result)
         return tuple(one for one in found if not one.loss < least)
@@ -128,7 +128,7 @@ class Judgement(ReprMixin):
         return self.worlds[int(np.argmin(self.results))]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as values for JSON."""
+        """Return the statistics and all worlds as values for JSON."""
         worlds = [
             {"world": dict(world), **_to_dict(outcome)}
             for world, outcome in zip(self.worlds, self.outcomes, strict=True)
@@ -136,7 +136,7 @@ class Judgement(ReprMixin):
         return {**self.statistics(), "worlds": worlds}
 
     def statistics(self) -> dict[str, Any]:
-        """Return it as values for JSON, without the single worlds."""
+        """Return the statistics as values for JSON, without the individual worlds."""
         return {
             "measure": self.measure,
             "unit": self.unit,
@@ -158,7 +158,7 @@ class Judgement(ReprMixin):
 
 
 def worst_tenth(results: Floats) -> Floats:
-    """Return the mean of the worst tenth, one at least, of results, (…, worlds)."""
+    """Return the mean of the worst tenth, at least one, of results, (…, worlds) -> (…)."""
     counted = -(-results.shape[-1] // 10)
     return np.asarray(np.sort(results, axis=-1)[..., :counted].mean(axis=-1))
 

@@ -1,4 +1,4 @@
-"""Side and place of each foot along the body, derived from the positions of the feet."""
+"""The side of each foot and its place along the body, derived from the positions of the feet."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gaitsim.gait.intervals import Floats
 
-_MIDDLE = 0.02  # share of the body's width next to the midline that is on neither side
+_MIDDLE = 0.02  # distance from the midline that is on neither side, as a share of the width
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,9 +15,9 @@ class Layout:
     """Feet in pairs.
 
     Attributes:
-        pairs: how many there are.
-        side: of each foot, (feet,): 0 left, 1 right.
-        place: of each foot, (feet,): 0 the foremost on its side.
+        pairs: number of pairs.
+        side: side of each foot, (feet,): 0 left, 1 right.
+        place: place of each foot, (feet,): 0 is the foremost on its side.
     """
 
     pairs: int
@@ -26,7 +26,7 @@ class Layout:
 
 
 def in_body_frame(points: Floats, path: Floats, turned: Floats | None) -> Floats:
-    """Return points over time, (frames, points, 3), relative to the body's place and heading."""
+    """Return points over time, (frames, points, 3), relative to the body's position and heading."""
     away = points - path[:, None]
     if turned is None:
         return away
@@ -42,10 +42,10 @@ def in_body_frame(points: Floats, path: Floats, turned: Floats | None) -> Floats
 
 
 def layout_of(feet: Floats) -> Layout | None:
-    """Return the pairs of feet; None where left and right feet differ in number.
+    """Return the pairs of feet; None if the numbers of left and right feet differ.
 
     Args:
-        feet: (frames, feet, 3), metres, relative to the body: x forward, y left.
+        feet: positions relative to the body, (frames, feet, 3), metres: x forward, y left.
     """
     x, y, _ = feet.mean(axis=0).T
     width = np.abs(y).max(initial=0.0)

@@ -1,4 +1,4 @@
-"""Name a gait, or say why it has no name."""
+"""Name a gait, or give the reason why it has no name."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from gaitsim.gait.layout import Layout, layout_of
 from gaitsim.gait.patterns import NEAR, nearest
 
 NONE, STANDING = "none", "standing"
-_CONSISTENT = 0.7  # mean vector of the phases; 0.7 is a spread of 0.13 cycles
-_STEPPING = 0.75  # of the feet must step
-_FEWEST = 3  # touch-downs of some foot, so that phases are compared over two strides
+_CONSISTENT = 0.7  # least mean vector of a foot's phases; 0.7 is a spread of 0.13 cycles
+_STEPPING = 0.75  # least share of the feet that step
+_FEWEST = 3  # least touch-downs of at least one foot, to compare phases over two strides
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,12 @@ class Name:
     """The name of a gait.
 
     Attributes:
-        name: of the reference gait, 'standing' or 'none'.
-        reason: its distance, or why there is no name.
-        distance: to the reference gait in cycles rms, where one was compared.
-        lag: of a foot behind the one in front of it in cycles, in a metachronal gait.
-        pattern: phases of that gait, shifted so that it is nearest, by foot in cycles; None
-            for feet that were not compared.
+        name: name of the nearest reference gait, 'standing' or 'none'.
+        reason: distance to the reference gait, or reason why the gait has no name.
+        distance: rms distance to the nearest reference gait, cycles; None if not compared.
+        lag: lag of each foot behind the foot in front of it in a metachronal gait, cycles.
+        pattern: phases of the reference gait, shifted to the best fit, by foot, cycles; None for
+            feet that were not compared.
     """
 
     name: str
@@ -46,14 +46,14 @@ def name_of(
     relative: Floats,
     still: bool,
 ) -> tuple[Name, Mapping[str, float]]:
-    """Name a gait; return its distance to each reference gait, too, where they compare.
+    """Return the name of a gait, and its distance to each reference gait it was compared with.
 
     Args:
-        feet: their steps.
-        stride: that they share.
-        phases: (feet,), cycles.
-        consistency: of the phases, (feet,).
-        relative: the feet in the body's frame, (frames, feet, 3), metres.
+        feet: steps of each foot.
+        stride: common stride of the feet.
+        phases: phase of each foot, (feet,), cycles.
+        consistency: consistency of the phases, (feet,).
+        relative: positions of the feet in the frame of the body, (frames, feet, 3), metres.
         still: whether the feet stand still relative to the body.
     """
     stepping = sum(foot.steps for foot in feet)
@@ -96,10 +96,10 @@ def _described(name: str, lag: float | None) -> str:
 
 
 def _in_pairs(phases: Floats, relative: Floats) -> tuple[NDArray[np.bool_], Layout] | None:
-    """Choose the feet to compare with reference gaits, (feet,), and return their layout.
+    """Return the feet to compare with reference gaits, a mask (feet,), and their layout.
 
-    Those that step, if they make pairs: eight legs of which two are held up can go in a
-    tripod. Else all of them, of which those count that step.
+    These are the feet that step, if they form pairs: eight legs of which two are held up can walk
+    in a tripod. Otherwise they are all feet; only the phases of those that step then count.
     """
     steps = ~np.isnan(phases)
     for chosen in (steps, np.ones_like(steps)):

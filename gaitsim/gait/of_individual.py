@@ -1,7 +1,7 @@
-"""The gait of an individual: its skeleton's, and what its body knows better.
+"""Analyse the gait of an individual, from its skeleton and from measures of its body.
 
-A word has one value in all views: where the body measures a quantity that the analysis has, too,
-the analysis takes the body's. A skeleton shows neither how a round foot rolls nor the plane on
+Each quantity has the same value in all views: if the body measures a quantity of the analysis, the
+analysis uses the body's value. A skeleton shows neither how a round foot rolls nor the plane on
 which a tilted body stands.
 """
 
@@ -21,7 +21,7 @@ _SI = {"": 1.0, "s": 1.0, "m": 1.0, "mm": 1e-3, "rad": 1.0, "°": math.radians(1
 
 
 def analyse_individual(individual: Individual) -> GaitAnalysis:
-    """Analyse the gait of an individual, by its body's own measures where it has them.
+    """Analyse the gait of an individual; the body's own measures take precedence.
 
     Raises:
         PluginError: the body cannot be moved or drawn, or its channel `margin` is not as declared.
@@ -63,7 +63,7 @@ def weight_of(individual: Individual) -> float | None:
 
 
 def frames_before_fall(individual: Individual) -> int:
-    """Return the number of frames before a fall, by the channel `lasted`, s; without it, of all.
+    """Return the number of frames before a fall, from the channel `lasted`; all frames without it.
 
     Raises:
         PluginError: the body cannot compute the channel, or it is not as declared.
@@ -90,7 +90,7 @@ def _channel(individual: Individual, name: str) -> Floats:
         values = np.asarray(individual.motion[name])
     if values.shape[:1] != (1,) or not channel.fits(values.shape):
         raise contract_error(
-            entry, f"gave the channel {name!r} with the shape {values.shape}", channel.shape
+            entry, f"returned the channel {name!r} with the shape {values.shape}", channel.shape
         )
     return np.asarray(values[0], dtype=np.float64)
 
@@ -98,7 +98,7 @@ def _channel(individual: Individual, name: str) -> Floats:
 def margin_of(individual: Individual) -> Floats:
     """Return the static stability margin, (frames,), metres; −inf without a foot on the ground.
 
-    It is the body's channel `margin` where there is one.
+    If the body has a channel `margin`, its values are returned.
 
     Raises:
         GaitsimError: the body has no feet.
@@ -117,14 +117,14 @@ def _own_margin(individual: Individual) -> Floats | None:
         entry = individual.experiment.entries["organism"]
         raise contract_error(
             entry,
-            f"gave the channel 'margin' with the shape (1, {len(margin)})",
+            f"returned the channel 'margin' with the shape (1, {len(margin)})",
             f"(1, {expected[0]})",
         )
     return margin
 
 
 def _measured(individual: Individual) -> dict[str, float]:
-    """Return the finite measures of the body, in SI units by name; {} where it fails at them."""
+    """Return the finite measures of the body in SI units, by name; {} if measuring fails."""
     try:
         found = individual.measurements
     except GaitsimError:

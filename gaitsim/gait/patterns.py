@@ -1,7 +1,7 @@
 """Reference gaits as phase patterns, and the distance of a gait to them.
 
-Phases are in cycles after a common moment; a foot with a greater phase comes down later.
-Sides: 0 left, 1 right. Places: 0 the foremost pair.
+Phases are in cycles after a common time; a foot with a greater phase touches down later.
+Sides: 0 left, 1 right. Places: 0 is the foremost pair.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from gaitsim.gait.intervals import Floats
 from gaitsim.gait.layout import Layout
 from gaitsim.gait.phases import fit
 
-NEAR = 0.1  # cycles rms: farther from a pattern, a gait is not called by its name
+NEAR = 0.1  # largest rms distance at which a gait gets the name of a pattern, cycles
 _ALTERNATING = {
     1: "alternating steps",
     2: "trot",
@@ -21,7 +21,7 @@ _ALTERNATING = {
     4: "alternating tetrapod",
 }
 _LAGS = np.arange(-45, 46) / 100  # cycles tried between neighbours of a metachronal gait
-_SHALLOW = 0.04  # cycles: with less between neighbours, no wave is seen
+_SHALLOW = 0.04  # least lag between neighbours in a wave, cycles
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +29,10 @@ class Nearest:
     """A reference gait and the distance to it.
 
     Attributes:
-        name: of the reference gait.
-        distance: to it, root mean square over feet, cycles.
-        phases: of the reference, shifted so that it is nearest, (feet,), cycles.
-        lag: of a foot behind the one on its side in front of it, where it was fitted,
-            cycles.
+        name: name of the reference gait.
+        distance: root mean square distance over the feet, cycles.
+        phases: phases of the reference gait, shifted to the best fit, (feet,), cycles.
+        lag: lag of each foot behind the foot in front of it on its side, if it was fitted, cycles.
     """
 
     name: str
@@ -43,12 +42,12 @@ class Nearest:
 
 
 def references(layout: Layout) -> dict[str, Floats]:
-    """Return the phase patterns of gaits with so many legs, by name, each (feet,), cycles.
+    """Return the phase patterns of gaits for a number of legs, by name, each (feet,), cycles.
 
     Neighbours and opposite legs alternate in the tetrapod of spiders (R4 L3 R2 L1 against
     L4 R3 L2 R1: Barth 2002, A Spider's World), in the tripod of insects and in the trot. In
-    wave and ripple each foot follows the one behind it, by 1/legs of a stride and by twice
-    as much, and the sides alternate (Wilson 1966, Annual Review of Entomology 11:103). The
+    wave and ripple, each foot follows the one behind it by 1/legs and 2/legs of a stride, and
+    the sides alternate (Wilson 1966, Annual Review of Entomology 11:103). The
     walks of four legs are those of Hildebrand (1965, Science 150:701).
     """
     side, place, pairs = layout.side, layout.place, layout.pairs
@@ -76,13 +75,13 @@ def references(layout: Layout) -> dict[str, Floats]:
 def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float]]:
     """Return the nearest reference gait, and the distance to each of them.
 
-    A gait that is near none of them, but whose feet follow one another by the same lag all
-    along the body, with the sides in phase or alternating, is 'metachronal'; the lag is
-    fitted. Shallower than 0.04 cycles or of less than three pairs, there is no such wave.
+    A gait that is near none of them is 'metachronal' if its feet follow one another with the same
+    lag all along the body, with the sides in phase or alternating. The lag is fitted; a wave needs
+    a lag of at least 0.04 cycles and at least three pairs of feet.
 
     Args:
-        phases: (feet,), cycles; NaN for feet that do not step, which are left out.
-        layout: which foot is where.
+        phases: phase of each foot, (feet,), cycles; feet with NaN do not step and are ignored.
+        layout: positions of the feet along the body.
     """
     known = references(layout)
     away, shifted = fit(phases, np.stack([*known.values()]))

@@ -10,18 +10,18 @@ from gaitsim.gait.intervals import Floats
 def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
     """Return the phase of each foot after the first one that steps, and its consistency.
 
-    Every touch-down is placed in the stride of the first foot, from its touch-down to its
-    next one, as Hildebrand (1965, Science 150:701) does; before its first and after its
-    last one, strides have the mean length.
+    Every touch-down is placed in the stride of the first foot, from one of its touch-downs to the
+    next, as in Hildebrand (1965, Science 150:701). Before the first and after the last touch-down
+    of that foot, strides have the mean length.
 
     Args:
-        feet: the first that steps is what the others are compared with.
-        stride: its mean length.
+        feet: steps of each foot; the first foot that steps is the reference.
+        stride: common stride, with its mean length.
 
     Returns:
-        Phases in cycles from 0 to 1, (feet,), circular means; and the length of the mean
-        vector, (feet,): 1 where it is the same in every stride, near 0 where it is at
-        random. NaN for feet that do not step.
+        The phases, (feet,), circular means in cycles from 0 to 1, and the lengths of the mean
+        vectors, (feet,): 1 if the phase is the same in every stride, near 0 if it is random. NaN
+        for feet that do not step.
     """
     phases, consistency = np.full((2, len(feet)), np.nan)
     first = next((foot for foot in feet if foot.steps), None)
@@ -33,14 +33,14 @@ def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
             passed = _strides_passed(np.array(foot.touch_downs, dtype=np.float64), starts, stride)
             phases[number], consistency[number] = circular_mean(passed)
     if len(starts) > 1:
-        # Against itself a foot is always in phase; how even its own strides are says more.
+        # A foot is always in phase with itself, so use the regularity of its strides instead.
         even = starts / stride.frames
         consistency[feet.index(first)] = circular_mean(even - np.arange(len(even)))[1]
     return phases, consistency
 
 
 def _strides_passed(times: Floats, starts: Floats, stride: Stride) -> Floats:
-    """Return the number of strides, which begin at `starts`, that have passed at `times`."""
+    """Return the number of strides, which start at `starts`, that have passed at `times`."""
     passed = np.interp(times, starts, np.arange(len(starts), dtype=np.float64))
     passed += np.minimum(times - starts[0], 0) / stride.frames
     passed += np.maximum(times - starts[-1], 0) / stride.frames
@@ -54,7 +54,7 @@ def circular_mean(cycles: ArrayLike) -> tuple[float, float]:
 
 
 def _in_a_cycle(cycles: ArrayLike) -> Floats:
-    """Wrap phases to 0 to 1; a phase that rounding leaves just below 1 is 0."""
+    """Wrap phases to 0 to 1; a phase just below 1, due to rounding, becomes 0."""
     phases = np.asarray(cycles, dtype=np.float64) % 1.0
     return np.where(phases < 1 - 1e-9, phases, 0.0)
 
@@ -65,23 +65,23 @@ def wrapped(cycles: NDArray[np.float64]) -> Floats:
 
 
 def fit(phases: Floats, patterns: Floats) -> tuple[Floats, Floats]:
-    """Return the rms circular distance of phases to patterns in cycles, and the patterns shifted.
+    """Return the rms circular distance of phases to patterns in cycles, and the shifted patterns.
 
-    The least distance over all common shifts, exactly: the shift is a mean of the differences on
-    the circle, of which there are as many as feet (Hotz and Huckemann 2015, "Intrinsic means on the
-    circle").
+    The distance is the exact minimum over all common shifts. The best shift is one of the means of
+    the differences on the circle, of which there are as many as feet (Hotz and Huckemann 2015,
+    "Intrinsic means on the circle").
 
     Args:
-        phases: (feet,), cycles; NaN for feet that are left out.
-        patterns: (..., feet), cycles.
+        phases: phase of each foot, (feet,), cycles; feet with NaN are ignored.
+        patterns: phases of the patterns, (..., feet), cycles.
 
     Returns:
-        Distances, (...), and shifted patterns, (..., feet), from 0 to 1.
+        The distances, (...), and the shifted patterns, (..., feet), from 0 to 1.
     """
     known = ~np.isnan(phases)
     away = np.sort((phases - patterns)[..., known] % 1.0, axis=-1)
     count = away.shape[-1]
-    # The shift in whose middle the first k differences are one cycle later.
+    # The mean of the differences if the first k of them are taken one cycle later.
     k = np.arange(count)
     before = np.cumsum(away, axis=-1) - away
     means = (away.sum(axis=-1, keepdims=True) + k) / count

@@ -11,7 +11,7 @@ SCALES = {"°": math.degrees(1), "mm": 1000.0, "%": 100.0}  # from SI units
 
 
 def quantities(gait: GaitAnalysis) -> dict[str, Measurement]:
-    """Return what `gaitsim analyse` tells of a gait by name; NaN for what is not defined."""
+    """Return the quantities that `gaitsim analyse` prints, by name; NaN if not defined."""
     travel, feet = gait.travel, gait.footfalls
     rows: list[tuple[str, float | None, str, str]] = [
         ("speed", travel.speed, "m/s", f"displacement over {travel.seconds:.2f} s"),

@@ -20,8 +20,8 @@ from gaitsim.gait.report import relative_feet, stands
 from gaitsim.gait.travel import frames_in
 from gaitsim.registry import plugin_errors
 
-_SEEN = 9  # individuals whose feet tell which are left, right and foremost
-_CHUNK = 50  # individuals, whose motions are in memory at once in each worker
+_SEEN = 9  # number of individuals from which the layout of the feet is derived
+_CHUNK = 50  # individuals per chunk; each worker holds their motions in memory
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class Gait:
     """The gait of one individual.
 
     Attributes:
-        name: of the gait.
-        duty_factor: mean over the feet.
-        frequency: strides a second, Hz; None where nothing repeats.
+        name: name of the gait.
+        duty_factor: mean duty factor of the feet.
+        frequency: stride frequency, Hz; None if the contacts are not periodic.
     """
 
     name: Name
@@ -41,13 +41,13 @@ class Gait:
 
 @dataclass(frozen=True)
 class Pattern:
-    """The individuals whose gait has one name.
+    """The individuals whose gaits have the same name.
 
     Attributes:
-        name: of the gait.
-        count: how many they are.
-        member: number of the one with the highest score, from 1.
-        score: its score.
+        name: name of the gait.
+        count: number of individuals.
+        member: number of the individual with the highest score, counted from 1.
+        score: highest score.
     """
 
     name: str
@@ -57,11 +57,11 @@ class Pattern:
 
 
 def patterns(gaits: Sequence[Gait], scores: Floats) -> list[Pattern]:
-    """Return the gaits by name, those of the highest scores first, those without a name last.
+    """Group gaits by name, highest score first; gaits without a name come last.
 
     Args:
-        gaits: of individuals.
-        scores: theirs, (individuals,).
+        gaits: gaits of individuals.
+        scores: scores of the individuals, (individuals,).
     """
     found: dict[str, list[int]] = {}
     for index, gait in enumerate(gaits):
@@ -77,16 +77,16 @@ def patterns(gaits: Sequence[Gait], scores: Floats) -> list[Pattern]:
 def gaits_of(
     experiment: Experiment, genomes: Genomes, workers: int | None = None
 ) -> Iterator[list[Gait]]:
-    """Yield the gaits of genomes in order, some at a time.
+    """Yield the gaits of genomes in order, in groups.
 
-    `analyse_individual` gives the same names, one at a time: 15,625 spiders would take it many
-    minutes. Here the places of the feet along the body are those that a few individuals show,
-    and no skeleton is made of the others.
+    The names are those of `analyse_individual`, which would take many minutes for 15,625 spiders.
+    Here the positions of the feet along the body are taken from a few individuals, and the other
+    individuals need no skeleton.
 
     Args:
-        experiment: whose body moves them.
-        genomes: (individuals, genes).
-        workers: how many work at a time; None for what suits the body.
+        experiment: experiment with the body.
+        genomes: genomes, (individuals, genes).
+        workers: number of workers; None chooses a number for the body.
 
     Raises:
         GaitsimError: the body has no feet.
@@ -105,10 +105,10 @@ def gaits_of(
 
 
 def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, ...]]:
-    """Return the feet's mean places in the body's frame, (feet, 3), in metres, and their names.
+    """Return the mean positions of the feet in the body's frame, (feet, 3) m, and their names.
 
     Raises:
-        GaitsimError: the body has no feet, or no channel `stance` that says when they stand.
+        GaitsimError: the body has no feet, or no channel `stance`.
     """
     seen = genomes[np.unique(np.linspace(0, len(genomes) - 1, _SEEN).astype(int))]
     motion = moved(experiment, seen)
@@ -119,7 +119,7 @@ def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, 
     first = skeletons[0]
     if channel is None or channel.axes != ("frames", "feet") or first.contacts is None:
         raise GaitsimError(
-            f"the gaits of the body {entry.name!r} have no names",
+            f"the gaits of the body {entry.name!r} cannot be named",
             allowed="a body with feet, and a channel 'stance' over frames and feet",
         )
     places = [relative_feet(skeleton).mean(axis=0) for skeleton in skeletons]
@@ -148,7 +148,7 @@ def _named(
         if stride is not None:
             phases, consistency = phases_of(feet, stride)
         still = False
-        if not any(foot.steps for foot in feet):  # rare, so a skeleton may be made
+        if not any(foot.steps for foot in feet):  # rare, so the cost of a skeleton is acceptable
             with plugin_errors(experiment.entries["organism"], "drawing an individual"):
                 skeleton = experiment.organism.skeleton(motion, index)
             still = stands(skeleton, upright)
@@ -159,7 +159,7 @@ def _named(
 
 
 def _lasted(experiment: Experiment, motion: Motion) -> Floats | None:
-    """Return the seconds before a fall, (population,); None for a body that cannot fall."""
+    """Return the time before a fall, (population,) s; None for a body that cannot fall."""
     with plugin_errors(experiment.entries["organism"], "measuring a population"):
         found = experiment.organism.measures(motion).get("lasted")
         if found is None or found.unit != "s":

@@ -1,4 +1,4 @@
-"""Analyse a gait from a skeleton alone."""
+"""Analyse a gait from a skeleton."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,15 +23,16 @@ class Footfalls:
     """The footfalls of the feet, from left to right and front to back.
 
     Attributes:
-        feet: the steps of each.
-        touching: which are on the ground until the next frame, (frames, feet), until a fall.
-        stride: of all feet; None where nothing repeats.
-        phases: when each comes down after the first that steps, (feet,), cycles from 0 to 1;
-            NaN for those that do not step, and where there is no stride.
-        consistency: of the phases, (feet,), from 0 at random to 1 in every stride the same.
-        margin: static stability margin, (frames,), metres, until a fall.
-        slip: of standing feet.
-        lying: share of the time that the trunk itself is on the ground.
+        feet: steps of each foot.
+        touching: whether each foot is on the ground until the next frame, (frames, feet), up to a
+            fall.
+        stride: common stride of the feet; None if the contacts are not periodic.
+        phases: phase of each foot's touch-down after that of the first foot that steps, (feet,),
+            cycles from 0 to 1; NaN for feet that do not step, and without a stride.
+        consistency: consistency of the phases, (feet,), from 0, random, to 1, equal in all strides.
+        margin: static stability margin, (frames,), metres, up to a fall.
+        slip: slip of the feet that stand.
+        lying: share of the time during which the trunk is on the ground.
     """
 
     feet: tuple[Foot, ...]
@@ -49,13 +50,13 @@ class GaitAnalysis:
     """The analysis of a gait.
 
     Attributes:
-        frame_rate: frames a second, Hz.
-        travel: of the body.
-        footfalls: of the feet; None for a body without feet.
-        name: of the gait.
-        distances: to each reference gait, cycles rms; {} where none can be compared.
+        frame_rate: frames per second, Hz.
+        travel: travel of the body.
+        footfalls: footfalls of the feet; None for a body without feet.
+        name: name of the gait.
+        distances: rms distance to each reference gait, cycles; {} if the gait was not compared.
         flags: signs of exploits.
-        missing: results that are not available, and why.
+        missing: results that are not available, with reasons.
     """
 
     frame_rate: float
@@ -79,22 +80,22 @@ def analyse_gait(
     """Analyse one individual's gait.
 
     Args:
-        skeleton: the body over time.
-        joint_angles: (frames, joints), radians, for the joint travel; None leaves it out.
-        dynamic: whether the body is simulated with forces, so that it could have fallen.
-        margin: static stability margin, (frames,), metres, as the body knows it; None works it
-            out from the skeleton.
-        measured: quantities that the body measured, in SI units by name: `forward`, `lateral`,
-            `climb`, `yaw` and `slip ratio` replace those of the skeleton; `cost of transport` and
-            `lasted`, the time before a fall, it does not show.
-        carried: share of the weight that the feet carry, (frames,), of a body in physics.
+        skeleton: geometry of the body over time.
+        joint_angles: joint angles, (frames, joints), radians, for the joint travel; None omits it.
+        dynamic: whether the body is simulated with forces, so that it can fall.
+        margin: static stability margin as the body computed it, (frames,), metres; None computes it
+            from the skeleton.
+        measured: quantities that the body measured, in SI units by name. `forward`, `lateral`,
+            `climb`, `yaw` and `slip ratio` replace those of the skeleton. `cost of transport` and
+            `lasted`, the time before a fall, are not available from a skeleton.
+        carried: share of the weight that the feet carry, (frames,), for a body in physics.
     """
     path, turned = skeleton.path.astype(np.float64), heading(trunk(skeleton))
     travel = travel_of(skeleton, joint_angles, measured)
     length = size(skeleton)
     if skeleton.contacts is None or skeleton.touching is None or not skeleton.contacts.shape[1]:
         found = None
-        # Without joints that are commanded in every frame, frames are mere samples of a motion.
+        # Flip-flop is only meaningful for joints that are commanded in every frame.
         if joint_angles is not None:
             ends = in_body_frame(skeleton.segments[:, :, 1].astype(np.float64), path, turned)
             found = exploits.flip_flop(ends, skeleton.names, length, skeleton.frame_rate)
@@ -160,7 +161,7 @@ def analyse_gait(
 
 
 def relative_feet(skeleton: Skeleton) -> Floats:
-    """Return the feet relative to the body's place and heading, (frames, feet, 3), metres."""
+    """Return the feet relative to the body's position and heading, (frames, feet, 3), metres."""
     if skeleton.contacts is None:
         raise ValueError("the skeleton has no contacts")
     feet, path = (points.astype(np.float64) for points in (skeleton.contacts, skeleton.path))

@@ -1,9 +1,9 @@
 """Robustness of a score: the same gait under slightly different conditions.
 
-A gait that walks loses a little when all servos are late or slow, when its body is mirrored,
-or when a simulation takes smaller steps. An exploit of the model, such as joints that flip
-between two frames, loses most of its score. Errors of single joints show how exactly a robot
-must keep a gait.
+The score of a genuine walk falls a little if all servos are late or slow, if the body is mirrored,
+or if the simulation uses smaller time steps. The score of an exploit of the model, such as joints
+that flip between two frames, falls by most of its value. Errors of single joints show how exactly a
+robot must follow a gait.
 """
 
 import math
@@ -25,14 +25,14 @@ from gaitsim.individual import Individual
 from gaitsim.legged import delayed
 
 SEED = 0
-DRAWS = 10  # of each perturbation by chance; their mean counts
-OFFSET, NOISE = 1.0, 0.5  # degrees, standard deviation: of a servo's trim, and of every frame
-LATE = (1, 2, 3)  # frames, all joints alike
-APART = 1  # frame at most, each joint on its own
-LAG, LONG_LAG = 1, 3  # frames, time constant of a first-order lag
-GENE_NOISE = 0.01  # of the width of a gene's bounds
+DRAWS = 10  # draws of each random perturbation, whose mean counts
+OFFSET, NOISE = 1.0, 0.5  # standard deviation of a servo's trim, and of each frame, degrees
+LATE = (1, 2, 3)  # delays of all joints, frames
+APART = 1  # largest delay of single joints, frames
+LAG, LONG_LAG = 1, 3  # time constants of a first-order lag, frames
+GENE_NOISE = 0.01  # standard deviation, as a share of the range of a gene
 STEP_OPTIONS = ("dt", "time_step")
-COLLAPSE = 0.5  # of what the score is worth: with a greater fall, it collapses
+COLLAPSE = 0.5  # fall from which a score has collapsed, as a share of `Robustness.worth`
 EXPLOIT, FRAGILE = "likely exploit", "fragile"
 
 
@@ -41,11 +41,11 @@ class Perturbation:
     """The score under one perturbation.
 
     Attributes:
-        name: of the change.
-        score: the mean, where it was drawn several times.
-        fall: decrease of the score, as a share of `Robustness.worth`; 0 where it rose.
-        sign: what a collapse of the score indicates, a 'likely exploit' of the model or a
-            'fragile' gait; '' where it does not collapse.
+        name: name of the perturbation.
+        score: score, or the mean score of several draws.
+        fall: decrease of the score, as a share of `Robustness.worth`; 0 if the score rose.
+        sign: interpretation of a collapse, 'likely exploit' of the model or 'fragile' gait; '' if
+            the score did not collapse.
     """
 
     name: str
@@ -59,11 +59,11 @@ class Robustness:
     """Robustness of a score to perturbations.
 
     Attributes:
-        score: unperturbed.
-        worth: the reference of falls: how far the score is above the best of the run's first
+        score: score without perturbations.
+        worth: reference for falls: the increase of the score over the best score of the run's first
             generation, or its absolute value, whichever is larger.
-        perturbations: the score under each.
-        missing: those that this body does not allow, and why.
+        perturbations: score under each perturbation.
+        missing: perturbations that the body does not support, with reasons.
     """
 
     score: float
@@ -78,18 +78,18 @@ def measure_robustness(
     begin: Callable[[int], object] = lambda _: None,
     advance: Callable[[], object] = lambda: None,
 ) -> Robustness:
-    """Play a gait again under all perturbations that its body allows.
+    """Play a gait under all perturbations that its body supports.
 
     Args:
-        individual: whose gait is played.
-        history: of the run; {} for none.
+        individual: individual with the gait.
+        history: history of the run; {} for none.
         begin: called with the number of kinds of perturbations.
         advance: called after each kind.
 
     Raises:
         PluginError: the body or the fitness fails.
     """
-    if individual.worlds:  # perturbed in the world of the motion; the history is over others
+    if individual.worlds:  # perturb in the world of the motion; the history has other worlds
         alone = replace(individual.experiment, worlds=OWN_WORLD)
         individual, history = replace(individual, experiment=alone, played=individual.motion), {}
     score = individual.replayed_score
@@ -119,7 +119,7 @@ def measure_robustness(
 
 
 class _NotPossibleError(Exception):
-    """A perturbation that this body does not allow."""
+    """Raised for a perturbation that the body does not support."""
 
 
 def _perturbation(name: str, score: float, value: float, worth: float, sign: str) -> Perturbation:
@@ -128,7 +128,7 @@ def _perturbation(name: str, score: float, value: float, worth: float, sign: str
 
 
 def _rhythm(individual: Individual) -> dict[str, float]:
-    """Delay, slow down or mirror all joints alike, which hardly changes a walk."""
+    """Delay, slow down or mirror all joints equally, which hardly changes a walk."""
     angles = _playable(individual, "late, lagging and mirrored joints")
     played: dict[str, Angles] = {"played again": angles[None]}
     for frames in LATE:
@@ -136,7 +136,7 @@ def _rhythm(individual: Individual) -> dict[str, float]:
     played[f"servos with a lag of {_frames(LAG)}"] = lagging(angles, LAG)[None]
     played["every second frame left out"] = without_every_second(angles)[None]
     body = individual.experiment.organism
-    # Angles of a real robot seldom count alike on both sides.
+    # The angles of a real robot rarely have the same sign on both sides.
     pairs = None if body.dynamic else mirror(body.joint_names())
     if pairs is not None:
         played["mirrored"] = angles[None, :, pairs]
@@ -144,7 +144,7 @@ def _rhythm(individual: Individual) -> dict[str, float]:
 
 
 def _inexact(individual: Individual) -> dict[str, float]:
-    """Move each joint on its own away from its angle, or slow down all joints much."""
+    """Perturb each joint independently, or slow down all joints strongly."""
     angles, rng = _playable(individual, "inexact joints"), np.random.default_rng([SEED, 1])
     apart = [delayed(angles, rng.integers(0, APART + 1, angles.shape[1:])) for _ in range(DRAWS)]
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
@@ -182,7 +182,7 @@ def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, f
 
 
 def _genes(individual: Individual) -> dict[str, float]:
-    """Change the genes a little."""
+    """Change the genes slightly."""
     experiment, genome = individual.experiment, individual.genome
     if genome is None:
         raise _NotPossibleError("inexact genes: a gait from a file has none")
@@ -219,6 +219,6 @@ def _half_step(individual: Individual) -> dict[str, float]:
     return {f"half the time step, {half:g} s": float(evaluate(finer, genome[None]).scores[0])}
 
 
-# A perturbation that hardly affects a walk indicates an exploit. One that affects the coordination
-# of the legs, which any gait needs, shows how exactly a robot must keep it.
+# A collapse under a perturbation that hardly affects a walk indicates an exploit. A collapse under
+# one that disturbs the coordination of the legs shows how exactly a robot must follow the gait.
 _ATTEMPTS = ((_rhythm, EXPLOIT), (_half_step, EXPLOIT), (_inexact, FRAGILE), (_genes, FRAGILE))

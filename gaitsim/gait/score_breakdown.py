@@ -11,21 +11,21 @@ from gaitsim.gait.intervals import Floats
 from gaitsim.individual import Individual
 from gaitsim.runs.files.history import COLUMNS, MEAN
 
-PARTS = 10  # of the motion, at whose ends the terms are evaluated
-DOMINANT = 0.6  # of all that the terms add and take: one as large dominates
-SLIGHT = 0.01  # likewise: one as small hardly counts; and of the score's range over generations
-PAID = 0.5  # of a gain: a loss as large pays for it
-RELEVANT = 0.05  # of all changes: smaller ones are left out
+PARTS = 10  # parts of the motion, at whose ends the terms are evaluated
+DOMINANT = 0.6  # share of the sum of absolute terms from which a term dominates
+SLIGHT = 0.01  # share below which a term hardly counts; also of the range of the best score
+PAID = 0.5  # share of the gains from which losses cancel them
+RELEVANT = 0.05  # share of all changes below which a change is omitted
 
 
 @dataclass(frozen=True, eq=False)
 class TermsOverTime:
-    """The terms of a score at growing times.
+    """The terms of a score over time.
 
     Attributes:
-        seconds: (times,).
-        terms: by name, (times,): the value of the term, had the motion ended there.
-        timed: whether the fitness reads any channel over time; if not, no cut changes a term.
+        seconds: times, (times,) s.
+        terms: values of each term if the motion had ended at these times, by name, (times,).
+        timed: whether the fitness reads any channel over time; if not, the terms are constant.
     """
 
     seconds: Floats
@@ -34,14 +34,14 @@ class TermsOverTime:
 
 
 def terms_over_time(individual: Individual) -> TermsOverTime:
-    """Evaluate the motion cut to its first tenth, two tenths, … and all of it.
+    """Evaluate the first tenth of the motion, the first two tenths, and so on.
 
-    The contract of a fitness gives totals alone, but a motion can be cut. The score of a part is
-    the score that the individual would have, had the motion ended there. It is not a sum of
-    shares: a term that is a mean over time, such as drift, can fall as well as rise.
+    A fitness returns only totals, but a motion can be cut. The score of a part is the score of the
+    individual if the motion had ended there. It is not cumulative: a term that is a mean over
+    time, such as drift, can fall as well as rise.
 
     Raises:
-        PluginError: the fitness cannot evaluate a part.
+        PluginError: the fitness cannot evaluate a part of the motion.
     """
     experiment, motion = individual.experiment, individual.motion
     frames = len(individual.skeleton.segments)
@@ -73,9 +73,9 @@ class TermChange:
     """A term over the generations.
 
     Attributes:
-        name: of the term.
-        first, last: that of the best individual, in the first generation and in the individual's.
-        mean_first, mean_last: its mean over the population then.
+        name: name of the term.
+        first, last: value for the best individual, in the first generation and in the last.
+        mean_first, mean_last: mean over the population in these generations.
     """
 
     name: str
@@ -93,11 +93,11 @@ class TermChange:
 def term_changes(
     history: Mapping[str, Floats], generation: int
 ) -> tuple[int, tuple[TermChange, ...]]:
-    """Return how the terms changed from the first generation of a stage up to another one.
+    """Return the changes of the terms from the first generation of a stage to `generation`.
 
     Returns:
-        The first generation that was evaluated like that one, and the terms in the order of the
-        history. Terms of a fitness that the run changed before are left out.
+        The number of the first generation with the same evaluation, and the terms in the order of
+        the history. Terms of earlier fitness functions are omitted.
     """
     names = [
         name
@@ -125,12 +125,12 @@ def term_changes(
 def summarise(
     terms: Mapping[str, float], history: Mapping[str, Floats], generation: int | None
 ) -> tuple[str, ...]:
-    """Say what drove the score: terms that dominate, that are constant, and that cancel.
+    """Summarise a score in words: terms that dominate, are constant, or cancel.
 
     Args:
-        terms: of the individual's score.
-        history: of the run.
-        generation: of the individual; None for a gait from a file.
+        terms: terms of the individual's score.
+        history: history of the run.
+        generation: generation of the individual; None for a gait from a file.
     """
     total = sum(abs(value) for value in terms.values())
     told = _dominant(terms, total)
@@ -156,7 +156,7 @@ def _slight(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
 
 
 def _driven(first: int, found: tuple[TermChange, ...]) -> tuple[str, ...]:
-    """Say which terms the search raised, and which it paid with."""
+    """Describe the terms that rose, and those that fell in exchange."""
     moved = sum(abs(change.gain) for change in found)
     rose = sorted(
         (change for change in found if change.gain > RELEVANT * moved), key=lambda c: -c.gain
@@ -180,7 +180,7 @@ def _driven(first: int, found: tuple[TermChange, ...]) -> tuple[str, ...]:
 def _constant(
     history: Mapping[str, Floats], first: int, found: tuple[TermChange, ...], generation: int
 ) -> tuple[str, ...]:
-    """Name the terms of the best that stayed the same while the best score moved."""
+    """Name the terms of the best individual that were constant while the best score changed."""
     part = slice(first - 1, generation)
     best = history["best"][part]
     spread = float(np.ptp(best[np.isfinite(best)])) if np.isfinite(best).any() else 0.0

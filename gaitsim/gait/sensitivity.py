@@ -1,11 +1,11 @@
-"""Which conditions of the world hurt, and where, from worlds drawn at random.
+"""Find the conditions of the world that reduce a result, and in which intervals.
 
-A condition is divided into thirds of its range. The share of the variance that the means of the
+The range of each condition is divided into thirds. The share of the variance that the means of the
 thirds explain is the first-order sensitivity index from given data (Plischke, Borgonovo and Smith
-2013, "Global sensitivity measures from given data"). Unlike a correlation, it sees a condition
-that hurts on both sides, such as a slope. Chance alone exceeds the largest share of all conditions
-in one of twenty permutations of the results (Westfall and Young 1993, "Resampling-based multiple
-testing"); conditions below that are not reported.
+2013, "Global sensitivity measures from given data"). Unlike a correlation, it detects a condition
+that hurts on both sides, such as a slope. A condition is reported only if its share exceeds the
+largest share of all conditions in 95 % of random permutations of the results (Westfall and Young
+1993, "Resampling-based multiple testing").
 """
 
 from collections.abc import Mapping
@@ -17,22 +17,22 @@ from numpy.typing import NDArray
 from gaitsim.gait.intervals import Floats
 
 PARTS = 3
-LEAST = 12  # worlds, with four in a third
+LEAST = 12  # least number of worlds: four in each third
 PERMUTATIONS = 999
 LEVEL = 0.05
-MOST_PERMUTED = 2**20  # values at a time, 8 MB
+MOST_PERMUTED = 2**20  # number of values permuted at a time, 8 MB
 
 
 @dataclass(frozen=True)
 class Effect:
-    """How a condition affects a result.
+    """The effect of a condition on a result.
 
     Attributes:
-        condition: its name.
-        share: of the variance of the result over worlds, from 0 to 1, corrected for chance.
-        p: probability of at least this share by chance, corrected for all conditions.
-        hurting: the intervals in which the result is low, ascending, (low, high) each.
-        loss: mean result of the worlds outside these intervals, less the mean of those within.
+        condition: name of the condition.
+        share: share of the variance of the result over worlds, from 0 to 1, corrected for chance.
+        p: probability of at least this share by chance, corrected for multiple conditions.
+        hurting: intervals in which the result is low, (low, high) each, ascending.
+        loss: mean result of the worlds outside these intervals, minus that of the worlds within.
     """
 
     condition: str
@@ -42,7 +42,7 @@ class Effect:
     loss: float
 
     def within(self, values: Floats) -> NDArray[np.bool_]:
-        """Return which values of the condition, (worlds,), are in the intervals that hurt."""
+        """Return whether each value of the condition, (worlds,), is in an interval that hurts."""
         inside = np.zeros(len(values), dtype=np.bool_)
         for low, high in self.hurting:
             inside |= (low <= values) & (values <= high)
@@ -54,12 +54,13 @@ def effects(
     ranges: Mapping[str, tuple[float, float]],
     results: Floats,
 ) -> tuple[Effect, ...]:
-    """Return the conditions that affect a result beyond chance, the strongest first.
+    """Return the conditions that affect a result significantly, the strongest first.
 
     Args:
-        conditions: values by name, (worlds,) each.
-        ranges: lowest and highest value of each.
-        results: of which more is better, (worlds,); worlds where it is not finite do not count.
+        conditions: values of each condition by name, (worlds,) each.
+        ranges: lowest and highest value of each condition.
+        results: result in each world, (worlds,), higher is better; values that are not finite are
+            ignored.
     """
     counted = np.isfinite(results)
     names = [name for name in conditions if ranges[name][0] < ranges[name][1]]
@@ -91,12 +92,12 @@ def _explained(results: Floats, member: Floats, counts: Floats) -> Floats:
     """Return the share of the variance that the means of the parts explain.
 
     Args:
-        results: of mean 0, (draws, worlds).
-        member: 1 where a world is in a part, (conditions, parts, worlds).
-        counts: of worlds, (conditions, parts).
+        results: results with a mean of 0, (draws, worlds).
+        member: 1 if a world is in a part, else 0, (conditions, parts, worlds).
+        counts: number of worlds in each part, (conditions, parts).
 
     Returns:
-        (draws, conditions).
+        The shares, (draws, conditions).
     """
     flat = member.reshape(-1, member.shape[2])
     sums = (results @ flat.T).reshape(len(results), *counts.shape)
@@ -122,7 +123,7 @@ def _effect(
     occupied = [part for part in range(PARTS) if (parts == part).any()]
     means = {part: results[parts == part].mean() for part in occupied}
     low, high = min(means.values()), max(means.values())
-    # A straight response puts the middle third half-way: it counts as neither.
+    # With a linear response, the middle third is half-way and does not count as hurting.
     hurting = [part for part in occupied if means[part] <= low + (high - low) / 3]
     inside = np.isin(parts, hurting)
     worlds, groups = len(results), len(occupied)
@@ -136,7 +137,7 @@ def _effect(
 
 
 def _joined(intervals: list[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
-    """Join intervals that touch."""
+    """Join adjacent intervals."""
     joined: list[tuple[float, float]] = []
     for low, high in intervals:
         touches = bool(joined) and joined[-1][1] == low

@@ -1,4 +1,4 @@
-"""Static stability: the distance of the centre from the edge of the support polygon."""
+"""Static stability: the distance from the centre to the edge of the support polygon."""
 
 import numpy as np
 
@@ -6,23 +6,23 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.intervals import Floats, half_way
 
-_LINE = 1e-6  # m; feet nearer to a plane than this are in it
+_LINE = 1e-6  # tolerance for points in a vertical plane, m
 
 
 def stability_margin(skeleton: Skeleton) -> Floats:
     """Return the static stability margin over time, (frames,) float64, metres.
 
-    The distance of the centre, seen from above, from the nearest edge of the support
-    polygon, which is the convex hull of the feet on the ground (McGhee & Frank 1968,
-    Mathematical Biosciences 3:331). Negative outside, by the distance from the polygon; so
-    also over two feet or one, which span none. −inf where no foot is on the ground. Judged
+    The margin is the distance of the centre, seen from above, from the nearest edge of the support
+    polygon, which is the convex hull of the feet on the ground (McGhee & Frank 1968, Mathematical
+    Biosciences 3:331). Outside the polygon, it is the negative distance; so it also is over one or
+    two feet, which span no polygon. Without a foot on the ground, it is −inf. It is computed
     half-way from each frame to the next.
 
-    A body whose centre and feet all move in one vertical plane along x, such as a planar
-    walker, cannot tip sideways: its support reaches from its hindmost to its foremost foot.
+    A body whose centre and feet all move in one vertical plane along x, such as a planar walker,
+    cannot tip sideways: its support extends from its hindmost to its foremost foot.
 
     Raises:
-        GaitsimError: the body has no feet, i.e. its skeleton no contacts.
+        GaitsimError: the body has no feet: its skeleton has no contacts.
     """
     if skeleton.contacts is None or skeleton.touching is None:
         raise GaitsimError(
@@ -50,9 +50,9 @@ def inside(corners: Floats, point: Floats) -> float:
     """Return the distance of a point to the edge of a convex polygon, negative outside.
 
     Args:
-        corners: (corners, 2), counter-clockwise; two are a line and one a point, in which
-            nothing is inside.
-        point: (2,).
+        corners: corners of the polygon, (corners, 2), counter-clockwise; two corners are a line and
+            one is a point, which have no inside.
+        point: position of the point, (2,).
     """
     along = np.roll(corners, -1, axis=0) - corners
     away = point - corners
@@ -80,5 +80,5 @@ def convex_hull(points: Floats) -> Floats:
 
 
 def _turn(a: list[float], b: list[float], c: list[float]) -> float:
-    """Return twice the area of a triangle, positive where a, b, c turn left."""
+    """Return twice the area of a triangle, positive if a, b, c turn left."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

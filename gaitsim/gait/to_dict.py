@@ -1,4 +1,4 @@
-"""Analyses as plain values, for JSON: SI units, angles in radians, phases in cycles."""
+"""Analyses as plain values for JSON: SI units, angles in radians, phases in cycles."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -24,9 +24,9 @@ def analysis_to_dict(
     twin: Individual | None,
     elsewhere: Individual | None = None,
 ) -> dict[str, Any]:
-    """Return an individual's gait, its score's breakdown, robustness, and its gait elsewhere.
+    """Return the gait, score breakdown and robustness of an individual, with comparisons.
 
-    That is on the physical twin of its body, and in another physics engine.
+    The comparisons are with the gait on the physical twin, and in another physics engine.
     """
     generation = individual.best_of
     recorded = individual.generation and not individual.changes
@@ -61,7 +61,7 @@ def analysis_to_dict(
 def _pairs(
     individual: Individual, other: Individual | None, *names: str
 ) -> list[dict[str, Any]] | None:
-    """Return the quantities of a gait on two bodies, whose values have these names."""
+    """Return the quantities of a gait on two bodies, with the values under the given names."""
     if other is None:
         return None
     return [_pair(one, *names) for one in transferred(individual, other)]

@@ -13,30 +13,30 @@ from gaitsim.gait.trunk import heading, size, trunk
 
 GRAVITY = 9.81  # m/s²
 NONE: Mapping[str, float] = MappingProxyType({})
-_LYING = 0.05  # of the body's size: a centre lower than this lies on the ground
+_LYING = 0.05  # height of a centre that lies on the ground, as a share of the body's size
 
 
 @dataclass(frozen=True)
 class Travel:
-    """The travel of a gait, SI units; None where a value is not defined.
+    """The travel of a gait in SI units; None for a value that is not defined.
 
     Attributes:
         seconds: duration from the first frame to the last, or to a fall.
-        forward, lateral, climb: displacement along x, to the left, and up, over all of the motion.
-        path: length of the centre's path, seen from above.
+        forward, lateral, climb: displacement along x, to the left, and up, over the whole motion.
+        path: length of the path of the centre, seen from above.
         speed: displacement, seen from above, over time.
         straightness: displacement over path, the straightness index (Batschelet 1981, Circular
             Statistics in Biology); 1 is a straight line.
-        deviation: greatest lateral deviation from the line that it set out on.
+        deviation: largest lateral deviation from the starting line.
         yaw: turn to the left at the end, radians.
-        yaw_range: between the headings furthest to the left and to the right, radians.
+        yaw_range: angle between the headings furthest to the left and to the right, radians.
         height: mean height of the centre above the ground, z = 0.
         froude: speed² / (gravity × height) (Alexander 1989, Physiological Reviews 69:1199,
-            with the centre for the hip); None where the centre lies on the ground.
-        joint_travel: how far the joints turned, all of them added up, in radians a metre of
-            displacement. It is no energy: it knows neither load nor torque.
-        cost_of_transport: work over weight times displacement, as the body measured it.
-        lasted: time before a fall, or the whole motion, as the body measured it.
+            with the centre instead of the hip); None if the centre lies on the ground.
+        joint_travel: sum of the turns of all joints per metre of displacement, rad/m. It does not
+            measure energy, because it includes neither load nor torque.
+        cost_of_transport: work over weight times displacement, as measured by the body.
+        lasted: time before a fall, or the whole motion, as measured by the body.
     """
 
     seconds: float
@@ -61,11 +61,11 @@ class Slip:
     """The sliding of feet on the ground.
 
     Attributes:
-        distance: in metres, added up over time: of the feet that stand, the mean.
-        ratio: that over the length of the path; None where there is no path. It is 0 for feet
-            that stay in place, as the longitudinal slip of wheels is 0 where they roll.
-        share: that over what the feet moved relative to the body while they stood: 0 where
-            all of it carried the body, 1 where none did; None where they did not move.
+        distance: slide of the feet that stand, mean over feet and sum over time, metres.
+        ratio: `distance` over the length of the path; None without a path. Like the longitudinal
+            slip of rolling wheels, it is 0 for feet that stay in place.
+        share: `distance` over the movement of the standing feet relative to the body: 0 if all of
+            this movement carried the body, 1 if none did; None if the feet did not move.
     """
 
     distance: float
@@ -76,7 +76,7 @@ class Slip:
 def travel_of(
     skeleton: Skeleton, joint_angles: Array | None, measured: Mapping[str, float] = NONE
 ) -> Travel:
-    """Return the travel of a skeleton and of its joints' angles, (frames, joints), if any.
+    """Return the travel of a skeleton and of its joint angles, (frames, joints), if any.
 
     Quantities that the body measured, in SI units by name, replace those of the skeleton.
     """
@@ -124,12 +124,12 @@ def slip_of(
     """Measure the sliding of feet on the ground.
 
     Args:
-        contacts: (frames, feet, 3), metres, in the world.
-        touching: (frames, feet).
-        path: (frames, 3), metres.
-        relative: the feet in the body's frame, (frames, feet, 3), metres.
-        ratio: of the slide to the path, as the body measured it, which knows how its feet roll
-            and on which plane they stand; None works it out from the contacts.
+        contacts: positions of the feet in the world, (frames, feet, 3), metres.
+        touching: whether each foot is on the ground, (frames, feet).
+        path: path of the body, (frames, 3), metres.
+        relative: positions of the feet in the frame of the body, (frames, feet, 3), metres.
+        ratio: ratio of slide to path as measured by the body, which accounts for rolling feet and
+            the plane of the ground; None computes it from the contacts.
     """
     down = touching[:-1]
     slid = mean_of(steps(contacts), down)
@@ -141,7 +141,7 @@ def slip_of(
 
 
 def mean_of(values: Floats, chosen: Contacts) -> Floats:
-    """Return the mean over the chosen feet, (frames, feet) -> (frames,); 0 of none."""
+    """Return the mean over the chosen feet, (frames, feet) -> (frames,); 0 without any."""
     count = np.maximum(chosen.sum(axis=1), 1)
     return np.asarray((values * chosen).sum(axis=1) / count)
 
@@ -153,5 +153,5 @@ def lying(skeleton: Skeleton) -> float:
 
 
 def frames_in(lasted: float, frame_rate: float) -> int:
-    """Return the frames before a fall at `lasted`, s: at least two, between which things change."""
+    """Return the number of frames before a fall at `lasted`, s; at least 2."""
     return max(round(lasted * frame_rate) + 1, 2)

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton
 from gaitsim.gait.intervals import Floats
 
-_FRAMES = 30  # looked at for what keeps its shape
-_SEGMENTS = 200  # and as many segments, for bodies with thousands
-_RIGID = 1e-4  # share of the body's size by which distances within the trunk may differ
+_FRAMES = 30  # number of frames in which distances are compared
+_SEGMENTS = 200  # number of segments compared, for bodies with thousands of them
+_RIGID = 1e-4  # tolerance for distances within the trunk, as a share of the body's size
 
-_SEEN = 0.3  # share of its shape from above that a body must always show to have a heading
+_SEEN = 0.3  # least share of the shape that is visible from above in a body with a heading
 
 
 def size(skeleton: Skeleton) -> float:
@@ -21,13 +21,13 @@ def size(skeleton: Skeleton) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=1), axis=-1).max(initial=0.0))
 
 
-@lru_cache(4)  # several measures of one motion, and its picture, ask for it: 3 ms each
+@lru_cache(4)  # several measures of a motion, and its picture, need it; it takes 3 ms
 def trunk(skeleton: Skeleton) -> Floats:
     """Return the points of the trunk over time, (frames, points, 3), metres.
 
-    For each segment, the ends of all segments that keep their distance from both of its own
-    make a rigid group; the trunk is the one with the most different points, and of equal
-    ones that of the first segment.
+    For each segment, the ends of all segments that keep a constant distance from both of its ends
+    form a rigid group. The trunk is the group with the most distinct points; ties go to the group
+    of the first segment.
     """
     every = -(-skeleton.segments.shape[1] // _SEGMENTS)
     segments = skeleton.segments[:, ::every].astype(np.float64)
@@ -42,7 +42,7 @@ def trunk(skeleton: Skeleton) -> Floats:
     places = np.unique(points[0].round(9), axis=0, return_inverse=True)[1].ravel()
     groups = [rigid[2 * segment] & rigid[2 * segment + 1] for segment in range(segments.shape[1])]
     best: NDArray[np.bool_] = max(groups, key=lambda group: len(np.unique(places[group])))
-    if not best.any():  # not even one segment keeps its length
+    if not best.any():  # no segment has a constant length
         best[:2] = True
     found: Floats = points[:, best]
     found.flags.writeable = False
@@ -53,11 +53,11 @@ def heading(body: Floats) -> Floats | None:
     """Return the turn of a rigid group of points to the left since the start, seen from above.
 
     Args:
-        body: (frames, points, 3), metres.
+        body: positions of the points, (frames, points, 3), metres.
 
     Returns:
-        (frames,), radians, not wrapped; None where the points lie above one another, or
-        come to: a body that tumbles has no heading.
+        The turn, (frames,), radians, not wrapped. None if the points lie vertically above one
+        another in any frame: a body that tumbles has no heading.
     """
     flat = body[..., :2] - body[..., :2].mean(axis=1, keepdims=True)
     if np.abs(flat).max(initial=0.0) < 1e-9:

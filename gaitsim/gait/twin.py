@@ -1,4 +1,4 @@
-"""A gait on two bodies: a kinematic one and its physical twin, or one in two physics engines."""
+"""Compare a gait on two bodies: a kinematic body and its physical twin, or two engines."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,11 +20,11 @@ class Transferred(NamedTuple):
     """A quantity of a gait on two bodies.
 
     Attributes:
-        name: of the quantity.
-        own: its value on the body that the gait was made for; NaN where that has none.
-        other: its value on the other body.
-        unit: of both.
-        help: meaning.
+        name: name of the quantity.
+        own: value on the body that the gait evolved on; NaN if that body does not have it.
+        other: value on the other body.
+        unit: unit of both values.
+        help: description of the quantity.
     """
 
     name: str
@@ -35,22 +35,22 @@ class Transferred(NamedTuple):
 
 
 def has_twin(individual: Individual) -> bool:
-    """Return whether the body names a physical twin, which can play its joint angles."""
+    """Return whether the body declares a physical twin, which can play its joint angles."""
     return _has_twin(individual.experiment)
 
 
 def twin_of(
     experiment: Experiment, damage: Sequence[str] = (), world: World | None = None
 ) -> Experiment:
-    """Return the experiment of the physical twin of a body, with this damage, in this world.
+    """Return the experiment of the physical twin of a body, with given damage, in a given world.
 
     Raises:
-        GaitsimError: the body has no twin, or the twin cannot have this damage or be in this world.
+        GaitsimError: the body has no twin, or the twin does not support the damage or the world.
     """
     if not _has_twin(experiment):
         raise GaitsimError(
             f"{experiment.entries['organism']} has no physical twin",
-            allowed="a kinematic body whose plugin names one, such as the spider",
+            allowed="a kinematic body whose plugin declares a twin, such as the spider",
         )
     twin = load_experiment(experiment.organism.twin)
     if damage:
@@ -62,12 +62,12 @@ def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Indi
     """Play the joint angles of an individual on the physical twin of its body, in the same world.
 
     Args:
-        individual: of a kinematic body that names a twin.
-        damage: to the twin; None for that of the individual's own body.
+        individual: individual of a kinematic body with a twin.
+        damage: damage to the twin; None for that of the individual's own body.
 
     Raises:
-        GaitsimError: the body has no twin, or the twin cannot play its joint angles or have this
-            damage.
+        GaitsimError: the body has no twin, or the twin cannot play its joint angles or does not
+            support the damage.
         PluginError: the twin fails.
     """
     told = individual.damage if damage is None else damage
@@ -75,10 +75,10 @@ def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Indi
 
 
 def played_on(individual: Individual, twin: Experiment) -> Individual:
-    """Play the joint angles of an individual on another body, as `twin_of` returns it.
+    """Play the joint angles of an individual on another body, such as that from `twin_of`.
 
     Raises:
-        GaitsimError: the body cannot play them.
+        GaitsimError: the body cannot play the angles.
         PluginError: the body fails.
     """
     angles = individual.joint_angles
@@ -95,7 +95,8 @@ def played_on(individual: Individual, twin: Experiment) -> Individual:
 def transferred(individual: Individual, other: Individual) -> tuple[Transferred, ...]:
     """Return the quantities of a gait on its body and on another, such as its physical twin.
 
-    They are those of the gait analysis, and all measures of the other body, such as energy.
+    These are the quantities of the gait analysis, and all measures of the other body, such as
+    energy.
 
     Raises:
         PluginError: a body cannot be drawn or measured.

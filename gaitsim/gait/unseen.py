@@ -1,4 +1,4 @@
-"""A gait judged in worlds that it has not seen."""
+"""Test a gait in unseen worlds, in which it did not evolve."""
 
 import math
 from collections.abc import Callable
@@ -27,9 +27,9 @@ from gaitsim.gait.travel import frames_in
 from gaitsim.individual import Individual
 
 MOST = 10_000
-"""Largest number of worlds that a gait is judged in."""
+"""Largest number of worlds in a test."""
 
-REPORTS = 20  # times that progress is reported, at least
+REPORTS = 20  # least number of progress reports
 
 
 def judge(
@@ -42,25 +42,25 @@ def judge(
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda worlds: None,
 ) -> Judgement:
-    """Judge a gait in worlds that it has not seen.
+    """Test a gait in unseen worlds.
 
-    The result does not depend on the number of workers. A gait from a file is played, a genome
-    moves the body. Damage to the body stays.
+    The result does not depend on the number of workers. A gait from a file is played; a genome
+    moves the body. Damage to the body is kept.
 
     Args:
-        individual: of a run or from a file.
-        number: of worlds, from 1 to `MOST`.
-        seed: for other worlds. The same seed and ranges are the same worlds for all gaits.
-        ranges: of the conditions that vary, by name; None for those of the experiment's worlds, or
-            else the usual ones of all conditions of the body, without those that the world of a
-            changed individual names.
-        workers: how many work at a time; None for what suits the body.
+        individual: individual of a run or from a file.
+        number: number of worlds, from 1 to `MOST`.
+        seed: seed of the worlds. With the same seed and ranges, all gaits meet the same worlds.
+        ranges: range of each condition that varies, by name. None takes the ranges of the
+            experiment's worlds, or else the usual ranges of all conditions of the body, except
+            conditions that a changed individual fixes.
+        workers: number of workers; None chooses a number for the body.
         begin: called with the number of worlds.
-        advance: called with a number of worlds when they are done.
+        advance: called with the number of worlds that were completed since the last call.
 
     Raises:
-        GaitsimError: the body has no conditions, or the number or the seed is invalid, or the
-            motion fails in every world.
+        GaitsimError: the body has no conditions, the number or the seed is invalid, or the motion
+            fails in every world.
         PluginError: the body or the fitness fails or breaks its contract.
     """
     check_request(number, seed)
@@ -84,7 +84,7 @@ def judge(
         raise GaitsimError(
             f"the motion fails in each of {number:,} worlds: {outcomes[0].failure}",
             where=individual.title,
-            remedy="judge another gait, or narrow the ranges of the conditions",
+            remedy="test another gait, or narrow the ranges of the conditions",
         )
     return Judgement(
         MEASURE if measured else SCORE,
@@ -102,7 +102,7 @@ def check_request(number: object, seed: object) -> None:
     """Check a number of worlds and their seed.
 
     Raises:
-        GaitsimError: one is invalid.
+        GaitsimError: the number or the seed is invalid.
     """
     for value, what, least, most in (
         (number, "number of worlds", 1, MOST),
@@ -123,7 +123,7 @@ def _varying(individual: Individual) -> Ranges:
         raise GaitsimError(
             "every condition that varies between worlds has a fixed value",
             where=describe(fixed),
-            allowed=f"at least one of {', '.join(ranges)} that varies",
+            allowed=f"at least one of {', '.join(ranges)} without a fixed value",
         )
     return varying
 
@@ -147,12 +147,12 @@ def _outcome(individual: Individual) -> Outcome:
     measured = individual.measurements.get(MEASURE)
     result = score if measured is None else measured.value
     if measured is not None and (failure or not math.isfinite(result)):
-        result = 0.0  # as for adaptation: what fails goes nowhere
+        result = 0.0  # as in adaptation, a motion that failed covers no distance
     return Outcome(result, score, bool(failure) or _fell(individual), failure)
 
 
 def _fell(individual: Individual) -> bool:
-    """Return whether the body fell, by its channel `lasted`, s; False without one."""
+    """Return whether the body fell, according to its channel `lasted`, s; False without it."""
     channels, motion = individual.experiment.organism.channels, individual.motion
     lasted = channels.get("lasted")
     over_time = [name for name, one in channels.items() if one.axes[:1] == ("frames",)]

@@ -1,6 +1,6 @@
-"""The conformance check: whether plugins keep their contract, and how to fix them.
+"""The conformance check, which tests plugins against their contracts and suggests fixes.
 
-In a package's own tests:
+To run it in the tests of a package:
 
     from pathlib import Path
 
@@ -12,8 +12,8 @@ In a package's own tests:
         for report in check_package(Path(__file__).parents[1]):
             assert report.ok, report
 
-Each plugin is examined in a child process, so that an endless loop, an exit or output does no
-harm. `gaitsim plugins check` does the same on the command line.
+Each plugin is examined in a child process, so that endless loops, exits and output do no harm.
+`gaitsim plugins check` runs the same check from the command line.
 """
 
 from collections.abc import Iterator, Mapping
@@ -35,13 +35,14 @@ def check(
     """Check one installed plugin, or one preset.
 
     Args:
-        kind: 'organism', 'fitness', 'selection', 'crossover', 'mutation' or 'experiments'.
-        name: its name.
-        options: its options that are not the defaults.
-        seconds: the timeout.
+        kind: 'organism', 'fitness', 'search', 'selection', 'crossover', 'mutation' or
+            'experiments'.
+        name: name of the plugin or preset.
+        options: options that differ from the defaults.
+        seconds: timeout.
 
     Raises:
-        PluginError: there is no such plugin, or two packages claim the name.
+        PluginError: the plugin does not exist, or several packages register the name.
     """
     (report,) = watch([find(kind, name)], options, seconds=seconds)
     return report
@@ -51,19 +52,19 @@ def check_package(reference: str | Path | None, *, seconds: float = SECONDS) -> 
     """Check everything that a package registers.
 
     Args:
-        reference: the name of an installed plugin or package, or the folder of a package that
-            need not be installed; None for everything installed.
-        seconds: the timeout of each.
+        reference: name of an installed plugin or package, or folder of a package, which need not
+            be installed; None for everything installed.
+        seconds: timeout per plugin.
 
     Raises:
-        GaitsimError: nothing has that name, or the folder holds no package with plugins.
+        GaitsimError: the name is unknown, or the folder has no package with plugins.
     """
     with chosen(reference) as found:
         return list(check_chosen(found, seconds=seconds))
 
 
 def check_chosen(found: Chosen, *, seconds: float = SECONDS) -> Iterator[Report]:
-    """Check one after the other; yield each report as soon as it is ready."""
+    """Check plugins one after another; yield each report as soon as it is ready."""
     for report in watch(found.entries, seconds=seconds, path=found.path):
         rival = rivals(report.entry)
         yield replace(report, findings=(rival, *report.findings)) if rival else report

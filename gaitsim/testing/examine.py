@@ -1,4 +1,4 @@
-"""One plugin, or one preset, examined in this process."""
+"""Examine one plugin or preset in this process."""
 
 import random
 import sys
@@ -28,7 +28,7 @@ from gaitsim.testing.rules.searches import search_rules
 from gaitsim.testing.rules.selections import selection_rules
 from gaitsim.testing.rules.trials import parts, trial, with_stand_ins
 
-SLOW_IMPORT = 3.0  # seconds, the libraries that gaitsim itself needs left out
+SLOW_IMPORT = 3.0  # seconds, without the libraries that gaitsim itself imports
 
 OnStatus = Callable[[str], None]
 
@@ -39,10 +39,10 @@ def examine(
     """Check a plugin against every rule of its kind.
 
     Args:
-        entry: the plugin.
-        options: its options that are not the defaults.
-        on_status: called with the name of each step before it begins, so that a timeout can
-            name the step.
+        entry: entry of the plugin.
+        options: options that differ from the defaults.
+        on_status: called with the name of each step before it starts, for the message about a
+            timeout.
     """
     findings: list[Finding] = []
     figures: dict[str, float] = {}
@@ -51,8 +51,8 @@ def examine(
         for finding in _rules(entry, options, figures, on_status):
             findings.append(finding)
         if all(finding.level == "advice" for finding in findings):
-            on_status("computing everything once more")
-            with plugin_errors(entry, "computing everything once more"):
+            on_status("computing everything a second time")
+            with plugin_errors(entry, "computing everything a second time"):
                 found = outcome(entry, options)
     except GaitsimError as problem:
         findings.append(_finding(entry, problem))
@@ -63,18 +63,18 @@ def _finding(entry: Entry, problem: GaitsimError) -> Finding:
     actual, fix, cause = problem.what, problem.remedy, problem.__cause__
     if isinstance(problem, ExperimentError):
         actual = str(problem)
-    elif isinstance(problem, ContractError):  # its remedy is for users, not for the author
+    elif isinstance(problem, ContractError):  # its remedy is for users, not for plugin authors
         fix = f"see gaitsim.contracts.{entry.kind.capitalize()}"
     place = _place(entry, cause) if cause is not None else ""
     if place:
-        actual, fix = f"{actual} ({place})", "fix it there"
+        actual, fix = f"{actual} ({place})", "correct the code at this line"
     elif isinstance(cause, ModuleNotFoundError):
-        fix = f"put the module in place, or correct the entry point, {entry.target!r}"
+        fix = f"add the module, or correct the entry point {entry.target!r}"
     return error("failure", problem.allowed or "no exception", actual, fix)
 
 
 def _place(entry: Entry, cause: BaseException) -> str:
-    """Return file and line of the plugin's package that raised an exception; or ''."""
+    """Return the file and line of the plugin's package that raised an exception; '' if unknown."""
     package = entry.target.partition(":")[0].partition(".")[0]
     place = ""
     for frame, line in walk_tb(cause.__traceback__):
@@ -87,10 +87,10 @@ def _rules(
     entry: Entry, options: Mapping[str, Any], figures: dict[str, float], on_status: OnStatus
 ) -> Iterator[Finding]:
     if entry.kind == EXPERIMENTS:
-        on_status("reading it, moving its first individuals and breeding")
+        on_status("reading the preset, moving its first individuals and breeding")
         yield from preset_rules(entry)
         return
-    on_status("importing it")
+    on_status("importing the plugin")
     yield from _imported(entry, figures)
     model = load_entry(entry)
     before = _global_randomness()
@@ -99,7 +99,8 @@ def _rules(
     on_status("taking its options")
     options = with_stand_ins(model, options)
     with plugin_errors(entry, "taking its options"):
-        # Without options as Python does it, which does not check the defaults; else as a file.
+        # Without options, as from Python, which does not validate defaults; otherwise as from a
+        # file.
         plugin = rebuilt(model, options) if options else model()
     with plugin_errors(entry, "writing its options"):
         wrong |= yield from reported(round_trip(entry.kind, plugin))
@@ -109,9 +110,9 @@ def _rules(
     if _global_randomness() != before:
         yield error(
             "randomness",
-            "no use of the global random generators: such runs cannot be reproduced",
-            "it draws from 'random' or 'numpy.random'",
-            "draw from the generator that is given, or from np.random.default_rng(seed)",
+            "no use of the global random generators, because runs must be reproducible",
+            "the plugin draws from 'random' or 'numpy.random'",
+            "draw from the argument 'rng', or from np.random.default_rng(seed)",
         )
 
 
@@ -128,7 +129,7 @@ def _imported(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
                 "import time",
                 f"at most {SLOW_IMPORT:g} s",
                 f"{figures['import_seconds']:.1f} s",
-                "import heavy libraries where they are used, and compute nothing at import",
+                "import heavy libraries inside functions, and compute nothing at import",
             )
 
 
@@ -142,7 +143,7 @@ def _of_kind(
         case Fitness():
             doing, rules = "evaluating a population", fitness_rules(entry, plugin, on_status)
         case Search():
-            doing, rules = "asking for genomes and telling scores", search_rules(plugin, figures)
+            doing, rules = "calling ask() and tell()", search_rules(plugin, figures)
         case Selection():
             doing, rules = "selecting parents", selection_rules(plugin, figures)
         case Crossover():
@@ -162,10 +163,10 @@ def _global_randomness() -> str:
 
 
 def outcome(entry: Entry, options: Mapping[str, Any]) -> str:
-    """Return a digest of the results of a plugin, for another process to compare.
+    """Return a digest of the results of a plugin, for comparison with another process.
 
     Raises:
-        GaitsimError: it fails, or nothing that it could work on is installed.
+        GaitsimError: the plugin fails, or its options are invalid.
     """
     if entry.kind == EXPERIMENTS:
         experiment = load_experiment(entry.name)

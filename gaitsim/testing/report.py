@@ -1,4 +1,4 @@
-"""The findings of a check: what the contract expects, what the plugin did, and how to fix it."""
+"""The findings of a check: expected and actual behaviour of the plugin, and how to fix it."""
 
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -12,14 +12,14 @@ Level = Literal["error", "advice"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong, or could be better.
+    """An error or an advice.
 
     Attributes:
-        level: an error breaks the contract; advice helps the users.
-        rule: the name of the rule, such as 'chunks'.
-        expected: what the contract requires.
-        actual: what the plugin did instead.
-        fix: what to change.
+        level: 'error' for a violation of the contract, 'advice' for a possible improvement.
+        rule: name of the rule, such as 'chunks'.
+        expected: behaviour that the contract requires.
+        actual: behaviour of the plugin.
+        fix: change that fixes the plugin.
     """
 
     level: Level
@@ -42,7 +42,7 @@ advice = partial(Finding, "advice")
 
 
 def reported(findings: Iterable[Finding]) -> Generator[Finding, None, bool]:
-    """Yield the findings; return whether an error is among them, on which later rules depend."""
+    """Yield the findings; return whether any is an error, so that later rules can be skipped."""
     wrong = False
     for finding in findings:
         wrong |= finding.level == "error"
@@ -52,14 +52,14 @@ def reported(findings: Iterable[Finding]) -> Generator[Finding, None, bool]:
 
 @dataclass(frozen=True)
 class Report:
-    """What the check of one plugin, or of one preset, found.
+    """The result of the check of one plugin or preset.
 
     Attributes:
-        entry: the plugin, with its package.
-        findings: in the order of the rules; empty if there are none.
+        entry: entry of the plugin, with its package.
+        findings: findings in the order of the rules.
         figures: measurements by name: `import_seconds`, `first_call_seconds`,
-            `individuals_per_second`, as far as the check got.
-        digest: SHA-256 of its results, to compare between processes; '' if there are none.
+            `individuals_per_second`; those that the check did not reach are missing.
+        digest: SHA-256 of the plugin's results, for comparison between processes; '' for none.
     """
 
     entry: Entry
@@ -74,12 +74,12 @@ class Report:
 
     @property
     def errors(self) -> tuple[Finding, ...]:
-        """The findings that break the contract."""
+        """The findings that are errors."""
         return tuple(finding for finding in self.findings if finding.level == "error")
 
     @property
     def advice(self) -> tuple[Finding, ...]:
-        """The findings that break nothing."""
+        """The findings that are advice."""
         return tuple(finding for finding in self.findings if finding.level == "advice")
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Examine plugins in child processes, which may time out or end."""
+"""Examine plugins in child processes, which may time out or crash."""
 
 import json
 import os
@@ -18,25 +18,25 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, Report, error
 
-SECONDS = 120.0  # for one plugin: compiling its kernels takes 20 s, longer on a busy machine
-_END = 10.0  # seconds for a child that closed its output to end
-_START = 120.0  # seconds for a child to start
+SECONDS = 120.0  # timeout of a plugin; compiling kernels takes 20 s, more on a busy machine
+_END = 10.0  # timeout for a child to end after it closed its output, s
+_START = 120.0  # timeout for a child to start, s
 _DAY = 86_400
 
 
 class _NoAnswer(Exception):
-    """The child did not answer in time, or has ended."""
+    """Raised if the child did not answer in time, or has ended."""
 
     def __init__(self, rule: str, actual: str, fix: str) -> None:
         self.finding = error(rule, "an examination that ends", actual, fix)
 
 
 class _Child:
-    """A process that examines plugins; starts with the first question.
+    """A process that examines plugins; it starts with the first question.
 
     Args:
         path: folders to import from, before those of this process.
-        hash_seed: seed of the order of its sets and dicts, which must not matter.
+        hash_seed: seed of hashes, and so of the order of sets, which must not affect results.
     """
 
     def __init__(self, path: Sequence[str], hash_seed: int) -> None:
@@ -70,13 +70,13 @@ class _Child:
     def _start(self) -> "subprocess.Popen[bytes]":
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by _end
         self._process = process = subprocess.Popen(
-            # -P: modules in the current folder are not imported.
+            # -P: do not import modules from the current folder.
             [sys.executable, "-P", "-m", "gaitsim.testing.sandbox_child"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
             env=os.environ | {"PYTHONHASHSEED": self._hash_seed},
-            start_new_session=True,  # Ctrl-C is for this process alone
+            start_new_session=True,  # Ctrl-C must not reach the child
         )
         self._answers = SimpleQueue()
         threading.Thread(target=_listen, args=(process.stdout, self._answers), daemon=True).start()
@@ -88,7 +88,7 @@ class _Child:
         self, process: "subprocess.Popen[bytes]", question: Mapping[str, Any], seconds: float
     ) -> dict[str, Any]:
         if process.stdin is not None:
-            with suppress(OSError):  # it has ended, which the missing answer tells
+            with suppress(OSError):  # the child has ended; the missing answer reports it
                 process.stdin.write(json.dumps(question).encode() + b"\n")
                 process.stdin.flush()
         end = time.monotonic() + seconds
@@ -98,22 +98,22 @@ class _Child:
             except Empty:
                 raise _NoAnswer(
                     "time limit",
-                    f"it was still {self._doing} after {seconds:g} s",
-                    "look for an endless loop at that step, or give it more --seconds",
+                    f"the plugin was still {self._doing} after {seconds:g} s",
+                    "look for an endless loop in this step, or increase --seconds",
                 ) from None
             if answer is None:
-                fix = "let nothing in the plugin end the process"
+                fix = "remove all code that ends the process from the plugin"
                 raise _NoAnswer("process", self._last_words(process), fix)
             if "doing" not in answer:
                 return answer
             self._doing = answer["doing"]
 
     def _last_words(self, process: "subprocess.Popen[bytes]") -> str:
-        """Return how the process ended, and the end of its standard error."""
+        """Return how the process ended, and the last part of its standard error."""
         try:
             code = process.wait(_END)
         except subprocess.TimeoutExpired:
-            return f"it closed its output while {self._doing}, and did not end"
+            return f"the process closed its output while {self._doing}, and did not end"
         self._errors.seek(0)
         words = self._errors.read()[-300:].decode(errors="replace").strip()
         how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
@@ -123,18 +123,18 @@ class _Child:
         if self._process is None:
             return
         with suppress(ProcessLookupError):
-            # With its own children: it leads a process group.
+            # The process leads a process group, so its own children are killed, too.
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._errors):
-            with suppress(OSError):  # a question that the process did not read
+            with suppress(OSError):  # an unread question
                 if stream is not None:
                     stream.close()
         self._process = None
 
 
 def _listen(stream: Any, answers: "SimpleQueue[dict[str, Any] | None]") -> None:
-    with suppress(ValueError):  # closed, as the process was ended
+    with suppress(ValueError):  # the stream was closed when the process was killed
         for line in stream:
             answers.put(json.loads(line))
     answers.put(None)
@@ -147,15 +147,15 @@ def watch(
     seconds: float = SECONDS,
     path: Sequence[str] = (),
 ) -> Iterator[Report]:
-    """Examine plugins one after the other, in a process that is killed after a timeout.
+    """Examine plugins one after another, in a process that is killed after a timeout.
 
-    A plugin that passes computes everything once more in a second process, with another order
-    of sets and with options that were text in between, as on the way to a worker.
+    A plugin that passes repeats its computations in a second process, with a different order of
+    sets, and with options that were serialised to text, as they are for workers.
 
     Args:
-        entries: the plugins.
-        options: their options that are not the defaults.
-        seconds: the timeout of each.
+        entries: entries of the plugins.
+        options: options that differ from the defaults.
+        seconds: timeout per plugin.
         path: folders to import from first.
 
     Raises:
@@ -163,7 +163,7 @@ def watch(
     """
     if not 0 < seconds <= _DAY:
         raise GaitsimError(
-            f"{seconds:g} s is no time limit for a plugin", allowed=f"above 0, at most {_DAY:,}"
+            f"{seconds:g} s is not a valid timeout", allowed=f"above 0 s and at most {_DAY:,} s"
         )
     given = options or {}
     with ExitStack() as stack:
@@ -184,7 +184,7 @@ def watch(
 def _compare(
     child: _Child, report: Report, options: Mapping[str, Any], seconds: float
 ) -> Finding | None:
-    """Return what is wrong if another process computes something else."""
+    """Return a finding if another process computes different results; None otherwise."""
     try:
         answer = child.ask(report.entry, options, seconds, again=True)
     except _NoAnswer as problem:
@@ -193,8 +193,8 @@ def _compare(
         return None
     return error(
         "processes",
-        "the same bits in another process, as workers are",
-        answer.get("failure", "other bits"),
-        "depend on options and genomes alone: not on the order of a set, on id() or hash(), "
+        "the same bits in another process, such as a worker",
+        answer.get("failure", "different bits"),
+        "depend only on options and genomes: not on the order of a set, on id() or hash(), "
         "the environment, or earlier results",
     )

@@ -1,7 +1,8 @@
-"""`python -m gaitsim.testing.sandbox_child`: examines plugins on request, in lines of JSON.
+"""Examine plugins on request; requests and answers are lines of JSON.
 
-It is a process of its own, as a plugin may loop endlessly, exit or print; see `watch`. Output of
-plugins is kept apart from the answers, and reported as a finding.
+`watch` runs this module, `python -m gaitsim.testing.sandbox_child`, as a separate process, because
+a plugin may loop endlessly, exit or print. Output of plugins does not mix with the answers, and is
+reported as a finding.
 """
 
 import io
@@ -18,7 +19,7 @@ Questions = SimpleQueue[dict[str, Any]]
 
 
 def main() -> None:
-    """Answer requests until standard input ends, which also ends the current examination."""
+    """Answer requests until standard input is closed, which also ends the current examination."""
     answers, asked = os.dup(1), os.fdopen(os.dup(0), "rb")
     questions: Questions = SimpleQueue()
     with tempfile.TemporaryFile() as printed, open(os.devnull, "rb") as nothing:  # noqa: PTH123
@@ -31,7 +32,7 @@ def main() -> None:
 def _listen(asked: BinaryIO, questions: Questions) -> None:
     for line in asked:
         questions.put(json.loads(line))
-    os._exit(0)  # the parent is gone
+    os._exit(0)  # the parent has ended
 
 
 def _answer(questions: Questions, answers: int) -> None:
@@ -45,7 +46,7 @@ def _answer(questions: Questions, answers: int) -> None:
         os.write(answers, json.dumps(answer).encode() + b"\n")
 
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(line_buffering=True)  # in order with the output of child processes
+        sys.stdout.reconfigure(line_buffering=True)  # keeps the order with child processes' output
     send(ready=True)
     while True:
         question = questions.get()
@@ -61,7 +62,7 @@ def _answer(questions: Questions, answers: int) -> None:
         if text:
             printing = advice(
                 "standard output",
-                "no output there: it is for results, such as those of --json",
+                "no output there, because it is reserved for results, such as those of --json",
                 f"{text!r}",
                 "use the module logging, or print(…, file=sys.stderr)",
             )

@@ -66,7 +66,7 @@ def test_an_unknown_experiment_is_reported_with_the_nearest_and_the_file(refused
     assert "  allowed: " in message
     assert "  try:     did you mean 'spider'?" in message
     Path("spidr").write_text(SPIDER)
-    assert "for the file of that name, ./spidr" in refused(*command.split(), "spidr")
+    assert "for the file of that name, use ./spidr" in refused(*command.split(), "spidr")
 
 
 def test_all_problems_of_file_and_command_line_are_reported_at_once(refused):

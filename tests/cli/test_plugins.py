@@ -83,7 +83,7 @@ def test_findings_end_with_exit_code_1(gaitsim, install, working):
 def test_advice_counts_only_when_asked(gaitsim, install, working):
     endless = "class X(Body):\n    legs: int = option(4, 'how many')\n"
     install("fake", working + endless, {"organism": {"x": "X"}})
-    assert "legs takes any number" in gaitsim("plugins", "check", "x").stdout
+    assert "legs accepts any number" in gaitsim("plugins", "check", "x").stdout
     gaitsim("plugins", "check", "x", "--strict", code=1)
 
 
@@ -106,7 +106,7 @@ def test_a_time_limit(gaitsim, install, working):
     loops = "class X(Still):\n    def mutate(self, *_):\n        while True: pass\n"
     install("fake", working + loops, {"mutation": {"x": "X"}})
     done = gaitsim("plugins", "check", "x", "--seconds", 2, code=1)
-    assert "it was still mutating children after 2 s" in done.stdout
+    assert "the plugin was still mutating children after 2 s" in done.stdout
 
 
 FOLDERS = {
@@ -188,11 +188,11 @@ def test_a_name_of_a_rival_is_found(gaitsim, install, working):
 
 def test_an_unknown_name_is_refused(gaitsim):
     done = gaitsim("plugins", "check", "spidr", code=2)
-    assert "no plugin, package or folder is called 'spidr'" in done.stderr
+    assert "there is no plugin, package or folder 'spidr'" in done.stderr
     assert "did you mean 'spider'?" in done.stderr
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "1e9"])
 def test_a_time_limit_that_is_none_is_refused(gaitsim, seconds):
     done = gaitsim("plugins", "check", "rank", "--seconds", seconds, code=2)
-    assert "is no time limit" in done.stderr
+    assert "is not a valid timeout" in done.stderr

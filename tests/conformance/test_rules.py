@@ -110,7 +110,7 @@ ERRORS = {
         "def move(self, genomes):\n"
         "    return Motion(1.0, {'distance': genomes[:, 0] + len(self.world)})",
         "worlds",
-        "another",
+        "a different motion",
     ),
     "genes that go with a leg": (
         "organism",
@@ -118,7 +118,7 @@ ERRORS = {
         "    n = 2 - len(self.damage)\n"
         "    return RealSpace(-np.ones(n), np.ones(n), ('a', 'b')[:n])",
         "damage",
-        "another",
+        "a different space",
     ),
     "a channel that goes with a leg": (
         "organism",
@@ -177,7 +177,12 @@ ERRORS = {
         "shapes",
         "2",
     ),
-    "NaN": ("organism", MOVES % "np.log(np.abs(genomes[:, 0]) - 2)", "finite values", "1 values"),
+    "NaN": (
+        "organism",
+        MOVES % "np.log(np.abs(genomes[:, 0]) - 2)",
+        "finite values",
+        "1 non-finite values",
+    ),
     "all failed": (
         "organism",
         "def move(self, genomes):\n    return Motion(1.0, {'distance': genomes[:, 0]}, None,"
@@ -369,7 +374,7 @@ ERRORS = {
         "search",
         TELL % "return {**told, 'score': np.array(1.0)}",
         "state",
-        "score: another after tell()",
+        "score: changed after tell()",
     ),
     "a state that is changed": (
         "search",
@@ -389,20 +394,20 @@ ERRORS = {
         "search",
         ASK % "return context.random(context.population) + context.space.dtype.type(2), state",
         "bounds",
-        "others",
+        "invalid genomes",
     ),
     "genomes lost where all fail": (
         "search",
         TELL % "return {'best': np.mean(results.genomes, 0, where=np.isfinite(results.scores)"
         "[:, None], keepdims=True).astype(results.genomes.dtype)}",
         "bounds",
-        "others",
+        "invalid genomes",
     ),
     "genomes by chance": (
         "search",
         ASK % "return context.space.random(context.population, np.random.default_rng()), state",
         "determinism",
-        "other bits",
+        "different bits",
     ),
     "a search with a memory of its own": (
         "search",
@@ -433,8 +438,13 @@ ERRORS = {
     ),
     "a figure that is none": ("search", FIGURES % "{'size': np.nan}", "figures", "size: nan"),
     "members that are not kept": ("search", 'keeps: ClassVar = "front"', "members", "a NoneType"),
-    "members outside the space": ("search", MEMBERS % "best + np.uint8(9)", "members", "others"),
-    "half of a member": ("search", MEMBERS % "best[:, :1]", "members", "others"),
+    "members outside the space": (
+        "search",
+        MEMBERS % "best + np.uint8(9)",
+        "members",
+        "invalid genomes",
+    ),
+    "half of a member": ("search", MEMBERS % "best[:, :1]", "members", "invalid genomes"),
     "an archive without cells": (
         "search",
         (MEMBERS % "best").replace("front", "archive"),
@@ -445,7 +455,7 @@ ERRORS = {
         "search",
         "def remembered(self, state):\n    return state['best'] + np.uint8(9)",
         "remembered",
-        "others",
+        "invalid genomes",
     ),
     "several populations with a state": (
         "search",
@@ -473,7 +483,7 @@ ERRORS = {
         "selection",
         PARENTS % "return np.random.default_rng().integers(0, len(scores), (pairs, 2))",
         "determinism",
-        "others",
+        "different",
     ),
     "sorted scores": (
         "selection",
@@ -486,7 +496,7 @@ ERRORS = {
         "def parents_each(self, scores, pairs, rng):\n"
         "    return np.ones((len(scores), pairs, 2), np.intp)",
         "parents_each",
-        "another",
+        "a different choice",
     ),
     "no objection": (
         "selection",
@@ -495,7 +505,7 @@ ERRORS = {
         "None",
     ),
     "too few children": ("crossover", CROSS % "return mothers[:1].copy()", "shapes", "(1, 5)"),
-    "the mothers themselves": ("crossover", CROSS % "return mothers", "inputs", "given"),
+    "the mothers themselves": ("crossover", CROSS % "return mothers", "inputs", "memory shared"),
     "no genes any more": ("crossover", CROSS % "return mothers * np.nan", "finite values", ""),
     "children by chance": (
         "crossover",
@@ -552,7 +562,7 @@ ADVICE = {
         "needs",
         "never reads distance",
     ),
-    "channels of no body": ("fitness", "needs: ClassVar = ('wheels',)", "needs", "none"),
+    "channels of no body": ("fitness", "needs: ClassVar = ('wheels',)", "needs", "no such body"),
     "a search that refuses its spaces": (
         "search",
         "def objection(self, space, population):\n    return 'too large' * (space.genes == 7)",
@@ -563,7 +573,7 @@ ADVICE = {
         "fitness",
         TERMS % "{'d': motion['distance'] * np.nan}",
         "finite values",
-        "none",
+        "no finite score",
     ),
     "the worst": (
         "selection",

@@ -22,7 +22,7 @@ def test_after_a_timeout_the_next_plugins_are_examined(install, working):
     assert [report.entry.name for report in reports] == ["a-sound", "loops", "far"]
     (finding,) = reports[1].findings
     assert (finding.level, finding.rule) == ("error", "time limit")
-    assert finding.actual == "it was still moving populations after 5 s"
+    assert finding.actual == "the plugin was still moving populations after 5 s"
     assert reports[0].ok, reports[0]
     assert reports[2].ok, reports[2]
 
@@ -32,10 +32,7 @@ def test_a_timeout_in_the_body_of_a_fitness_names_the_body(install, working):
     points = {"organism": {"loops": "X"}, "fitness": {"far": "Distance"}}
     install("fake", working + LOOPS, points)
     (finding,) = check("fitness", "far", seconds=3).findings
-    assert (
-        "evaluating organism 'loops' of package fake 1.0, or that was still moving"
-        in finding.actual
-    )
+    assert "moving and evaluating organism 'loops' of package fake 1.0" in finding.actual
 
 
 ENDS = {
@@ -57,14 +54,14 @@ def test_the_end_of_the_process_is_reported(install, source, says):
     (finding,) = check("organism", "x").findings
     assert finding.rule == "process"
     assert says in finding.actual
-    assert "importing it" in finding.actual
+    assert "importing the plugin" in finding.actual
 
 
 @pytest.mark.slow
 def test_an_import_that_does_not_end(install):
     install("fake", "while True: pass\n", {"organism": {"x": "X"}})
     (finding,) = check("organism", "x", seconds=1).findings
-    assert finding.actual == "it was still importing it after 1 s"
+    assert finding.actual == "the plugin was still importing the plugin after 1 s"
 
 
 PRINTS = '''
@@ -133,7 +130,7 @@ def test_a_name_of_two_packages(install, working):
         (finding,) = report.errors
         assert finding.rule == "name"
         assert "registered by" in finding.actual
-    with pytest.raises(PluginError, match="claimed more than once"):
+    with pytest.raises(PluginError, match="registered more than once"):
         check("mutation", "still")
 
 

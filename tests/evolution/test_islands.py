@@ -264,7 +264,7 @@ def test_repeats_have_islands_of_their_own(puppet):
         (("islands=3",), "is a section", "mutation.rate"),
         (
             ("islands.number=3", "evolution.max_evaluations=17"),
-            "17 evaluations are fewer than 3 populations of 6",
+            "17 evaluations are not enough for 3 populations of 6",
             "≥ 18",
         ),
     ],

@@ -136,11 +136,11 @@ def test_an_experiment_with_reality_is_read_as_it_was_written():
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("transferability.reality", {}, "nothing stands for reality"),
+        ("transferability.reality", {}, "the experiment has no reality"),
         ("transferability.reality", {"world": {"frction": 1}}, "friction"),
         ("transferability.reality", {"legs": 3}, "2 or 4"),
         ("transferability.reality", {"legg": 4}, "unknown key"),
-        ("transferability.reality", {"legs": 4}, "other genes"),
+        ("transferability.reality", {"legs": 4}, "different genes"),
         ("transferability.reality", "bullet", "a table"),
         ("transferability.every", 0, "≥ 1"),
         ("search.objectives", {"score": "max", "forward": "max"}, "does not read"),

@@ -169,7 +169,7 @@ def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_type
         ("mutation.rate=[bold]", "command line, key mutation.rate", "[bold] is not allowed"),
         ("mutation.rate=nan", "command line, key mutation.rate", "nan is not a finite number"),
         ("mutation.rate=0,1", "command line, key mutation.rate", "0,1 is not allowed"),
-        ("organism.encoding=\udcff", "command line", "is not text in UTF-8"),
+        ("organism.encoding=\udcff", "command line", "is not valid UTF-8"),
         ("organism.plugin=3", "command line, key organism.plugin", "unknown organism plugin '3'"),
         ("seed=" + "9" * 5000, "command line, key seed", "is not a whole number"),
         ("seed=" + "[" * 5000, "command line, key seed", "is not a whole number"),

@@ -16,12 +16,12 @@ def test_an_operator_that_does_not_work_on_the_genomes_is_refused_with_those_tha
 ):
     install("fake", working, {"organism": {"bits": "BitBody"}, "fitness": {"far": "Distance"}})
     found = problem("mutation.plugin=bit-flip")
-    assert "'bit-flip' does not work on the real genomes of the organism 'spider'" in found.what
+    assert "'bit-flip' does not support the real genomes of the organism 'spider'" in found.what
     assert "gaussian" in found.allowed.split(", ")
     assert "bit-flip" not in found.allowed.split(", ")
     found = problem(text=custom(organism="bits", fitness="far"))
     assert found.where == "x.toml, key mutation.plugin"
-    assert "'gaussian' does not work on the bit genomes of the organism 'bits'" in found.what
+    assert "'gaussian' does not support the bit genomes of the organism 'bits'" in found.what
     assert "bit-flip" in found.allowed.split(", ")
     for name in found.allowed.split(", "):
         assert parsed(f"mutation.plugin={name}", text=custom(organism="bits", fitness="far"))
@@ -49,7 +49,7 @@ def test_another_broken_plugin_does_not_stand_in_the_way(parsed, problem, instal
     ("source", "reason"),
     [
         ("def genome_space(self): 1 / 0", "failed while giving its genome space: ZeroDivision"),
-        ("def genome_space(self): return 3", "gave a int from genome_space()"),
+        ("def genome_space(self): return 3", "returned a int from genome_space()"),
         ("def model_post_init(self, _): raise SystemExit(0)", "SystemExit"),
         ("def __init__(self, **_): 1 / 0", "failed while taking its options: ZeroDivision"),
         ("needed: int", "organism.needed is required"),

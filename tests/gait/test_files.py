@@ -154,7 +154,7 @@ def test_a_frame_rate_that_is_none_is_refused(puppet_run, puppets, monkeypatch, 
         return motion
 
     monkeypatch.setattr(puppets.Puppet, "move", move)
-    with pytest.raises(PluginError, match="frames a second"):
+    with pytest.raises(PluginError, match="frames per second"):
         gait_of(run.individual())
 
 

@@ -43,8 +43,8 @@ def npz(**fields):
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
-        ("a.txt", b"", "no suffix of a gait file"),
-        ("a", b"", "no suffix of a gait file"),
+        ("a.txt", b"", "does not have the suffix of a gait file"),
+        ("a", b"", "does not have the suffix of a gait file"),
         ("a.npz", b"", "is not a gait file"),
         ("a.npz", b"PK\3\4 and more", "is not a gait file"),
         ("a.npz", npz(other=ANGLES), "none of joint_angles and bestGait"),
@@ -77,7 +77,7 @@ def test_foreign_files_are_refused(name, content, says, tmp_path):
 def test_files_that_cannot_be_read_are_refused(tmp_path):
     for path, says in (
         (tmp_path / "none.npz", "No such file"),
-        (tmp_path, "no suffix of a gait file"),
+        (tmp_path, "does not have the suffix of a gait file"),
         (Path("a\0.npz"), "null"),
     ):
         with pytest.raises(GaitsimError) as told:
@@ -113,7 +113,7 @@ def test_joints_are_put_in_the_bodys_order():
     unnamed = GaitFile(Path("a.csv"), ANGLES, None, ())
     assert unnamed.in_order(("a", "b", "c")) is ANGLES
     for joints in (("a", "b"), ("a", "b", "d"), ("a", "b", "c", "d")):
-        with pytest.raises(GaitsimError, match="which are not this body's"):
+        with pytest.raises(GaitsimError, match="which this body does not have"):
             file.in_order(joints)
     with pytest.raises(GaitsimError, match="3 joints"):
         unnamed.in_order(("a", "b"))
@@ -136,5 +136,5 @@ def test_a_gait_at_another_rate_is_interpolated_to_that_of_the_body(spider, refe
         coarser.joint_angles[1::2], (angles[:-2:2] + angles[2::2]) / 2, atol=1e-6
     )
     for absurd in (1e-3, 1e5):
-        with pytest.raises(GaitsimError, match="frames a second"):
+        with pytest.raises(GaitsimError, match="frames per second"):
             individual_of(GaitFile(Path("wave.npz"), angles, absurd, names), spider)

@@ -121,7 +121,7 @@ def test_what_is_broken_is_marked_and_says_why(look, install):
         assert "no [b]luck" in shown(driver)
         await go(driver, "mutation twice")
         text = shown(driver)
-        assert "claimed more than once" in text
+        assert "registered more than once" in text
         assert "one 1.0" in text
         assert "two 1.0" in text
 

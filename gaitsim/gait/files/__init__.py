@@ -1,1 +1,1 @@
-"""Gait files: joint angles to and from MATLAB, CSV and NumPy."""
+"""Read and write gait files, which hold joint angles: MATLAB, CSV and NumPy."""

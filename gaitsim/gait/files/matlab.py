@@ -1,8 +1,8 @@
 """Read numbers and texts from MATLAB files that may be damaged or hostile.
 
-SciPy's reader trusts the types and sizes in a file: a changed byte can crash the process, and it
-unpacks without a limit. This one knows only what a gait needs: full, real matrices of two
-dimensions, and texts. Format: "MAT-File Format", The MathWorks.
+SciPy's reader trusts the types and sizes in a file: a changed byte can crash the process, and the
+size of unpacked data is not limited. This reader supports only the types that a gait needs: full,
+real, two-dimensional matrices, and texts. Source of the format: "MAT-File Format", The MathWorks.
 """
 
 import struct
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Fields = dict[str, NDArray[Any]]
 Variables = Iterator[tuple[str, NDArray[Any]]]
 
-VARIABLES = 1000  # in a file, and texts in a cell array
+VARIABLES = 1000  # limit for variables in a file, and for texts in a cell array
 _LONGEST = 50_000  # bytes of a text
 _DAMAGED = "it is cut off, or damaged"
 _HEADER = 128  # bytes before the first variable of version 5
@@ -34,15 +34,15 @@ _NUMBERS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
 
 
 def read_matlab(data: bytes, names: Collection[str], largest: int) -> Fields:
-    """Return the variables of such names; others are skipped.
+    """Return the variables with given names; others are skipped.
 
     Args:
-        data: the file.
-        names: the names.
-        largest: bytes that packed variables of these names may unpack to.
+        data: content of the file.
+        names: names of the variables.
+        largest: limit for the unpacked size of these variables, bytes.
 
     Raises:
-        ValueError: it is not a MATLAB file of version 4 to 7, or such a variable is neither a
+        ValueError: the data are not a MATLAB file of version 4 to 7, or a variable is neither a
             real matrix nor a text.
     """
     try:
@@ -52,7 +52,7 @@ def read_matlab(data: bytes, names: Collection[str], largest: int) -> Fields:
 
 
 def _variables(data: bytes, names: Collection[str], largest: int) -> Variables:
-    if 0 in data[:4]:  # version 5 begins with a text
+    if 0 in data[:4]:  # version 5 starts with a text
         return _version_4(memoryview(data), names)
     if data[126:128] not in (b"IM", b"MI"):
         raise ValueError("it has no header of MATLAB")
@@ -67,7 +67,7 @@ def _version_5(data: memoryview, order: str, names: Collection[str], largest: in
         if place == VARIABLES:
             raise ValueError(f"it holds more than {VARIABLES:,} variables")
         if kind == _COMPRESSED:
-            # Only the beginning, so that large variables of other names do no harm.
+            # Unpack only the start, so that large variables with other names do no harm.
             name = _name(_unpacked(body, order, _HEAD, cut=True), order)
             if name in names:
                 matrix = _unpacked(body, order, largest)
@@ -80,12 +80,12 @@ def _version_5(data: memoryview, order: str, names: Collection[str], largest: in
 
 
 def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
-    """Yield the type and the content of each element."""
+    """Yield the type and content of each element."""
     at = 0
     while at < len(data):
         kind, size = struct.unpack_from(f"{order}II", data, at)
         begin = at + 8
-        if kind >> 16:  # at most four bytes, which stand in the tag itself
+        if kind >> 16:  # at most four bytes, stored in the tag itself
             kind, size, begin = kind & 0xFFFF, kind >> 16, at + 4
             at += 8
         else:
@@ -96,9 +96,9 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
 
 
 def _unpacked(body: memoryview, order: str, largest: int, *, cut: bool = False) -> memoryview:
-    """Return the content of a packed matrix; of a longer one the first bytes, if `cut`."""
+    """Return the content of a packed matrix; with `cut`, only the first `largest` bytes."""
     unpacker = zlib.decompressobj()
-    data = unpacker.decompress(body, max(1, largest))  # 0 would be no limit
+    data = unpacker.decompress(body, max(1, largest))  # 0 would mean no limit
     if unpacker.unconsumed_tail and not cut:
         raise ValueError("it unpacks to too many bytes")
     kind, size = struct.unpack_from(f"{order}II", data)
@@ -108,7 +108,7 @@ def _unpacked(body: memoryview, order: str, largest: int, *, cut: bool = False) 
 
 
 def _head(body: memoryview, order: str) -> tuple[int, list[int], str, Iterator[Any]]:
-    """Return the flags, the dimensions and the name of a matrix, and its other elements."""
+    """Return the flags, dimensions and name of a matrix, and its other elements."""
     parts = _elements(body, order)
     head = list(islice(parts, 3))
     if [kind for kind, _ in head] != [6, 5, 1] or len(head[0][1]) != 8:

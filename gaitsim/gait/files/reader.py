@@ -1,4 +1,4 @@
-"""Read joint angles from files of `gaitsim export` and `gaitsim imitate`, or others."""
+"""Read joint angles from files of `gaitsim export`, `gaitsim imitate` or other programs."""
 
 import csv
 import io
@@ -23,17 +23,17 @@ from gaitsim.registry import plugin_errors
 from gaitsim.toml import literal, shortened
 
 SUFFIXES = (".csv", ".npz", ".mat")
-LARGEST = 64 * 2**20  # bytes, of a file and of what is packed in it
-MOST_FRAMES = 10_000  # footfalls of more take long: the time grows with their square
+LARGEST = 64 * 2**20  # limit for the size of a file, packed and unpacked, bytes
+MOST_FRAMES = 10_000  # the time of the footfall analysis grows with the square of the frames
 MOST_JOINTS = 1000
-_LONGEST = 100 * MOST_JOINTS  # bytes of a line of CSV
-_MEMBERS = 100  # arrays in a .npz
+_LONGEST = 100 * MOST_JOINTS  # limit for a line of CSV, bytes
+_MEMBERS = 100  # limit for arrays in a .npz file
 _SAME_RATE = 1e-3  # relative difference of frame rates, as a file rounds them
 _ANGLES = ("joint_angles", "bestGait")
 _RATE = ("frame_rate", "frameRate")
 _NAMES = ("joint_names", "jointNames")
 _ALLOWED = (
-    "a .csv with a column time_s and one a joint, or a .npz or .mat with joint_angles or "
+    "a .csv with a column time_s and a column per joint, or a .npz or .mat with joint_angles or "
     "bestGait, (frames, joints) in radians"
 )
 
@@ -43,10 +43,10 @@ class GaitFile:
     """Joint angles over time from a file.
 
     Attributes:
-        path: the file.
-        angles: (frames, joints) float64, radians.
-        frame_rate: frames a second, Hz; None where it is missing.
-        joint_names: name of each joint; () where they are missing.
+        path: path of the file.
+        angles: joint angles, (frames, joints) float64, radians.
+        frame_rate: frames per second, Hz; None if missing.
+        joint_names: name of each joint; () if missing.
     """
 
     path: Path
@@ -58,7 +58,7 @@ class GaitFile:
         """Return the angles in the order of a body's joints.
 
         Raises:
-            GaitsimError: the file has other joints.
+            GaitsimError: the joints of the file are not those of the body.
         """
         if not self.joint_names and self.angles.shape[1] == len(joints):
             return self.angles
@@ -67,9 +67,9 @@ class GaitFile:
         foreign = [name for name in self.joint_names if name not in joints]
         named = f", such as {literal(foreign[0])}" if foreign else ""
         raise GaitsimError(
-            f"{self.path} holds {self.angles.shape[1]} joints{named}, which are not this body's",
+            f"{self.path} has {self.angles.shape[1]} joints{named}, which this body does not have",
             allowed=f"{len(joints)} joints: {', '.join(joints[:4])} …",
-            remedy="take a gait of the same body, or the body of this gait",
+            remedy="use a gait of the same body, or the body of this gait",
         )
 
 
@@ -77,7 +77,7 @@ def individual_of(file: GaitFile, experiment: Experiment) -> Individual:
     """Play a gait from a file on the body of an experiment, at the frame rate of the body.
 
     Raises:
-        GaitsimError: the body cannot play it, or it has other joints or would take too long.
+        GaitsimError: the body cannot play the gait, its joints differ, or it is too long.
         PluginError: the body or the fitness fails.
     """
     angles = fitted(file, experiment)
@@ -87,10 +87,10 @@ def individual_of(file: GaitFile, experiment: Experiment) -> Individual:
 def fitted(file: GaitFile, experiment: Experiment) -> Angles:
     """Return the angles in the order of a body's joints, at its frame rate.
 
-    Angles at the frame rate of the body are those of the file, to the bit.
+    Angles at the frame rate of the body are returned unchanged, bit for bit.
 
     Raises:
-        GaitsimError: the body cannot play them, or they have other joints or would take too long.
+        GaitsimError: the body cannot play the angles, the joints differ, or they are too long.
         PluginError: the body fails.
     """
     require_play(experiment)
@@ -110,9 +110,9 @@ def _resampled(file: GaitFile, angles: Angles, given: float, rate: float) -> Ang
     last = (len(angles) - 1) / given * rate
     if not 1 <= last < MOST_FRAMES:
         raise GaitsimError(
-            f"{file.path} lasts {last / rate:g} s at {given:g} frames a second",
+            f"{file.path} lasts {last / rate:g} s at {given:g} frames per second",
             allowed=f"{1 / rate:g} to {MOST_FRAMES / rate:g} s",
-            remedy="check its frame rate, or cut a part of it out",
+            remedy="check the frame rate, or use a part of the gait",
         )
     wanted = np.arange(int(last + 1e-9) + 1) * (given / rate)
     frames = np.arange(len(angles))
@@ -120,31 +120,31 @@ def _resampled(file: GaitFile, angles: Angles, given: float, rate: float) -> Ang
 
 
 def read_gait(path: Path) -> GaitFile:
-    """Read a gait file, .csv, .npz or .mat; nothing in it is executed.
+    """Read a gait file, .csv, .npz or .mat; no code in it is executed.
 
     Raises:
-        GaitsimError: it cannot be read, is too large, or holds no gait.
+        GaitsimError: the file cannot be read, is too large, or is not a gait file.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise GaitsimError(f"{path} has no suffix of a gait file", allowed=_ALLOWED)
+        raise GaitsimError(f"{path} does not have the suffix of a gait file", allowed=_ALLOWED)
     data = read_bounded(path, LARGEST)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of values and headers that are refused below
+            warnings.simplefilter("ignore")  # invalid values and headers are reported below
             return _checked(path, _READERS[suffix](data))
     except GaitsimError:
         raise
-    # Foreign bytes can make the readers raise anything.
+    # Invalid data can make the readers raise any exception.
     except Exception as error:
         raise _refused(path, shortened(str(error), 200) or type(error).__name__) from None
 
 
 def read_bounded(path: Path, largest: int) -> bytes:
-    """Return the content of a regular file of at most so many bytes.
+    """Return the content of a regular file of at most `largest` bytes.
 
     Raises:
-        GaitsimError: it cannot be read, or is larger.
+        GaitsimError: the file cannot be read, or is larger.
     """
     try:
         return read_regular(path, largest, follow=True)
@@ -154,13 +154,13 @@ def read_bounded(path: Path, largest: int) -> bytes:
 
 
 def read_npz(data: bytes, largest: int) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a `.npz` file of at most so many bytes when unpacked.
+    """Return the arrays of a `.npz` file whose unpacked size is at most `largest` bytes.
 
     Raises:
-        ValueError: it is larger, holds pickled objects, or too many arrays; other content raises
-            other errors.
+        ValueError: the file is larger, or has pickled objects or too many arrays. Other invalid
+            content raises other exceptions.
     """
-    if data.count(b"PK\1\2") > _MEMBERS:  # before its directory is read, which takes long
+    if data.count(b"PK\1\2") > _MEMBERS:  # checked first, because reading the directory is slow
         raise ValueError(f"it holds more than {_MEMBERS} arrays")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         if sum(member.file_size for member in archive.infolist()) > largest:
@@ -180,8 +180,8 @@ def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
     if frames > MOST_FRAMES or joints > MOST_JOINTS:
         raise GaitsimError(
             f"{path} is too long: {frames:,} frames of {joints:,} joints",
-            allowed=f"at most {MOST_FRAMES:,} frames, and {MOST_JOINTS:,} joints",
-            remedy="cut a part of it out",
+            allowed=f"at most {MOST_FRAMES:,} frames and {MOST_JOINTS:,} joints",
+            remedy="use a part of the gait",
         )
     angles = angles.astype(np.float64)
     if not np.isfinite(angles).all():
@@ -191,7 +191,7 @@ def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
         raise _refused(path, f"its frame rate is {rate}")
     names = np.ravel(next((fields[name] for name in _NAMES if name in fields), ()))
     if len(names) and names.dtype.kind != "U":
-        raise _refused(path, f"its names of joints are {names.dtype}")
+        raise _refused(path, f"its joint names are {names.dtype}, not texts")
     if len(names) not in (0, joints):
         raise _refused(path, f"it names {len(names):,} joints of {joints:,}")
     return GaitFile(path, angles, rate, tuple(names.tolist()))

@@ -20,12 +20,12 @@ class Gait:
     """Joint angles over time.
 
     Attributes:
-        angles: (frames, joints) float64, radians.
+        angles: joint angles, (frames, joints) float64, radians.
         joint_names: name of each joint.
-        frame_rate: frames a second, Hz.
-        generation: the generation of its individual; 0 where it has none.
-        score: of its individual.
-        rest: the angles as the body stands, (joints,) rad; None for zeros.
+        frame_rate: frames per second, Hz.
+        generation: generation of the individual; 0 if it has none.
+        score: score of the individual.
+        rest: joint angles of the standing pose, (joints,) rad; None for zeros.
     """
 
     angles: NDArray[np.float64]
@@ -37,7 +37,7 @@ class Gait:
 
     @property
     def standing(self) -> NDArray[np.float64]:
-        """The angles as the body stands, (joints,) rad."""
+        """The joint angles of the standing pose, (joints,) rad."""
         return np.zeros(self.angles.shape[1]) if self.rest is None else self.rest
 
 
@@ -68,7 +68,7 @@ def gait_of(individual: Individual) -> Gait:
             "a name for each joint of (population, frames, joints)",
         )
     if not 0 < frame_rate < np.inf:
-        raise contract_error(entry, f"moves at {frame_rate} frames a second", "above 0")
+        raise contract_error(entry, f"moves at {frame_rate} frames per second", "above 0")
     if rest.shape != (len(names),):
         raise contract_error(
             entry, f"returned a standing pose of the shape {rest.shape}", f"({len(names)},)"
@@ -80,14 +80,13 @@ def write_gait(gait: Gait, path: Path, format: str) -> None:
     """Write a gait atomically.
 
     Args:
-        gait: the gait.
-        path: the file.
-        format: 'mat', with `bestGait`, `frameRate`, `jointNames`, `units`, `generation`
-            and `score`; 'npz', with the same; 'csv', with a column of seconds and one a
-            joint.
+        gait: gait to write.
+        path: path of the file.
+        format: 'mat' or 'npz', with `bestGait`, `frameRate`, `jointNames`, `units`, `generation`
+            and `score`; or 'csv', with a column for the time in seconds and one per joint.
 
     Raises:
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     write = {"mat": _mat, "csv": _csv, "npz": _npz}[format]
     check_folder(path)
@@ -98,19 +97,19 @@ def check_folder(path: Path) -> None:
     """Check the path of a file before computing its content.
 
     Raises:
-        RunError: its folder does not exist, or it is a folder itself.
+        RunError: the parent folder does not exist, or the path is a folder.
     """
-    # os.path, unlike pathlib, answers for names that no file can have, too.
+    # Unlike pathlib, os.path does not raise an error for an invalid file name.
     if os.path.isdir(path):  # noqa: PTH112
         raise RunError(f"cannot write {path}: it is a folder", remedy="give the path of a file")
     check_parent(path)
 
 
 def check_parent(path: Path) -> None:
-    """Check that the folder exists in which a file or another folder is to be.
+    """Check that the parent folder of a new file or folder exists.
 
     Raises:
-        RunError: it does not.
+        RunError: the parent folder does not exist.
     """
     if not os.path.isdir(path.parent):  # noqa: PTH112
         raise RunError(
@@ -124,7 +123,7 @@ def _mat(gait: Gait) -> bytes:
     file = io.BytesIO()
     names = np.empty(len(gait.joint_names), dtype=object)  # a cell array of texts
     names[:] = gait.joint_names
-    # The stubs know paths alone.
+    # SciPy's type stubs allow only paths.
     savemat(file, {**_fields(gait), "jointNames": names}, oned_as="column")  # type: ignore[arg-type]
     return file.getvalue()
 

@@ -1,1 +1,1 @@
-"""The rules of the conformance check, a file for each kind of plugin."""
+"""The rules of the conformance check, one module per topic."""

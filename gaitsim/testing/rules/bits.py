@@ -1,4 +1,4 @@
-"""Digests of the results of plugins, which are equal only for the same bits."""
+"""Compare the results of plugins bit for bit, by their digests."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from gaitsim.contracts import Motion, Organism, Skeleton
 
 
 def digest(thing: object) -> str:
-    """Return the SHA-256 of arrays, motions, skeletons, texts, numbers, or nested ones."""
+    """Return the SHA-256 of arrays, motions, skeletons, strings, numbers, or nested values."""
     found = hashlib.sha256()
     _add(found, thing)
     return found.hexdigest()
@@ -37,12 +37,12 @@ def _add(found: Any, thing: object) -> None:
 
 
 def same(one: object, other: object) -> bool:
-    """Return whether both are the same to the bit; NaN equals NaN."""
+    """Return whether two values are identical bit for bit; NaN equals NaN."""
     return digest(one) == digest(other)
 
 
 def other_shapes(motion: Motion, other: Motion) -> list[str]:
-    """Return the channels of a motion that have another shape in another one."""
+    """Return the channels of a motion that have a different shape in another motion."""
     return [name for name in motion if np.shape(other[name]) != np.shape(motion[name])]
 
 
@@ -55,7 +55,7 @@ def same_space(one: Organism, other: Organism) -> bool:
 
 
 def rows(motion: Motion, chosen: Sequence[int]) -> dict[str, Any]:
-    """Return the channels and failures of some individuals, as in a chunk of their own."""
+    """Return the channels and failures of some individuals, as in a separate chunk."""
     chosen = list(chosen)
     return {
         "failures": {i: motion.failures[k] for i, k in enumerate(chosen) if k in motion.failures},
@@ -64,7 +64,7 @@ def rows(motion: Motion, chosen: Sequence[int]) -> dict[str, Any]:
 
 
 def differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
-    """Return the first name at which two dicts of arrays differ, or ''."""
+    """Return the first key at which two dicts of arrays differ; '' for none."""
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other or not same(one[name], other[name]):
             return name

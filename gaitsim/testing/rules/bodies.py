@@ -17,16 +17,16 @@ from gaitsim.testing.rules.repeats import repeated
 from gaitsim.testing.rules.views import drawn, measured, played, rigged
 from gaitsim.testing.rules.worlds import in_other_worlds
 
-COUNT = 6  # individuals that are moved
-FEW, MANY = 3, 100  # individuals in the batches that are timed: MANY are a usual population
-LONG = 0.2  # seconds of a few that tell how long a population takes
-SLOW = 0.5  # seconds of each further individual: 300 generations of 100 take 4 hours
+COUNT = 6  # number of individuals moved
+FEW, MANY = 3, 100  # sizes of the timed batches; MANY is a usual population
+LONG = 0.2  # time of a small batch from which that of a population can be estimated, s
+SLOW = 0.5  # time per further individual, s; 300 generations of 100 individuals take 4 hours
 
 _REAL = "biuf"  # kinds of dtype that are real numbers
 
 
 def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Iterator[Finding]:
-    """Check all rules for a body with its current options, up to one that others depend on."""
+    """Check all rules for a body with its current options; stop where others depend on a rule."""
     space = space_of(entry, body)
     if (yield from reported(_space(body, space))):
         return
@@ -48,7 +48,7 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
 
 
 def some_genomes(space: GenomeSpace, count: int = COUNT) -> Genomes:
-    """Return genomes, (count, genes): random ones, the last two at the bounds."""
+    """Return random genomes, (count, genes), of which the last two are at the bounds."""
     genomes = space.random(count, np.random.default_rng(1))
     if isinstance(space, RealSpace) and count > 2:
         genomes[-2:] = space.repair(np.stack([space.lower, space.upper]))
@@ -59,16 +59,16 @@ def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
     if not isinstance(space, RealSpace | BitSpace):
         yield advice(
             "genome space",
-            "a RealSpace or a BitSpace, on which the installed operators work",
+            "a RealSpace or a BitSpace, which the installed operators support",
             f"a {type(space).__name__}",
-            "ship a crossover and a mutation that name it in their 'spaces'",
+            "provide a crossover and a mutation with this class in their 'spaces'",
         )
     if space.genes < 1 or len(set(space.labels)) < space.genes:
         yield error(
             "genome space",
             "at least one gene, and a unique label for each",
             f"{space.genes} genes, {len(set(space.labels))} labels",
-            "give GenomeSpace.labels one different name a gene",
+            "return a different name for each gene in GenomeSpace.labels",
         )
         return
     genomes = space.random(50, np.random.default_rng(2))
@@ -76,25 +76,25 @@ def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
         yield error(
             "genome space",
             "random genomes that belong to the space",
-            f"shape {np.shape(genomes)}, dtype {genomes.dtype}, or genes outside of the space",
-            "let random() end with repair()",
+            f"shape {np.shape(genomes)}, dtype {genomes.dtype}, or genes outside the space",
+            "call repair() at the end of random()",
         )
         return
     if not same(space.repair(genomes), genomes):
         yield error(
             "genome space",
-            "repair() leaves genomes of the space unchanged",
-            "it changes them",
-            "let 'repair_bits' return a genome unchanged that it has repaired before",
+            "repair() does not change valid genomes",
+            "repair() changes them",
+            "make 'repair_bits' return repaired genomes unchanged",
         )
     spaces = space, space, body.genome_space()
     first, *others = (one.random(5, np.random.default_rng(3)) for one in spaces)
     if not all(same(first, other) for other in others):
         yield error(
             "genome space",
-            "the same genomes from the same generator, whenever genome_space() is called",
-            "others",
-            "draw from the given generator alone",
+            "the same genomes from the same generator, for each call of genome_space()",
+            "different genomes",
+            "draw only from the generator 'rng'",
         )
 
 
@@ -105,7 +105,7 @@ def _timed(body: Organism, genomes: Genomes) -> tuple[object, float]:
 
 
 def _motion(body: Organism, motion: object) -> Iterator[Finding]:
-    """Check what all further rules need."""
+    """Check the conditions of all further rules."""
     if not isinstance(motion, Motion):
         yield error(
             "motion",
@@ -127,7 +127,7 @@ def _motion(body: Organism, motion: object) -> Iterator[Finding]:
             "channels",
             "every channel of 'channels' in the motion",
             f"{', '.join(missing)} missing",
-            "put them in the Motion, or remove them from 'channels'",
+            "add them to the Motion, or remove them from 'channels'",
         )
     for name in motion:
         yield from _channel(name, motion[name], body.channels.get(name))
@@ -146,7 +146,7 @@ def _channel(name: str, array: object, channel: Channel | None) -> Iterator[Find
             "shapes",
             f"{name}: first axis (population,) = ({COUNT},)",
             f"shape {array.shape}",
-            "put the population on the first axis, time on the second",
+            "use the first axis for the population, and the second for time",
         )
     elif channel is not None and not channel.fits(array.shape):
         yield error(
@@ -158,7 +158,7 @@ def _channel(name: str, array: object, channel: Channel | None) -> Iterator[Find
 
 
 def _lengths(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """Compare the lengths of axes of the same name, and those of joints with their names."""
+    """Check that axes of the same name have the same length, and that `joints` fits its names."""
     found = {"joints": ("joint_names()", len(body.joint_names()))}
     for name, channel in body.channels.items():
         for axis, length in zip(channel.axes, motion[name].shape[1:], strict=True):
@@ -170,7 +170,7 @@ def _lengths(body: Organism, motion: Motion) -> Iterator[Finding]:
                     "shapes",
                     f"{name}: {expected} {axis}, as in {first}",
                     f"{length}",
-                    "give axes of the same length the same name, and no others",
+                    "use the same name only for axes of the same length",
                 )
 
 
@@ -181,7 +181,9 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
             "channels",
             "each channel of the motion declared in 'channels', with axes and unit",
             f"{', '.join(undeclared)} not declared; no fitness can read them",
-            "channels = {…, " + f"{undeclared[0]!r}: Channel(('frames',), 'm', 'what it is')" + "}",
+            "channels = {…, "
+            + f"{undeclared[0]!r}: Channel(('frames',), 'm', 'description')"
+            + "}",
         )
     whole = [index for index in range(COUNT) if index not in motion.failures]
     for name in motion:
@@ -190,14 +192,14 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
             yield error(
                 "finite values",
                 f"{name}: finite numbers for each individual that is not in Motion.failures",
-                f"{np.count_nonzero(~np.isfinite(motion[name][bad[0]]))} values that are not, in "
-                f"individual {bad[0]}, drawn from the space or at its bounds",
-                "guard against overflow and division by 0, or give a reason in Motion.failures",
+                f"{np.count_nonzero(~np.isfinite(motion[name][bad[0]]))} non-finite values "
+                f"in individual {bad[0]}, which is drawn from the space or at its bounds",
+                "prevent overflow and division by 0, or report a reason in Motion.failures",
             )
     if not whole:
         yield error(
             "failures",
-            "some individuals of the space that do not fail",
+            "some individuals that do not fail",
             f"all failed: {motion.failures[0]}",
             "narrow the bounds of the genome space",
         )
@@ -205,28 +207,29 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
 
 
 def _speed(body: Organism, space: GenomeSpace, figures: dict[str, float]) -> Iterator[Finding]:
-    """Time a few individuals alone and together, then a population; not of a slow loop."""
+    """Time a few individuals alone and together; unless slow, also a population."""
     genomes = some_genomes(space, MANY)
     alone = sum(_timed(body, genomes[one : one + 1])[1] for one in range(FEW))
     count, (_, taken) = FEW, _timed(body, genomes[:FEW])
-    # Whole arrays at once take as long as one individual, a loop as long as all of them alone.
+    # A batch takes as long as one individual if arrays are moved whole, and as long as all of its
+    # individuals alone in a loop.
     loops = taken >= 2 / 3 * alone
     if not loops or taken < LONG:
         count, (_, taken) = MANY, _timed(body, genomes)
     each = taken / count
     figures["individuals_per_second"] = 1 / max(each, 1e-9)
-    # The fixed costs of a call are no reason to advise: a body that moves whole arrays has them.
+    # The fixed costs of a call do not count: a body that moves whole arrays has them, too.
     if (taken - alone / FEW) / (count - 1) > SLOW:
         yield advice(
             "speed",
             f"at most {SLOW} s for each further individual of a population",
             f"{each:.2f} s: 300 generations of 100 take {each * 30000 / 3600:.1f} h on one core",
-            "move the whole population in NumPy at once, or compile the loop with Numba",
+            "move the whole population at once with NumPy, or compile the loop with Numba",
         )
 
 
 def moved_by(entry: Entry, body: Organism) -> Motion:
-    """Return the motion of some individuals, for a fitness to score.
+    """Return the motion of a few individuals, for a fitness to score.
 
     Raises:
         PluginError: the body does not return a motion.

@@ -1,4 +1,4 @@
-"""Parts that the rules of selection, crossover and mutation share."""
+"""Functions shared by the rules for searches, selections, crossovers and mutations."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +20,7 @@ from gaitsim.testing.report import Finding, error
 
 GENERATIONS = (1, 2, 1000, 1_000_000)
 
-ANEW = "draw from the generator 'rng' alone, and keep no state between calls"
+ANEW = "draw only from the generator 'rng', and keep no state between calls"
 
 
 def _at_most_half(genomes: Genomes) -> Genomes:
@@ -31,7 +31,7 @@ def _at_most_half(genomes: Genomes) -> Genomes:
 
 
 def spaces() -> dict[str, GenomeSpace]:
-    """Return genome spaces to try an operator on, by a description."""
+    """Return genome spaces for trials of an operator, by description."""
     lower = np.array([-1.0, 0.0, 1e-3, -np.pi, 10.0])
     width = np.array([2.0, 1e-6, 1.0, 2 * np.pi, 1e6])
     labels = tuple("abcde")
@@ -51,12 +51,12 @@ def spaces() -> dict[str, GenomeSpace]:
 
 
 def fitting(operator: Crossover | Mutation | Search) -> Iterator[tuple[str, GenomeSpace]]:
-    """Yield the spaces that an operator or a search declares to work on."""
+    """Yield the spaces that an operator or a search declares to support."""
     return ((what, space) for what, space in spaces().items() if isinstance(space, operator.spaces))
 
 
 def schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
-    """Check what `at` returns for early and late generations."""
+    """Check the result of `at` for early and late generations."""
     for generation in GENERATIONS:
         scheduled: object = plugin.at(generation)
         if not isinstance(scheduled, contract):
@@ -72,7 +72,7 @@ def schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
 def array(
     method: str, what: str, thing: object, shape: tuple[int, ...], dtype: np.dtype[Any]
 ) -> Iterator[Finding]:
-    """Check that something is an array of that shape and dtype."""
+    """Check that a value is an array of a shape and dtype."""
     expected = f"{method} returns an array of shape {shape}, dtype {dtype} ({what})"
     if not isinstance(thing, np.ndarray):
         yield error("shapes", expected, f"a {type(thing).__name__}", "return a NumPy array")
@@ -83,7 +83,7 @@ def array(
 
 
 def rate(work: Callable[..., object], arguments: Sequence[object], count: int) -> float:
-    """Return the individuals a second of one call that makes `count`."""
+    """Return the individuals per second of a call that produces `count` individuals."""
     begun = time.perf_counter()
     work(*arguments)
     return count / max(time.perf_counter() - begun, 1e-9)

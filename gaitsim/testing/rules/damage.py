@@ -11,7 +11,7 @@ from gaitsim.testing.rules.views import drawn
 
 
 def without_a_leg(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    """Check that a body without its first leg moves by the genomes of the intact one."""
+    """Check that a body without its first leg accepts the genomes of the intact body."""
     legs = body.leg_joints()
     if "damage" not in type(body).model_fields or len(legs) < 2 or dict(body).get("damage"):
         return
@@ -20,16 +20,16 @@ def without_a_leg(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[
     if not same_space(body, damaged):
         yield error(
             "damage",
-            f"the genome space of the intact body with '{lost}'",
-            "another",
-            "let genome_space() not depend on 'damage'",
+            f"the same genome space with '{lost}' as for the intact body",
+            "a different space",
+            "make genome_space() independent of 'damage'",
         )
         return
     moved = damaged.move(genomes.copy())
     if other := other_shapes(motion, moved):
         yield error(
             "damage",
-            f"{other[0]}: the shape of the intact body with '{lost}', {motion[other[0]].shape}",
+            f"{other[0]}: the same shape with '{lost}' as intact, {motion[other[0]].shape}",
             f"shape {np.shape(moved[other[0]])}",
             "keep the joints and the foot of a lost leg in the channels",
         )

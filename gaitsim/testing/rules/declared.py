@@ -1,4 +1,4 @@
-"""Rules for declarations of every plugin: its docstring and its options."""
+"""Rules for the declarations of every plugin: its docstring and its options."""
 
 import json
 from collections.abc import Iterator
@@ -17,19 +17,19 @@ _BOUNDS = ("gt", "ge", "lt", "le")
 
 
 def declared(model: type[Plugin]) -> Iterator[Finding]:
-    """Check docstring and options of a class."""
+    """Check the docstring and the options of a class."""
     if not (model.__dict__.get("__doc__") or "").strip():
         yield advice(
             "docstring",
             "a sentence about the plugin, which 'gaitsim plugins show' prints",
             f"{model.__name__} has no docstring",
-            "write one below the class line",
+            "add a docstring below the class statement",
         )
     if not model.model_config.get("frozen"):
         yield error(
             "options",
-            "a frozen model, as its base class is",
-            f"{model.__name__} can be changed",
+            "a frozen model, like its base class",
+            f"instances of {model.__name__} can be changed",
             "remove 'frozen' from its model_config",
         )
     for name, field in model.model_fields.items():
@@ -40,16 +40,16 @@ def _option(name: str, field: FieldInfo) -> Iterator[Finding]:
     if field.is_required() and name not in STAND_INS:
         yield error(
             "options",
-            "a default for every option, so that the plugin works without any",
+            "a default for every option, so that the plugin works without options",
             f"{name} has none",
             f"{name}: … = option(DEFAULT, …)",
         )
     if not options.meaning(field):
         yield error(
             "options",
-            "a sentence about every option",
+            "a description of every option",
             f"{name} has none",
-            f"{name}: … = option({options.default(field)}, 'what it does')",
+            f"{name}: … = option({options.default(field)}, 'description')",
         )
     bounded = any(
         getattr(item, bound, None) is not None for item in field.metadata for bound in _BOUNDS
@@ -57,21 +57,21 @@ def _option(name: str, field: FieldInfo) -> Iterator[Finding]:
     if field.annotation in (int, float) and not bounded:
         yield advice(
             "options",
-            "bounds for every number, so that invalid values are refused at once",
-            f"{name} takes any number",
+            "bounds for every number, so that invalid values are reported early",
+            f"{name} accepts any number",
             f"{name}: … = option({options.default(field)}, …, ge=…, le=…)",
         )
 
 
 def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
-    """Check that options survive an experiment file and are within their bounds."""
+    """Check that options can be written to a file and read again, and are within their bounds."""
     import tomlkit
 
-    expected = "the same options after being written and read"
-    fix = "give options types that TOML has: numbers, texts, booleans and lists of them"
+    expected = "the same options after writing and reading a file"
+    fix = "use option types that TOML supports: numbers, strings, booleans and lists of them"
     try:
         text = tomlkit.dumps({kind: options.values(plugin)})
-    except Exception as problem:  # whatever a foreign type's serialiser raises
+    except Exception as problem:  # the serialiser of a custom type may raise anything
         yield error("options", expected, f"cannot be written: {problem}", fix)
         return
     try:
@@ -87,13 +87,13 @@ def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
         )
         return
     if back != plugin:
-        yield error("options", expected, f"{plugin!r} came back as {back!r}", fix)
+        yield error("options", expected, f"{plugin!r} was read as {back!r}", fix)
 
 
 def rebuilt(model: type[Plugin], values: dict[str, Any]) -> Plugin:
-    """Return a plugin from values of an experiment file.
+    """Return a plugin with options from an experiment file.
 
     Raises:
-        ValidationError: values that the options do not allow.
+        ValidationError: a value is invalid.
     """
     return model.model_validate_json(json.dumps(values), strict=True)

@@ -16,8 +16,8 @@ class _Watched(Motion):
     """A motion that records which channels are read."""
 
     def __init__(self, motion: Motion) -> None:
-        # The body's own arrays: a copy may have another memory layout, and so another last bit
-        # of its sum.
+        # The body's own arrays: a copy may have a different memory layout, which changes the last
+        # bit of a sum.
         super().__init__(
             motion.frame_rate, {name: motion[name] for name in motion}, None, motion.failures
         )
@@ -38,11 +38,11 @@ def fitness_rules(
         yield advice(
             "needs",
             f"an installed body with the channels {', '.join(fitness.needs)}",
-            "none; the terms were not checked",
-            "correct 'needs', or install the package of the body",
+            "no such body; the terms were not checked",
+            "correct 'needs', or install the package of a body",
         )
         return
-    on_status(f"evaluating {found[0]}, or that was still moving")
+    on_status(f"moving and evaluating {found[0]}")
     motion, watched = moved_by(*found), _Watched(moved_by(*found))
     terms: object = fitness.terms(watched)
     if (yield from reported(_terms(terms))):
@@ -62,8 +62,8 @@ def fitness_rules(
         yield advice(
             "finite values",
             f"a finite score for some of {COUNT} random individuals of {found[0].name}",
-            "none has one",
-            "guard against overflow and division by 0",
+            "no finite score",
+            "prevent overflow and division by 0",
         )
     yield from _repeats(fitness, found, given)
 
@@ -86,7 +86,7 @@ def _terms(terms: object) -> Iterator[Finding]:
                 "shapes",
                 f"{name}: real numbers, (population,) = ({COUNT},)",
                 f"shape {values.shape}, dtype {values.dtype}",
-                "reduce each individual's term to one number, as by .sum(axis=1)",
+                "reduce each individual's term to one number, for example with .sum(axis=1)",
             )
 
 
@@ -95,7 +95,7 @@ def _reading(fitness: Fitness, watched: _Watched) -> Iterator[Finding]:
     if undeclared:
         yield error(
             "needs",
-            "every channel that is read in 'needs'",
+            "'needs' lists every channel that the fitness reads",
             f"also reads {', '.join(undeclared)}",
             f"needs = {(*fitness.needs, *undeclared)!r}",
         )
@@ -103,9 +103,9 @@ def _reading(fitness: Fitness, watched: _Watched) -> Iterator[Finding]:
     if unread:
         yield advice(
             "needs",
-            "only channels that are read in 'needs': bodies without them are refused",
+            "'needs' lists only channels that the fitness reads; bodies must have all of them",
             f"never reads {', '.join(unread)}",
-            "remove them",
+            "remove them from 'needs'",
         )
 
 
@@ -117,8 +117,8 @@ def _repeats(
     if name:
         yield error(
             "determinism",
-            "the same terms for the same motion, to the bit",
-            f"{name} differs the second time",
+            "the same terms for the same motion, bit for bit",
+            f"{name} differs in a second call",
             "use no random numbers, and keep no state between calls",
         )
         return
@@ -133,8 +133,8 @@ def _repeats(
         if name:
             yield error(
                 "chunks",
-                "the same terms, and values that depend on the individual alone",
+                "the same terms in any chunk, with values that depend only on the individual",
                 f"{name} differs when individuals are evaluated in a chunk of {len(chosen)}",
-                "use nothing of the whole population, such as its best or its mean",
+                "use no values of the whole population, such as its best or its mean",
             )
             return

@@ -1,4 +1,4 @@
-"""Rules for crossover and mutation, on real genes and on bits."""
+"""Rules for crossovers and mutations, with real genes and bits."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -30,7 +30,7 @@ def operator_rules(operator: Crossover | Mutation, figures: dict[str, float]) ->
 
 
 def _breeding(operator: Crossover | Mutation, space: GenomeSpace) -> Callable[..., object]:
-    """Return the function that breeds from genomes of parents, with the same random numbers."""
+    """Return the function that breeds from parents, always with the same random numbers."""
     if isinstance(operator, Crossover):
         return lambda mothers, fathers: operator.cross(
             mothers, fathers, space, np.random.default_rng(7)
@@ -52,9 +52,9 @@ def _bred(
     except PluginError as problem:
         yield error(
             "genome space",
-            f"{method} works on {what}, as 'spaces' declares",
+            f"{method} supports {what}, as 'spaces' declares",
             problem.what,
-            "declare in 'spaces' those that it works on: (RealSpace,) or (BitSpace,)",
+            "declare only supported spaces in 'spaces': (RealSpace,) or (BitSpace,)",
         )
         return
     if (yield from reported(array(method, what, children, shape, space.dtype))):
@@ -70,21 +70,24 @@ def _bred(
         yield error(
             "inputs",
             f"a new array from {method}",
-            f"the given one ({what})",
+            f"memory shared with an argument ({what})",
             "return a copy()",
         )
     if children.dtype.kind == "f" and not np.isfinite(children).all():
         yield error(
             "finite values",
             "finite genes",
-            f"genes that are not ({what})",
-            "guard against overflow and division by 0",
+            f"genes that are not finite ({what})",
+            "prevent overflow and division by 0",
         )
     elif not space.contains(space.repair(children)):
         yield error(
-            "bounds", "genes that repair() can bring back", f"others ({what})", "bits are 0 and 1"
+            "bounds",
+            "genes that repair() can make valid",
+            f"other genes ({what})",
+            "return only 0 and 1 as bits",
         )
     if not same(children, breed(*[genomes.copy() for genomes in parents])):
         yield error(
-            "determinism", f"the same children from the same generator ({what})", "others", ANEW
+            "determinism", f"the same children from the same generator ({what})", "different", ANEW
         )

@@ -1,4 +1,4 @@
-"""Choose what to check: installed plugins, those of a package, or those of a folder."""
+"""Choose the plugins to check: all installed ones, or those of a package or a folder."""
 
 import os
 import re
@@ -25,7 +25,7 @@ class Chosen:
     """Plugins and presets to check.
 
     Attributes:
-        entries: the plugins.
+        entries: entries of the plugins and presets.
         path: folders to import them from, before installed packages.
     """
 
@@ -35,14 +35,14 @@ class Chosen:
 
 @contextmanager
 def chosen(reference: str | Path | None) -> Iterator[Chosen]:
-    """Find the plugins of a plugin's name, a package's name or a package's folder; None is all.
+    """Find plugins by the name of a plugin or package, or by the folder of a package; None is all.
 
-    A folder need not be installed: its entry points are read from its pyproject.toml. In the
-    block, a temporary folder with metadata replaces the installation.
+    The package in a folder need not be installed: its entry points are read from its
+    pyproject.toml. In the block, a temporary folder with metadata replaces the installation.
 
     Raises:
-        PluginError: nothing has that name.
-        GaitsimError: the folder has no package with gaitsim entry points.
+        PluginError: the name is unknown.
+        GaitsimError: the folder has no package with entry points of gaitsim.
     """
     everything = tuple(
         entry for kind in CHECKED for claims in registry.entries(kind).values() for entry in claims
@@ -56,14 +56,14 @@ def chosen(reference: str | Path | None) -> Iterator[Chosen]:
     is_path = isinstance(reference, Path) or folder.name != reference or reference in (".", "..")
     if not is_path and (named or packaged):
         yield Chosen(named or packaged)
-    # os.path, unlike pathlib, answers for names that no file can have, too.
+    # Unlike pathlib, os.path does not raise an error for an invalid file name.
     elif is_path or os.path.isfile(folder / "pyproject.toml"):  # noqa: PTH113
         with TemporaryDirectory(prefix="gaitsim-") as metadata:
             yield _of_folder(folder.resolve(), Path(metadata))
     else:
         known = sorted({e.name for e in everything} | {e.package for e in everything})
         raise PluginError(
-            f"no plugin, package or folder is called {str(reference)!r}",
+            f"there is no plugin, package or folder {str(reference)!r}",
             allowed=", ".join(known),
             remedy=nearest(str(reference), known) or "a package folder has a pyproject.toml",
         )
@@ -109,7 +109,7 @@ def _table(data: dict[str, Any], key: str, file: Path) -> dict[str, Any]:
 
 
 def _sources(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
-    """Yield the folders of the modules: `src`, or the package's own."""
+    """Yield the folders that contain the modules: `src`, or the package's folder."""
     modules = {entry.target.partition(":")[0].partition(".")[0].strip() for entry in entries}
     for source in (folder / "src", folder):
         if any(
@@ -140,7 +140,7 @@ def rivals(entry: Entry) -> Finding | None:
         claim.source
         for claim in registry.entries(entry.kind).get(entry.name, [])
         if (normalized(claim.package), claim.target) != (normalized(entry.package), entry.target)
-        # An older version of the same package is replaced when this one is installed.
+        # Installing this version replaces an older version of the same package.
         and (
             normalized(claim.package) != normalized(entry.package) or claim.version == entry.version
         )

@@ -1,4 +1,4 @@
-"""An installed body with the channels that a fitness reads."""
+"""Find an installed body with the channels that a fitness reads."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -16,7 +16,7 @@ from gaitsim.testing.rules.declared import rebuilt
 def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
     """Return an installed body with the channels that the fitness reads; None if there is none.
 
-    Bodies of its own package come first, then bundled ones; others may be broken.
+    Bodies of the fitness's own package come first, then those of gaitsim; others may be broken.
     """
     for body, values in _candidates(entry):
         with suppress(GaitsimError, ValueError):
@@ -31,7 +31,7 @@ def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
 
 def _candidates(entry: Entry) -> Iterator[tuple[Entry, dict[str, object]]]:
     bodies = {name: claims[0] for name, claims in entries("organism").items() if len(claims) == 1}
-    # As its own experiments set the body up, which may decide which channels there are.
+    # With the options of its own presets, on which the channels of a body may depend.
     for name, claims in entries(EXPERIMENTS).items():
         if claims[0].package == entry.package:
             with suppress(GaitsimError, KeyError, TypeError, AttributeError):

@@ -1,4 +1,4 @@
-"""Rules for a preset: it is read, its first individuals move, and it breeds."""
+"""Rules for a preset: it must be readable, move its first individuals, and breed."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,34 +12,34 @@ from gaitsim.experiment import Experiment, load_experiment, parse_experiment
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, error
 
-FEW = 3  # individuals that are evaluated; the whole population is drawn and bred
+FEW = 3  # number of individuals evaluated, out of the whole population that is drawn and bred
 
 
 def preset_rules(entry: Entry) -> Iterator[Finding]:
-    """All rules for a preset.
+    """Check all rules for a preset.
 
     Raises:
-        GaitsimError: it has problems; names all of them.
+        GaitsimError: the preset has problems; lists all of them.
     """
     experiment = load_experiment(entry.name)
     if parse_experiment(experiment.to_toml(), "again") != experiment:
         yield error(
             "options",
-            "an experiment that is the same after being written and read",
-            "another one",
-            "give its plugins options of types that TOML has",
+            "the same experiment after writing and reading a file",
+            "a different experiment",
+            "use option types that TOML supports in its plugins",
         )
     if not experiment.description:
         yield advice(
             "description",
-            "one line about it, for 'gaitsim experiments list'",
+            "a description on one line, for 'gaitsim experiments list'",
             "none",
             f'description = "…" in {entry.name}.toml',
         )
     if experiment.name != entry.name:
         yield advice(
             "name",
-            f"name = {entry.name!r}, so that its runs are found under its name",
+            f"name = {entry.name!r}, so that runs have the name of the preset",
             f"name = {experiment.name!r}",
             f"correct it in {entry.name}.toml",
         )
@@ -48,13 +48,13 @@ def preset_rules(entry: Entry) -> Iterator[Finding]:
         yield advice(
             "finite values",
             f"a finite score for some of {FEW} random individuals",
-            "none has one",
+            "no finite score",
             "choose other options of the body, or another fitness",
         )
 
 
 def two_generations(experiment: Experiment) -> dict[str, Any]:
-    """Return the scores of some first individuals, the second population, and some of its scores.
+    """Return scores from the first generation, the second population, and some of its scores.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -62,7 +62,7 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
     space = experiment.space()
     first, state = ask(experiment, space, initial_state(experiment, space), None, 1)
     evaluation = evaluate(experiment, first[:FEW])
-    # Made up for the search: evaluating all of them would take long.
+    # Artificial scores for the search, because evaluating the whole population would take long.
     scores = np.sin(np.arange(len(first), dtype=np.float64))
     values = {name: np.resize(some, len(first)) for name, some in evaluation.values.items()}
     told = Results(first, scores, values)

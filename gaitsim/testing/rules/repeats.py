@@ -1,4 +1,4 @@
-"""Rules for a body: the same bits again, in other chunks, and in threads."""
+"""Rules for the determinism of a body: repeated calls, other chunks, and threads."""
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -9,10 +9,10 @@ from gaitsim.testing.rules.bits import differing, rows, same
 
 
 def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    """Check that the bits are the same again, alone and in another order, and genomes unchanged."""
+    """Check that motions do not depend on repetition, order or chunks, nor change genomes."""
     whole = rows(motion, range(len(genomes)))
     lent = genomes.copy()
-    # Reads all channels, as some are computed only then.
+    # Reading all channels computes those that are derived.
     again = rows(body.move(lent), range(len(genomes)))
     if not same(lent, genomes):
         yield error(
@@ -25,9 +25,9 @@ def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
     if name:
         yield error(
             "determinism",
-            "the same motion for the same genomes, to the bit",
-            f"{name} differs when the same genomes move once more",
-            "use random numbers only from a seed that is an option, and keep no state",
+            "the same motion for the same genomes, bit for bit",
+            f"{name} differs when the same genomes move a second time",
+            "draw random numbers only from a seed that is an option, and keep no state",
         )
         return  # the next rules would fail for the same reason
     order = list(reversed(range(len(genomes))))
@@ -38,10 +38,10 @@ def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
         if name:
             yield error(
                 "chunks",
-                "an individual's motion depends on its own genome alone, to the bit",
+                "each individual's motion depends only on its own genome, bit for bit",
                 f"{name} differs when individuals move {how}",
-                "use nothing of the whole population, such as its mean; a matrix product may round "
-                "differently for another number of rows",
+                "use no values of the whole population, such as its mean; note that a matrix "
+                "product may round differently for another number of rows",
             )
             return
     if body.threads:
@@ -57,7 +57,7 @@ def _threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
     if name:
         yield error(
             "threads",
-            "the same bits when two threads move populations at once, as 'threads' declares",
+            "the same bits when two threads move populations concurrently, as 'threads' declares",
             f"{name} differs",
             "keep no state between calls, or remove 'threads = True'",
         )

@@ -1,4 +1,4 @@
-"""Rules for a search: what it asks for, that its calls are pure, and that it can be resumed."""
+"""Rules for a search: valid genomes, pure calls, and a state from which it can be resumed."""
 
 import io
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ def search_rules(search: Search, figures: dict[str, float]) -> Iterator[Finding]
     for what, space in fitting(search):
         objections: list[object] = [search.objection(space, size) for size in POPULATIONS + SMALL]
         if not all(isinstance(objection, str) for objection in objections):
-            yield error("objection", "a text, '' if there is none", f"{objections[0]!r:.60}", "")
+            yield error("objection", "a string, '' for none", f"{objections[0]!r:.60}", "")
             return
         able = [
             size
@@ -52,9 +52,9 @@ def search_rules(search: Search, figures: dict[str, float]) -> Iterator[Finding]
     if refused:
         yield advice(
             "objection",
-            f"work with {POPULATIONS[0]} to {POPULATIONS[-1]} genomes on all spaces in 'spaces'",
+            f"support for {POPULATIONS[0]} to {POPULATIONS[-1]} genomes of all spaces in 'spaces'",
             "; ".join(refused),
-            "declare in 'spaces' those that it works on: (RealSpace,) or (BitSpace,)",
+            "declare only supported spaces in 'spaces': (RealSpace,) or (BitSpace,)",
         )
 
 
@@ -64,7 +64,8 @@ def _begun(trial: Trial, what: str) -> Iterator[Finding]:
     if (yield from reported(state_rule("initial()", what, state, state))):
         return
     if not same(state, trial.initial()):
-        yield error("determinism", f"the same state from initial() ({what})", "another", ANEW)
+        expected = f"the same state from each call of initial() ({what})"
+        yield error("determinism", expected, "different states", ANEW)
 
 
 def _in_space(trial: Trial, what: str) -> Iterator[Finding]:
@@ -81,7 +82,7 @@ def _in_space(trial: Trial, what: str) -> Iterator[Finding]:
 
 
 def _asked_and_told(trial: Trial, what: str, generations: int) -> Iterator[Finding]:
-    """Check each call of some generations, each called twice with the same arguments."""
+    """Check each call of some generations; call each method twice with the same arguments."""
     search, last = trial.search, None
     state: Any = trial.initial()
     if (yield from reported(state_rule("initial()", what, state, state))):
@@ -99,7 +100,7 @@ def _asked_and_told(trial: Trial, what: str, generations: int) -> Iterator[Findi
             return
         if not trial.space.contains(genomes):
             yield error(
-                "bounds", f"genomes of the space ({what})", "others", "context.repair(genomes)"
+                "bounds", f"valid genomes ({what})", "invalid genomes", "context.repair(genomes)"
             )
             return
         wrong = yield from reported(state_rule("ask()", what, asked, first))
@@ -108,7 +109,8 @@ def _asked_and_told(trial: Trial, what: str, generations: int) -> Iterator[Findi
         )
         again = search.ask(copied(state), last and _lent(last), trial.context(generation, 1))
         if not same([genomes, asked], list(again)):
-            yield error("determinism", f"the same from ask() again ({what})", "other bits", ANEW)
+            expected = f"the same result from a second call of ask() ({what})"
+            yield error("determinism", expected, "different bits", ANEW)
             return
         asked, last = copied(asked), trial.evaluated(genomes.copy(), generation)
         lent, told = copied(asked), _lent(last)
@@ -121,7 +123,8 @@ def _asked_and_told(trial: Trial, what: str, generations: int) -> Iterator[Findi
             return
         retold = search.tell(copied(asked), _lent(last), trial.context(generation, 2))
         if not same(state, retold):
-            yield error("determinism", f"the same from tell() again ({what})", "other bits", ANEW)
+            expected = f"the same result from a second call of tell() ({what})"
+            yield error("determinism", expected, "different bits", ANEW)
             return
         state = copied(state)
 
@@ -132,7 +135,7 @@ def _lent(results: Results) -> Results:
 
 
 def _resumed(trial: Trial, what: str) -> Iterator[Finding]:
-    """Check that a state that was stored continues to the same bits, in another object."""
+    """Check that another object continues from a stored state with the same bits."""
     whole = list(trial.run(GENERATIONS))
     for done in (1, GENERATIONS // 2):
         state, last = whole[done - 1]
@@ -143,19 +146,19 @@ def _resumed(trial: Trial, what: str) -> Iterator[Finding]:
             if name or not same(asked.genomes, expected.genomes):
                 yield error(
                     "resume",
-                    "a state that was stored continues to the same bits, as resumed runs must",
+                    "the same bits after the state was stored and read, because runs are resumed",
                     f"{name or 'the genomes'} differs after generation {done} ({what})",
-                    "keep in the state, as arrays, all that the next call needs",
+                    "keep everything that the next call needs in the state, as arrays",
                 )
                 return
         mismatch: object = trial.search.mismatch(_stored(state), trial.context(done + 1, 3))
         if mismatch != "":
-            yield error("mismatch", f"'' for a state of its own ({what})", f"{mismatch!r:.60}", "")
+            yield error("mismatch", f"'' for its own state ({what})", f"{mismatch!r:.60}", "")
             return
 
 
 def _stored(state: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the state written to a file and read again."""
+    """Write the state to a file, and return it as read from there."""
     file = io.BytesIO()
     np.savez(file, **state)
     file.seek(0)
@@ -169,13 +172,14 @@ def _warm_started(trial: Trial, what: str) -> Iterator[Finding]:
     state = trial.search.initial(trial.context(1, 0, start=lent))
     genomes, _ = trial.search.ask(state, None, trial.context(1, 1, start=lent))
     if not (trial.space.contains(genomes) and len(genomes) == trial.population):
-        yield error("bounds", f"genomes of the space after a warm start ({what})", "others", "")
+        expected = f"valid genomes after a warm start ({what})"
+        yield error("bounds", expected, "invalid genomes", "")
     yield from unchanged("ask()", f"{what}, warm start", start, lent)
 
 
 def _several(trial: Trial, what: str) -> Iterator[Finding]:
-    """Check a search that takes several populations at once: their shape, and an empty state."""
-    fix = "populations are one more axis in front; or remove 'several = True'"
+    """Check the shapes and the empty state of a search that handles several populations at once."""
+    fix = "return {} as the state, or remove 'several = True'"
     state, last = trial.initial(), None
     for generation in (1, 2):
         context = trial.context(generation, 1, populations=(3,))

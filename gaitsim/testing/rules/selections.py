@@ -33,11 +33,11 @@ def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator
             "selection",
             "parents that score better than the population on average",
             f"{random[parents].mean():.3f}, the population {random.mean():.3f}",
-            "more is better: np.argmax, or np.argsort(-scores)",
+            "prefer higher scores: np.argmax, or np.argsort(-scores)",
         )
     objection: object = selection.objection(40, 2, 2)
     if not isinstance(objection, str):
-        yield error("objection", "a text, '' if there is none", f"{objection!r:.60}", "")
+        yield error("objection", "a string, '' for none", f"{objection!r:.60}", "")
     figures["individuals_per_second"] = rate(
         selection.parents, [random, 500, np.random.default_rng(2)], 1000
     )
@@ -57,16 +57,16 @@ def _selected(selection: Selection, what: str, scores: Any, pairs: int) -> Itera
             "return indices into the scores",
         )
     if not same(lent, scores):
-        yield error("inputs", "unchanged scores", "parents() changes them", "copy them")
+        yield error("inputs", "unchanged scores", "parents() changes them", "work on a copy()")
     if not same(parents, selection.parents(scores.copy(), pairs, np.random.default_rng(7))):
         yield error(
-            "determinism", f"the same parents from the same generator ({what})", "others", ANEW
+            "determinism", f"the same parents from the same generator ({what})", "different", ANEW
         )
     each: Any = selection.parents_each(scores[None].copy(), pairs, np.random.default_rng(7))
     if not same(np.asarray(each), parents[None]):
         yield error(
             "parents_each",
-            f"the choice of parents() for one population ({what})",
-            "another choice",
-            "draw in the same order, or leave parents_each() out",
+            f"the same choice as parents() for a single population ({what})",
+            "a different choice",
+            "draw in the same order, or do not override parents_each()",
         )

@@ -1,4 +1,4 @@
-"""Rules for the state of a search, and for what it says of itself: figures and members."""
+"""Rules for the state of a search, its figures and its members."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -11,16 +11,16 @@ from gaitsim.testing.report import Finding, error, reported
 from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.trials import GENERATIONS, Trial
 
-COPY = "return new arrays: {**state, 'name': new}, and copy() what is changed in place"
+COPY = "return new arrays: {**state, 'name': new}, and copy() arrays before changing them in place"
 
 
 def copied(state: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a state with arrays of its own, to lend to a search."""
+    """Return a copy of a state, to pass to a search."""
     return {name: values.copy() for name, values in state.items()}
 
 
 def state_rule(method: str, what: str, state: Any, first: Any) -> Iterator[Finding]:
-    """Check that a state is arrays that a checkpoint can hold, named as the first one."""
+    """Check that a state has arrays that a checkpoint can store, with the initial names."""
     expected = f"{method} returns arrays of float64, int64, uint8 or bool by name ({what})"
     if not isinstance(state, Mapping):
         yield error("state", expected, f"a {type(state).__name__}", "return a dict")
@@ -30,10 +30,12 @@ def state_rule(method: str, what: str, state: Any, first: Any) -> Iterator[Findi
             yield error("state", "short printable names", f"{name!r:.60}", "rename it")
         elif not isinstance(values, np.ndarray):
             yield error(
-                "state", expected, f"{name}: a {type(values).__name__}", "np.array(…) around it"
+                "state", expected, f"{name}: a {type(values).__name__}", "convert it: np.array(…)"
             )
         elif values.dtype.str not in STATE_DTYPES:
-            yield error("state", expected, f"{name}: {values.dtype}", "texts as UTF-8 in uint8")
+            yield error(
+                "state", expected, f"{name}: {values.dtype}", "encode strings as UTF-8 in uint8"
+            )
     kinds = {name: getattr(values, "dtype", None) for name, values in state.items()}
     begun = {name: getattr(values, "dtype", None) for name, values in first.items()}
     if kinds != begun:
@@ -42,14 +44,14 @@ def state_rule(method: str, what: str, state: Any, first: Any) -> Iterator[Findi
         )
         yield error(
             "state",
-            "the names and dtypes that initial() gives, all the time; empty arrays where none",
-            f"{', '.join(changed)}: another after {method} ({what})",
-            "give all of them in initial()",
+            "always the names and dtypes that initial() returns; arrays may be empty",
+            f"{', '.join(changed)}: changed after {method} ({what})",
+            "return all of them from initial()",
         )
 
 
 def unchanged(method: str, what: str, before: Any, after: Any) -> Iterator[Finding]:
-    """Check that arguments are to the bit what they were before a call."""
+    """Check that a call did not change its arguments."""
     if not same(before, after):
         yield error("inputs", f"unchanged arguments ({what})", f"{method} changes them", COPY)
 
@@ -61,11 +63,11 @@ def described(trial: Trial, what: str) -> Iterator[Finding]:
         scored = np.isfinite(last.scores).any()
         figures: object = search.figures(copied(state))
         if not isinstance(figures, Mapping) or names not in (None, list(figures)):
-            yield error("figures", f"the same names all the time ({what})", f"{figures!r:.60}", "")
+            yield error("figures", f"always the same names ({what})", f"{figures!r:.60}", "")
             return
         names = list(figures)
         for name in names:
-            # A best score may be −inf where there is none.
+            # A best score may be −inf if there is none yet.
             if np.isnan(figures[name]) or (scored and not np.isfinite(figures[name])):
                 yield error("figures", f"finite numbers ({what})", f"{name}: {figures[name]}", "")
                 return
@@ -83,19 +85,20 @@ def _members(trial: Trial, what: str, members: object) -> Iterator[Finding]:
                 "members",
                 f"a gaitsim.contracts.Members, as keeps = {keeps!r}" if keeps else "None",
                 f"a {type(members).__name__}",
-                "declare in 'keeps' what members() returns: 'front' or 'archive'",
+                "declare the result of members() in 'keeps': 'front' or 'archive'",
             )
         return
     if not isinstance(members, Members):
         yield error("members", "a gaitsim.contracts.Members", f"a {type(members).__name__}", "")
         return
     count = len(members.genomes)
-    expected = f"genomes of the space, and scores and values of each ({what})"
+    expected = f"valid genomes, and scores and values of each ({what})"
     cells = members.cells
     if not (_belong(members.genomes, trial.space) and members.scores.shape == (count,)):
-        yield error("members", expected, "others", "(members, genes) and (members,)")
+        wrong = "invalid genomes, or scores of a wrong shape"
+        yield error("members", expected, wrong, "shapes (members, genes) and (members,)")
     elif any(np.shape(values) != (count,) for values in members.values.values()):
-        yield error("members", expected, "values of another shape", "each (members,)")
+        yield error("members", expected, "values of a wrong shape", "shape (members,) for each")
     elif (keeps == "front") != (cells is None) or (
         cells is not None and (cells.ndim != 2 or len(cells) != count or cells.dtype != np.int64)
     ):
@@ -116,7 +119,7 @@ def _remembered(trial: Trial, what: str, state: Any, generation: int) -> Iterato
     if genomes is None or not len(genomes):
         return
     if not _belong(genomes, trial.space):
-        yield error("remembered", f"genomes of the space, or None ({what})", "others", "")
+        yield error("remembered", f"valid genomes, or None ({what})", "invalid genomes", "")
         return
     results = trial.evaluated(genomes.copy(), generation)
     lent = copied(state)

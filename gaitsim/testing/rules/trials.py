@@ -1,4 +1,4 @@
-"""Trial runs of a search by itself, on made-up scores and values."""
+"""Trial runs of a search without a body, with artificial scores and values."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -22,15 +22,15 @@ STAND_INS: Mapping[str, object] = {
     "objectives": {"score": "max", "first": "min"},
     "axes": {"first": [0.0, 1.0], "second": [0.0, 2.0]},
 }
-"""Values of options without a default that name measures, of which the check has none."""
+"""Values for required options that name measures, because trials have no body to measure."""
 
-GENERATIONS = 8  # of a trial run
-POPULATIONS = (12, 16, 100)  # genomes in each generation: the first that a search does not refuse
+GENERATIONS = 8  # length of a trial run
+POPULATIONS = (12, 16, 100)  # sizes to try; the first one without an objection is used
 CASES = ("random scores", "half of them −inf", "all of them −inf", "equal scores", "huge scores")
 
 
 def with_stand_ins(model: type[Plugin], options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options with those that only an experiment can name, made up."""
+    """Return the options with stand-ins for required ones that only an experiment can set."""
     if not issubclass(model, Search):
         return dict(options)
     required = (name for name, field in model.model_fields.items() if field.is_required())
@@ -39,7 +39,7 @@ def with_stand_ins(model: type[Plugin], options: Mapping[str, Any]) -> dict[str,
 
 @dataclass(frozen=True)
 class _Operators:
-    """Operators that stand in for those of an experiment; see `gaitsim.contracts.Operators`."""
+    """Substitutes for the operators of an experiment; see `gaitsim.contracts.Operators`."""
 
     space: GenomeSpace
     rng: np.random.Generator
@@ -62,14 +62,14 @@ class _Operators:
 
 @dataclass(frozen=True)
 class Trial:
-    """A search on one genome space, with one kind of scores.
+    """A search in one genome space, with one kind of scores.
 
     Attributes:
-        search: the search.
-        space: its genomes.
-        population: genomes in each generation.
-        case: one of `CASES`.
-        begun: the state before the first generation; None asks the search for it.
+        search: search to test.
+        space: genome space.
+        population: number of genomes in each generation.
+        case: kind of scores, one of `CASES`.
+        begun: initial state; None calls `Search.initial`.
     """
 
     search: Search
@@ -79,7 +79,7 @@ class Trial:
     begun: State | None = None
 
     def context(self, generation: int, call: int, **parts: Any) -> Context:
-        """Return the context of a call: 0 `initial`, 1 `ask`, 2 `tell`, 3 for others."""
+        """Return the context of a call: 0 for `initial`, 1 `ask`, 2 `tell`, 3 other methods."""
         rng = np.random.default_rng([5, generation, call])
         operators = None
         if self.search.operators:
@@ -87,13 +87,13 @@ class Trial:
         return Context(self.space, self.population, generation, rng, operators=operators, **parts)
 
     def initial(self) -> State:
-        """Return the state before the first generation, in arrays of its own."""
+        """Return a copy of the initial state."""
         if self.begun is None:
             return self.search.initial(self.context(1, 0))
         return {name: values.copy() for name, values in self.begun.items()}
 
     def evaluated(self, genomes: Genomes, generation: int) -> Results:
-        """Return made-up scores, and values of all that the search reads."""
+        """Return artificial scores, and values for all names that the search reads."""
         shares = genomes.astype(np.float64)
         if isinstance(self.space, RealSpace):
             shares = (genomes - self.space.lower) / self.space.width
@@ -117,7 +117,7 @@ class Trial:
     def run(
         self, generations: int, state: Any = None, last: Results | None = None, done: int = 0
     ) -> Iterator[tuple[Any, Results]]:
-        """Yield state and results of each generation; continues after `done` generations."""
+        """Yield the state and results of each generation after the first `done` ones."""
         state = self.initial() if state is None else state
         for generation in range(done + 1, generations + 1):
             genomes, state = self.search.ask(state, last, self.context(generation, 1))
@@ -127,11 +127,11 @@ class Trial:
 
 
 def parts(results: Results | None) -> list[Any]:
-    """Return the arrays of results, to compare."""
+    """Return the arrays of results, for comparison."""
     return [] if results is None else [results.genomes, results.scores, dict(results.values)]
 
 
 def trial(search: Search, space: GenomeSpace) -> Trial | None:
-    """Return a trial with the first population that the search does not refuse; None for none."""
+    """Return a trial with the first size that the search supports; None if it supports none."""
     able = (size for size in POPULATIONS if not search.objection(space, size))
     return next((Trial(search, space, size) for size in able), None)

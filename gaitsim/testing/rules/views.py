@@ -1,4 +1,4 @@
-"""Rules for a body's skeleton and rig, its measures and the joint angles that it plays."""
+"""Rules for the skeleton, the rig and the measures of a body, and for playing joint angles."""
 
 from collections.abc import Iterator
 
@@ -9,7 +9,7 @@ from gaitsim.contracts.solid import SkeletonError
 from gaitsim.testing.report import Finding, error
 from gaitsim.testing.rules.bits import same
 
-_LENGTHS = 1e-3  # of the longest segment: difference between a rig's segments and a skeleton's
+_LENGTHS = 1e-3  # tolerance for the lengths of a rig's segments, as a share of the longest one
 
 
 def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
@@ -18,7 +18,7 @@ def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
         try:
             drawn: object = body.skeleton(motion, individual)
         except SkeletonError as problem:
-            yield error("skeleton", "shapes that fit each other", str(problem), "see Skeleton")
+            yield error("skeleton", "consistent shapes", str(problem), "see Skeleton")
             return
         if not isinstance(drawn, Skeleton):
             yield error("skeleton", "a gaitsim.contracts.Skeleton", f"a {type(drawn).__name__}", "")
@@ -32,7 +32,7 @@ def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
                 "at least one frame and one segment, finite points, a frame rate above 0",
                 f"{len(drawn.segments)} frames, {len(drawn.names)} segments, "
                 f"{drawn.frame_rate} Hz{'' if finite else ', points that are not finite'}",
-                "give both ends of each segment in metres, (frames, segments, 2, 3)",
+                "return both ends of each segment in metres, (frames, segments, 2, 3)",
             )
             return
         if drawn.poses is not None and individual not in motion.failures:
@@ -43,17 +43,17 @@ def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
                     "skeleton",
                     "poses with unit quaternions (w, x, y, z)",
                     f"a quaternion of length {length:.3g}",
-                    "put the position first, then the quaternion",
+                    "return the position first, then the quaternion",
                 )
                 return
 
 
 def rigged(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """Check that the rig, if there is one, has the joints and what the skeleton has, in order."""
+    """Check that the rig, if any, has the body's joints and the skeleton's parts, in order."""
     try:
         rig: object = body.rig()
     except SkeletonError as problem:
-        yield error("rig", "a tree of links whose parts fit each other", str(problem), "see Rig")
+        yield error("rig", "a tree of links with consistent parts", str(problem), "see Rig")
         return
     if rig is None:
         return
@@ -76,7 +76,7 @@ def rigged(body: Organism, motion: Motion) -> Iterator[Finding]:
                 "rig",
                 f"the {what}, in that order: {', '.join(expected) or 'none'}",
                 ", ".join(of_rig) or "none",
-                "give the rig what the skeleton has",
+                "use the same names in the rig and in the skeleton",
             )
             return
     if 0 in motion.failures:
@@ -89,12 +89,12 @@ def rigged(body: Organism, motion: Motion) -> Iterator[Finding]:
             "rig",
             f"segments as long as the skeleton's, {rig.names[worst]!r} {shown[worst]:.4g} m",
             f"{lengths[worst]:.4g} m",
-            "give both ends in the frame of the link",
+            "return both ends of a segment in the frame of its link",
         )
 
 
 def measured(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """Check that each measure has one number an individual."""
+    """Check that each measure has one number per individual."""
     for name, measure in body.measures(motion).items():
         shape = np.shape(measure.values) if isinstance(measure, Measure) else None
         if shape != (motion.population,):
@@ -102,27 +102,27 @@ def measured(body: Organism, motion: Motion) -> Iterator[Finding]:
                 "measures",
                 f"{name}: a Measure with values (population,) = ({motion.population},)",
                 f"a {type(measure).__name__}" if shape is None else f"shape {shape}",
-                "one number an individual",
+                "return one number per individual",
             )
 
 
 def played(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """Check that the body plays the joint angles that it moved by."""
+    """Check that the body can play the joint angles of its own motion."""
     if not body.can_play or "joint_angles" not in motion:
         return
     angles = motion["joint_angles"].copy()
     lent = angles.copy()
     played: object = body.play(lent)
     if not same(lent, angles):
-        yield error("play", "joint angles as they were given", "play() changes them", "copy them")
+        yield error("play", "unchanged joint angles", "play() changes them", "work on a copy()")
     if not isinstance(played, Motion):
-        yield error("play", "a Motion", f"a {type(played).__name__}", "return what move() does")
+        yield error("play", "a Motion", f"a {type(played).__name__}", "return a Motion, as move()")
         return
     shape = np.shape(played["joint_angles"]) if "joint_angles" in played else ()
     if shape != angles.shape:
         yield error(
             "play",
-            f"the channel joint_angles as it was played, {angles.shape}",
+            f"the channel joint_angles with the shape of the argument, {angles.shape}",
             f"shape {shape}",
-            "put it in the Motion",
+            "add the channel to the Motion",
         )

@@ -1,4 +1,4 @@
-"""Rules for a body that can be in several worlds."""
+"""Rules for a body with conditions, which can be in several worlds."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from gaitsim.testing.rules.bits import other_shapes, same, same_space
 
 
 def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    """Check the conditions of a body, its nominal world, and one that differs in all of them."""
+    """Check the conditions of a body, its nominal world, and a world with other conditions."""
     conditions = body.conditions()
     if not conditions:
         return
@@ -28,7 +28,7 @@ def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterato
         if not (usual and one.least <= one.nominal <= one.most):
             yield error(
                 "worlds",
-                f"{name}: low ≤ high, and both and the nominal value from least to most",
+                f"{name}: low ≤ high, and low, high and nominal between least and most",
                 f"{one!r}",
                 "correct the condition",
             )
@@ -39,9 +39,9 @@ def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterato
     if not same(told.move(genomes.copy()), motion):
         yield error(
             "worlds",
-            "in a world with all nominal values, the motion of a body that is told none",
-            "another",
-            "let a condition with its nominal value change no bit",
+            "the same motion with all nominal values as without any values",
+            "a different motion",
+            "make sure that nominal values do not change a single bit",
         )
     far = {
         name: one.low if one.low != one.nominal else one.high for name, one in conditions.items()
@@ -51,8 +51,8 @@ def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterato
         yield error(
             "worlds",
             "the same genome space in every world",
-            "another",
-            f"let genome_space() not depend on {WORLD!r}",
+            "a different space",
+            f"make genome_space() independent of {WORLD!r}",
         )
         return
     moved = other.move(genomes.copy())
@@ -61,5 +61,5 @@ def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterato
             "worlds",
             f"{shapes[0]}: the same shape in every world, {motion[shapes[0]].shape}",
             f"shape {np.shape(moved[shapes[0]])}",
-            "keep the number of frames and joints",
+            "return the same number of frames and joints in every world",
         )
