@@ -1,51 +1,53 @@
-"""A run that evolves in a process of its own, controlled and watched from other ones.
+"""A run that evolves in its own process, which other processes control and watch.
 
-    a program             commands, a JSON object a line ──▶ stdin  python -m gaitsim.live RUN
-                          ◀── snapshots, a JSON object a line stdout
+    a program             commands, one JSON object per line ──▶ stdin  python -m gaitsim.live RUN
+                          ◀── snapshots, one JSON object per line stdout
 
     RunProcess, in        commands ──▶ a Unix socket    python -m gaitsim.live --listen RUN
     any number of places  ◀── snapshots
 
-With `--listen` the process leaves the one that began it: it outlives it, and takes commands from
-any client of its socket, which lies in a private folder of the user (`gaitsim.runs.background`).
-A client that joins first gets a snapshot with everything but the rows; they are in the run's
-folder. One that leaves, or does not read for two seconds, does not matter to the run.
+With `--listen` the process detaches from its parent, outlives it, and accepts commands from any
+client of its socket in a private folder of the user (`gaitsim.runs.background`). A new client first
+receives a snapshot with everything but the rows, which are in the run's folder. A client that
+disconnects, or does not read for two seconds, does not affect the run.
 
 Commands:
 
-    {"do": "pause"}                                    after the current generation
+    {"do": "pause"}                                    pause after the current generation
     {"do": "go"}                                       continue after a pause
-    {"do": "step"}                                     one generation, then pause
-    {"do": "set", "values": {"mutation.rate": 0.1}}    between two generations, as a stage;
-                                                       "typed" instead has texts as for --set
-    {"do": "stop"}                                     after this generation, saved
+    {"do": "step"}                                     evolve one generation, then pause
+    {"do": "set", "values": {"mutation.rate": 0.1}}    change options between two generations, as
+                                                       a stage; "typed" instead of "values" takes
+                                                       texts as --set does
+    {"do": "stop"}                                     save and stop after the current generation
 
-SIGTERM is a `stop`, too, and so is the end of standard input. SIGINT is ignored, as Ctrl-C in a
-terminal is meant for the program in front. A line that is not a command is ignored.
+SIGTERM and the end of standard input act as `stop`. SIGINT is ignored, as Ctrl-C in a terminal is
+meant for the program in the foreground. Lines that are not commands are ignored.
 
-A snapshot is written when something happens, at most twenty times a second. Its keys; those
-after `generations_per_second` only where they have changed:
+A snapshot is written after each change, at most twenty times a second. Its keys are as follows;
+those after `generations_per_second` appear only if they have changed:
 
-    state         preparing, running, paused; with `--listen` also queued, as no more runs evolve
-                  at once than there are cores; at the end finished, stopped or failed
-    reason        why the run is finished; ''
-    generation    the last one that is on the disk; 0 before the first
-    generations   as many as are planned
-    stage         from 1
-    scored_from   the first generation whose scores can be compared with the present ones
-    evaluations   individuals so far
-    evaluations_per_second, generations_per_second  of late; 0 where it rests
-    rows          of the generations since the last snapshot: {column of the history: [numbers]};
-                  for a slow reader the oldest are left out; the run has them
-    top           of the last generation: [{"score": number, "terms": {term: number}}], best first
-    islands       the best score of each island in the last generation: [numbers]; only where
-                  there are several
-    champion      the best so far: {"generation", "score", "genome": [numbers]}
-    events        what happened: [{"generation", "kind", "text"}]; kinds are best, kept, stage
-                  and warning
-    error         {"what", "where", "allowed", "remedy"}, with "problems", a list of such, where
-                  there are several. With the state `failed` it ended the process. Otherwise a
-                  change was refused, and the run continues as before.
+    state         preparing, running or paused; with `--listen` also queued, while as many runs
+                  evolve as there are cores; at the end finished, stopped or failed
+    reason        reason why the run is finished; '' otherwise
+    generation    last generation on disk; 0 before the first
+    generations   number of planned generations
+    stage         number of the stage, counted from 1
+    scored_from   first generation whose scores are comparable with the current ones
+    evaluations   number of individuals evaluated so far
+    evaluations_per_second, generations_per_second  current speed; 0 while the search is idle
+    rows          history of the generations since the last snapshot: {column: [numbers]}; for a
+                  slow reader the oldest rows are omitted, but remain in the run's folder
+    top           best individuals of the last generation, best first:
+                  [{"score": number, "terms": {term: number}}]
+    islands       best score of each island in the last generation: [numbers]; only with several
+                  islands
+    champion      best individual so far: {"generation", "score", "genome": [numbers]}
+    events        events since the last snapshot: [{"generation", "kind", "text"}]; kinds are best,
+                  kept, stage and warning
+    error         {"what", "where", "allowed", "remedy"}, with a list "problems" of the same form
+                  if there are several. With the state `failed` the error ended the process.
+                  Otherwise a change was refused, and the run continues as before.
 
-Numbers that are not finite are null. The process ends with 0, or 2 where it failed by an `error`.
+Numbers that are not finite are null. The exit code is 0, or 2 after an `error`.
 """

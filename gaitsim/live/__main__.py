@@ -21,7 +21,7 @@ Connected = tuple["CommandQueue", "Reporter"]
 
 
 def main() -> int:
-    """Evolve; return 2 where that failed."""
+    """Evolve the run; return 0, or 2 if that failed."""
     parser = argparse.ArgumentParser("python -m gaitsim.live", allow_abbrev=False)
     parser.add_argument("run", type=Path)
     parser.add_argument("--listen", action="store_true")
@@ -32,10 +32,10 @@ def main() -> int:
     parser.add_argument("--any-version", action="store_true")
     given = parser.parse_args()
 
-    # First, as the controlling process may end it before the libraries are loaded.
+    # First, as Ctrl-C may arrive while the libraries are being loaded.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if given.listen and os.fork() > 0:
-        # What remains is no child of the process that began it, which need not wait for it.
+        # The child is orphaned, so the process that started it need not wait for it.
         os._exit(0)
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import parse_assignments
@@ -58,7 +58,7 @@ def main() -> int:
                 workers=given.workers,
                 any_version=given.any_version,
             )
-    except GaitsimError as error:  # it cannot listen
+    except GaitsimError as error:  # the socket cannot be opened
         print(json.dumps({"error": error.to_dict()}), flush=True)  # noqa: T201
         return 2
     return 2 if state == "failed" else 0
@@ -66,7 +66,7 @@ def main() -> int:
 
 @contextmanager
 def _on_stdio(_run: Path, *, paused: bool) -> Iterator[Connected]:
-    """Take commands from standard input until it ends, and report to standard output."""
+    """Read commands from standard input until it ends, and report to standard output."""
     source, sink = isolate_stdio()
     from gaitsim.live.commands import CommandQueue
     from gaitsim.live.reporter import Reporter
@@ -79,7 +79,7 @@ def _on_stdio(_run: Path, *, paused: bool) -> Iterator[Connected]:
 
 @contextmanager
 def _on_socket(run: Path, *, paused: bool) -> Iterator[Connected]:
-    """Take commands from any client of a socket, and report to all."""
+    """Accept commands from any client of a socket, and report to all clients."""
     from gaitsim.live.commands import CommandQueue
     from gaitsim.live.hub import Hub
     from gaitsim.live.places import Place, places
@@ -94,7 +94,7 @@ def _on_socket(run: Path, *, paused: bool) -> Iterator[Connected]:
     hub = Hub(presence.listener, commands, presence.tend)
     reporter = Reporter(hub.write, on_state=presence.note)
     hub.serve(reporter.everything)
-    with suppress(OSError):  # the process that began it has gone
+    with suppress(OSError):  # the parent process has ended
         print(json.dumps({"pid": os.getpid()}), flush=True)  # noqa: T201
     presence.redirect()
     try:

@@ -1,4 +1,4 @@
-"""Begin, find and stop processes that evolve runs in the background."""
+"""Start, find and stop processes that evolve runs in the background."""
 
 import json
 import os
@@ -28,7 +28,7 @@ from gaitsim.toml import text
 
 STARTING = 60.0  # seconds
 ANSWERING = 5.0  # seconds
-PERIOD = 0.05  # seconds between two looks whether a process has ended
+PERIOD = 0.05  # seconds between two checks whether a process has ended
 
 
 def evolving(run: Path) -> State | None:
@@ -44,11 +44,11 @@ def check_detached(
     *,
     any_version: bool = False,
 ) -> None:
-    """Check at once that a run can be evolved, rather than when its turn comes.
+    """Check that a run can be evolved, before it is queued.
 
     Raises:
-        ExperimentError: the experiment has problems, or would have them with the overrides.
-        RunError: a process evolves the run, or it would not continue under these options.
+        ExperimentError: the experiment has problems, with or without the overrides.
+        RunError: a process already evolves the run, or it cannot continue with these options.
     """
     RunLock(run).release()
     found = RunSnapshot(run, keep_damaged=True)
@@ -70,23 +70,23 @@ def start_detached(
     paused: bool = False,
     any_version: bool = False,
 ) -> int:
-    """Evolve a run in a process of its own, which outlives this one; return its number.
+    """Evolve a run in its own process, which outlives this one; return its process id.
 
-    It begins at once, or is queued where as many runs evolve in the background as there are
-    cores. What prevents it from evolving is found later, and told to its clients, or by
+    The run starts immediately, or is queued while as many runs evolve in the background as there
+    are cores. Later failures are reported to its clients and by
     `gaitsim.runs.background.last_failure`.
 
     Args:
-        run: its folder.
-        generations: the last generation to evolve; None as planned.
-        workers: number of parallel workers; None for the usual number.
-        overrides: options to change to begin with, by key.
-        paused: whether it waits before its first generation.
-        any_version: resume although a package has another version now.
+        run: folder of the run.
+        generations: last generation to evolve; None for the planned one.
+        workers: number of parallel workers; None for the default.
+        overrides: options to change at the start, by key.
+        paused: whether to pause before the first generation.
+        any_version: whether to resume with other versions of packages.
 
     Raises:
         GaitsimError: the process cannot be started.
-        RunError: one evolves the run already, or the run's folder is gone.
+        RunError: a process already evolves the run, or the run's folder does not exist.
     """
     if sys.platform == "win32":
         raise GaitsimError(
@@ -105,7 +105,7 @@ def start_detached(
             [sys.executable, "-m", "gaitsim.live", "--listen", *arguments, "--", str(run)],
             stdin=subprocess.DEVNULL,
             capture_output=True,
-            start_new_session=True,  # so that Ctrl-C and a lost terminal are ours alone
+            start_new_session=True,  # keeps Ctrl-C and SIGHUP from the child
             check=False,
             timeout=STARTING,
         )
@@ -114,7 +114,7 @@ def start_detached(
     except (OSError, subprocess.TimeoutExpired, ValueError) as error:
         reason = next(iter(said.decode(errors="replace").strip().splitlines()[-1:]), str(error))
         raise GaitsimError(
-            f"the process that is to evolve the run cannot be started: {reason}", where=str(run)
+            f"the process that evolves the run cannot be started: {reason}", where=str(run)
         ) from None
     if "error" in answer:
         raise error_from_dict(answer["error"])
@@ -125,11 +125,11 @@ def stop(run: Path, timeout: float | None = None) -> bool:
     """Stop a run that evolves in the background after its current generation, and save it.
 
     Args:
-        run: its folder.
-        timeout: seconds to wait for the end of its process; None without a limit.
+        run: folder of the run.
+        timeout: maximum seconds to wait for the end of its process; None for no limit.
 
     Returns:
-        whether its process has ended.
+        Whether the process has ended.
 
     Raises:
         RunError: no process evolves the run in the background.
@@ -137,8 +137,8 @@ def stop(run: Path, timeout: float | None = None) -> bool:
     found = request_stop(run)
     if found is None:
         raise RunError(
-            f"the run {run} does not evolve in the background",
-            remedy="'gaitsim runs' lists the runs and their states",
+            f"the run {run} is not evolving in the background",
+            remedy="list the runs and their states with 'gaitsim runs'",
         )
     end = None if timeout is None else time.monotonic() + timeout
     while (left := background_process(run)) is not None and left.pid == found.pid:
@@ -149,9 +149,9 @@ def stop(run: Path, timeout: float | None = None) -> bool:
 
 
 def request_stop(run: Path) -> BackgroundProcess | None:
-    """Let a run in the background stop after its current generation; return its process.
+    """Stop a run in the background after its current generation; return its process.
 
-    By a signal, which also reaches a process that takes no command at the moment.
+    A signal reaches a process even while it accepts no commands.
     """
     found = background_process(run)
     if found is not None:
@@ -163,7 +163,7 @@ def send(run: Path, *commands: Command) -> None:
     """Send commands to the process that evolves a run in the background.
 
     Raises:
-        RunError: it does not take them.
+        RunError: the process does not accept them.
     """
     try:
         with (
@@ -173,14 +173,14 @@ def send(run: Path, *commands: Command) -> None:
             client.settimeout(ANSWERING)
             client.connect(name)
             client.sendall(b"".join(map(write_command, commands)))
-            # A connection that is closed before everything is read is reset.
+            # Closing a connection before everything is read would reset it.
             client.shutdown(socket.SHUT_WR)
             while client.recv(65536):
                 pass
     except OSError as error:
         raise RunError(
-            f"the process that evolves the run {run} takes no command: {error.strerror or error}",
-            remedy="'gaitsim runs' lists the runs and their states",
+            f"the process that evolves the run {run} accepts no commands: {error.strerror or error}",
+            remedy="list the runs and their states with 'gaitsim runs'",
         ) from None
 
 
@@ -197,5 +197,5 @@ def _signal(pid: int, number: signal.Signals) -> None:
 
 
 def _typed(value: Any) -> str:
-    """Return a value as a person types it."""
+    """Return a value in the syntax of `--set`."""
     return value if isinstance(value, Typed) else text(value)

@@ -1,4 +1,4 @@
-"""Commands queued by the controlling process, taken between two generations."""
+"""Commands queued by the controlling process, executed between two generations."""
 
 import queue
 import threading
@@ -10,21 +10,21 @@ from typing import Protocol
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Command, State, read_command
 
-PERIOD = 0.4  # seconds between two looks for a free place, or whether the run is still there
+PERIOD = 0.4  # seconds between two checks for a free place, and for the run's folder
 
 
 class Place(Protocol):
-    """What a run needs to evolve, where only some do at once."""
+    """A permit to evolve, if only some runs may evolve at a time."""
 
     def take(self) -> bool:
-        """Return whether the run may evolve; ask again later otherwise."""
+        """Return whether the run may evolve; if not, call it again later."""
 
     def leave(self) -> None:
         """Let another run evolve."""
 
 
 class OwnPlace:
-    """The place of a run that no other waits for."""
+    """The place of a run that does not compete with others."""
 
     def take(self) -> bool:
         """Return True."""
@@ -35,13 +35,13 @@ class OwnPlace:
 
 
 class CommandQueue:
-    """Commands as they arrive, and whether the search is paused or waits for its turn.
+    """The queue of commands, and the state of the search: paused, queued or running.
 
     Args:
-        paused: whether it begins paused.
-        place: taken while the search runs.
-        check: called before each generation and now and then while the search rests; raises a
-            GaitsimError where the run cannot continue.
+        paused: whether the search starts paused.
+        place: place that is taken while the search runs.
+        check: function called before each generation, and occasionally while the search is idle;
+            raises a GaitsimError if the run cannot continue.
     """
 
     def __init__(
@@ -59,9 +59,9 @@ class CommandQueue:
         self._step = False
 
     def cause(self, error: GaitsimError) -> GaitsimError:
-        """Return why the run cannot continue at all, where that caused an error; else the error.
+        """Return the underlying reason why the run cannot continue, or else the error itself.
 
-        A folder that is being deleted loses its files first.
+        While a folder is being deleted, missing files cause other errors first.
         """
         try:
             self._check()
@@ -76,7 +76,7 @@ class CommandQueue:
         self._commands.put(command)
 
     def listen(self, lines: Iterable[bytes]) -> None:
-        """Add the commands of lines in a thread; a `stop` after the last line."""
+        """Add the commands in lines, in a thread; add a `stop` after the last line."""
 
         def read() -> None:
             try:
@@ -84,28 +84,28 @@ class CommandQueue:
                     command = read_command(line)
                     if command is not None:
                         self.add(command)
-            except (OSError, ValueError):  # the stream broke, which is an end as well
+            except (OSError, ValueError):  # a broken stream ends the commands too
                 pass
             self.add(Command("stop"))
 
         threading.Thread(target=read, daemon=True).start()
 
     def turn(self, on_state: Callable[[State], None]) -> bool:
-        """Wait for the turn of a run that is not open yet; return False on a `stop`.
+        """Wait until a run that is not open yet may evolve; return False on a `stop`.
 
         A `set` is kept for `next`.
 
         Args:
-            on_state: called with `queued` or `paused` while it waits.
+            on_state: function called with `queued` or `paused` during the wait.
 
         Raises:
             GaitsimError: the run cannot continue.
         """
-        resting, told = False, ""
+        resting, reported = False, ""
         while resting or not self._place.take():
             if resting:
                 self._place.leave()
-            told = _tell("paused" if resting else "queued", told, on_state)
+            reported = _report("paused" if resting else "queued", reported, on_state)
             self._check()
             command = self._get(PERIOD)
             if command is None:
@@ -124,21 +124,21 @@ class CommandQueue:
         """Wait while paused or queued; return a `stop` or `set`, or None to evolve a generation.
 
         Args:
-            on_state: called with `paused` or `queued` before waiting, and `running` before a
-                generation.
+            on_state: function called with `paused` or `queued` before waiting, and with `running`
+                before a generation.
 
         Raises:
             GaitsimError: the run cannot continue.
         """
-        told = ""
+        reported = ""
         while True:
             self._check()
             waits = True
             if self.paused and not self._step:
                 self._place.leave()
-                told = _tell("paused", told, on_state)
+                reported = _report("paused", reported, on_state)
             elif not self._place.take():
-                told = _tell("queued", told, on_state)
+                reported = _report("queued", reported, on_state)
             elif self._step and not self._later:
                 self._step, self.paused = False, True
                 break
@@ -156,15 +156,15 @@ class CommandQueue:
         return None
 
     def _get(self, seconds: float) -> Command | None:
-        """Return the next command, waiting for it; None where none comes."""
+        """Wait for the next command and return it; None if none arrives."""
         try:
             return self._commands.get(block=seconds > 0, timeout=seconds or None)
         except queue.Empty:
             return None
 
 
-def _tell(state: State, told: str, on_state: Callable[[State], None]) -> str:
-    """Report a state that is new; return it."""
-    if state != told:
+def _report(state: State, reported: str, on_state: Callable[[State], None]) -> str:
+    """Report a state unless it was the last one reported; return it."""
+    if state != reported:
         on_state(state)
     return state

@@ -14,20 +14,20 @@ class BackgroundControls:
     """A run on disk, with the methods that evolve it in the background.
 
     Attributes:
-        path: its folder.
+        path: folder of the run.
     """
 
     path: Path
 
     @property
     def state(self) -> State | None:
-        """What `gaitsim runs` says of it, such as `running` or `queued`; None where it is gone."""
+        """The state in `gaitsim runs`, such as `running`; None if the folder is gone."""
         found = overview(self.path)
         return found.state if found else None
 
     @property
     def failure(self) -> GaitsimError | None:
-        """Why its last process in the background failed; None where it did not."""
+        """The error of its last process in the background; None if that did not fail."""
         return last_failure(self.path)
 
     def detach(
@@ -40,13 +40,13 @@ class BackgroundControls:
         """Continue the run in the background, in a process that outlives this one.
 
         Args:
-            generations: the last generation to evolve, counted from the first one; None as planned.
-            set: options from here on, by key; those that matter begin a stage.
-            workers: number of parallel workers; None for what suits the body.
+            generations: last generation to evolve, counted from 1; None for the planned one.
+            set: options to change from here on, by key; a change of results starts a stage.
+            workers: number of parallel workers; None for the body's default.
 
         Raises:
             ExperimentError: the options have problems.
-            GaitsimError: the run is evolved already, or cannot be evolved in the background.
+            GaitsimError: the run is already evolving, or cannot be evolved in the background.
         """
         background.check_detached(self.path, set, generations)
         background.start_detached(
@@ -54,15 +54,15 @@ class BackgroundControls:
         )
 
     def stop(self, timeout: float | None = None) -> bool:
-        """Stop it in the background after its current generation, saved.
+        """Save and stop the run after its current generation.
 
         Args:
-            timeout: seconds to wait for it; None without a limit.
+            timeout: maximum seconds to wait; None for no limit.
 
         Returns:
-            whether it has stopped.
+            Whether the run has stopped.
 
         Raises:
-            RunError: it does not evolve in the background.
+            RunError: the run is not evolving in the background.
         """
         return background.stop(self.path, timeout)

@@ -13,13 +13,13 @@ from gaitsim.runs.stages import RunStage
 def events_in(
     history: HistoryBuffer, stages: Sequence[RunStage], kept: Collection[int], first: int = 1
 ) -> list[Event]:
-    """Return better best scores, kept champions and stages, from a generation on, in order.
+    """Return new best scores, saved champions and stages from a generation on, in order.
 
     Args:
-        history: of the run.
-        stages: of the run.
-        kept: generations of which a champion's file is kept.
-        first: the first generation to report.
+        history: history of the run.
+        stages: stages of the run.
+        kept: generations with the file of a champion.
+        first: first generation to report.
     """
     found = [
         Event(stage.first, "stage", str(change))
@@ -43,7 +43,7 @@ def events_in(
 
 
 def _comparable(stages: Sequence[RunStage], generations: int) -> list[tuple[int, int]]:
-    """Return first and last generations whose scores can be compared with one another."""
+    """Return the first and last generation of each span with comparable scores."""
     starts: set[int] = set()
     for stage in stages:
         if stage.number == 1 or stage.reevaluated:

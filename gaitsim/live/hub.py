@@ -11,19 +11,19 @@ from gaitsim.live.commands import CommandQueue
 from gaitsim.live.protocol import read_command
 
 LONGEST_COMMAND = 2**20  # bytes
-PATIENCE = 2.0  # seconds that a client may leave what it was sent
+PATIENCE = 2.0  # seconds that a client may leave lines unread
 TENDED_EVERY = 5.0  # seconds
 
 
 class Hub:
-    """Sends lines to all clients, and takes commands from them, in a thread of its own.
+    """Sends lines to all clients and receives their commands, in its own thread.
 
-    A client that leaves does not matter. One that does not read is dropped, and may come back.
+    Clients may disconnect at any time. A client that does not read is dropped and may reconnect.
 
     Args:
-        listener: a socket that listens.
-        commands: receives the commands of all clients.
-        tend: called every few seconds.
+        listener: listening socket.
+        commands: queue for the commands of all clients.
+        tend: function called every few seconds.
     """
 
     def __init__(
@@ -41,18 +41,18 @@ class Hub:
         self._thread = threading.Thread(target=lambda: asyncio.run(self._run()), daemon=True)
 
     def serve(self, greeting: Callable[[], bytes]) -> None:
-        """Begin; the first line for a client is the `greeting`, with everything known."""
+        """Start serving; `greeting` returns the first line for each client."""
         self._greeting = greeting
         self._thread.start()
         self._ready.wait()
 
     def write(self, line: bytes) -> None:
-        """Send a line to all clients, from any thread; does not wait for them."""
+        """Send a line to all clients without waiting; callable from any thread."""
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._send, line)
 
     def close(self) -> None:
-        """Send what is left, for a while, and end."""
+        """Send the remaining lines, with a time limit, and end."""
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._closing.set)
         self._thread.join(2 * PATIENCE)
@@ -72,7 +72,7 @@ class Hub:
             await asyncio.wait_for(self._finish(), PATIENCE)
 
     async def _finish(self) -> None:
-        """Wait until the clients have what they were sent, and have gone."""
+        """Wait until the clients have received all lines and disconnected."""
         for writer in [*self._clients]:
             with suppress(OSError):
                 writer.close()
@@ -81,7 +81,7 @@ class Hub:
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(self._greeting())
         self._clients[writer] = None
-        # A line that is too long is an end, too.
+        # A line that is too long ends the connection too.
         with suppress(OSError, ValueError):
             while line := await reader.readline():
                 command = read_command(line)

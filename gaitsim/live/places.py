@@ -1,4 +1,4 @@
-"""The queue of runs that evolve in the background: as many at once as there are cores."""
+"""The queue of runs in the background: as many evolve at a time as there are cores."""
 
 import os
 from contextlib import suppress
@@ -11,14 +11,14 @@ from gaitsim.evaluation.executors import cores
 
 VARIABLE = "GAITSIM_BACKGROUND_RUNS"
 FOLDER, GUARD = "queue", "queue.lock"
-GUARDED = 1.0  # seconds that another process may take
+GUARDED = 1.0  # seconds to wait for another process
 
 
 def places() -> int:
-    """Return how many runs may evolve in the background at once.
+    """Return the maximum number of runs that evolve in the background at a time.
 
     Raises:
-        GaitsimError: the environment asks for an invalid number.
+        GaitsimError: the environment variable has an invalid value.
     """
     given = os.environ.get(VARIABLE)
     if not given:
@@ -26,21 +26,21 @@ def places() -> int:
     if given.isascii() and given.isdecimal() and int(given[:9]) >= 1:
         return int(given[:9])
     raise GaitsimError(
-        f"{given!r} is not a number of runs that evolve at once",
+        f"invalid number of parallel runs: {given!r}",
         where=f"environment variable {VARIABLE}",
-        allowed="a whole number, 1 or more; without it, one for each core",
+        allowed="a whole number, 1 or more; if unset, the number of cores",
     )
 
 
 class Place:
-    """A place among the runs that evolve at once.
+    """A place among the runs that evolve at the same time.
 
-    A process that wants one takes a ticket, a file that it locks. The first tickets of living
-    processes are those whose runs evolve; the others wait in order.
+    A process draws a ticket, a file that it locks. The runs of the first `count` tickets of living
+    processes evolve; the others wait in order.
 
     Args:
-        folder: the private folder of the background processes.
-        count: how many evolve at once.
+        folder: private folder of the background processes.
+        count: maximum number of runs that evolve at a time.
     """
 
     def __init__(self, folder: Path, count: int) -> None:
@@ -50,9 +50,9 @@ class Place:
         self._taken = False
 
     def take(self) -> bool:
-        """Return whether this run may evolve; the first call takes a ticket.
+        """Return whether this run may evolve; the first call draws a ticket.
 
-        On a full or broken file system nothing waits.
+        On a full or broken file system, runs do not wait.
         """
         if self._taken:
             return True
@@ -68,7 +68,7 @@ class Place:
         return self._taken
 
     def leave(self) -> None:
-        """Let the next run evolve; a later `take` queues again."""
+        """Free the place for the next run; a later `take` queues again."""
         self._taken = False
         if self._ticket is not None:
             with suppress(OSError):
@@ -87,7 +87,7 @@ class Place:
         return sorted(name for name in os.listdir(self._folder) if name.isdecimal())  # noqa: PTH208
 
     def _first(self, mine: str) -> bool:
-        """Whether fewer than `count` living processes come before; remove tickets of dead ones."""
+        """Return whether the ticket is among the first `count`; remove those of dead processes."""
         before = 0
         for name in self._names():
             if name >= mine:

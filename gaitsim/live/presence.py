@@ -1,4 +1,4 @@
-"""A process that evolves a run in the background: its lock, its socket, its state, its log."""
+"""Files of a process that evolves a run in the background: lock, socket, state and log."""
 
 import json
 import os
@@ -24,23 +24,23 @@ from gaitsim.runs.background import (
     runtime_file,
 )
 
-WAITING = 32  # clients that connect at the same time
+WAITING = 32  # backlog of connecting clients
 LONGEST_ADDRESS = 100  # bytes; 104 on macOS, 108 on Linux
 LONGEST_LOG = 2**20  # bytes
 
 
 class Presence:
-    """What other processes see of this one; it is seen from the beginning until `leave`.
+    """Makes this process visible to others, from the start until a state that ends it.
 
     Args:
-        run: the run that this process evolves.
+        run: folder of the run that this process evolves.
 
     Attributes:
-        listener: a socket that listens.
+        listener: listening socket.
 
     Raises:
         GaitsimError: the private folder cannot be used.
-        RunError: another process evolves the run in the background, or the run is gone.
+        RunError: another process evolves the run in the background, or its folder is gone.
     """
 
     def __init__(self, run: Path) -> None:
@@ -53,7 +53,7 @@ class Presence:
         self._state = ""
         self._lock = FileLock(self._files[LOCK])
         try:
-            # Not at once: those who ask whether a process lives hold it for a moment, too.
+            # With a timeout, as checks for a living process hold the lock briefly.
             self._lock.acquire(timeout=0.5, poll_interval=0.02)
         except Timeout:
             found = background_process(run)
@@ -61,7 +61,7 @@ class Presence:
                 in_background(run, found)
                 if found
                 else RunError(
-                    f"the run {run} is about to evolve in the background", remedy="try it again"
+                    f"the run {run} is being started in the background", remedy="try again"
                 )
             ) from None
         except OSError as error:
@@ -71,7 +71,7 @@ class Presence:
             self.check()
             self.listener = undone.enter_context(socket.socket(socket.AF_UNIX))
             try:
-                self._files[SOCKET].unlink(missing_ok=True)  # a killed process left it
+                self._files[SOCKET].unlink(missing_ok=True)  # left by a killed process
                 with address(self._files[SOCKET]) as name:
                     self.listener.bind(name)
                 self.listener.listen(WAITING)
@@ -81,19 +81,19 @@ class Presence:
             undone.pop_all()
 
     def check(self) -> None:
-        """Check that the run's folder is still there.
+        """Check that the run's folder still exists.
 
         Raises:
-            RunError: it was deleted or moved, perhaps replaced by another one.
+            RunError: it was deleted, moved or replaced.
         """
         if self._identity is None or identity(self._run) != self._identity:
             raise RunError(
                 f"the folder of the run {self._run} was deleted or moved while it was evolved",
-                remedy="begin a new run, or resume this one from where its folder is now",
+                remedy="start a new run, or resume this one in its new place",
             )
 
     def redirect(self) -> None:
-        """Let everything that this process prints go to the log, and read nothing."""
+        """Redirect all output of this process to the log, and close its input."""
         nothing = os.open(os.devnull, os.O_RDWR)
         try:
             log = os.open(
@@ -107,7 +107,7 @@ class Presence:
         os.close(log)
 
     def tend(self) -> None:
-        """Keep the log short, and the files young: old ones in a temporary folder are removed."""
+        """Shorten the log, and touch the files, as temporary folders are cleared of old ones."""
         with suppress(OSError):
             if os.fstat(2).st_size > LONGEST_LOG:
                 os.ftruncate(2, 0)
@@ -118,7 +118,7 @@ class Presence:
             os.utime(self._files[LOCK].parent)
 
     def note(self, state: str, error: GaitsimError | None = None) -> None:
-        """Show a state; with one that ends, this process is no longer seen."""
+        """Publish a state; one that ends the process also removes its files."""
         if state == self._state:
             return
         self._state = state
@@ -131,13 +131,13 @@ class Presence:
     def _leave(self, error: GaitsimError | None) -> None:
         with suppress(OSError):
             self._files[SOCKET].unlink(missing_ok=True)
-            # An error that cannot be kept is at least seen as the end of a process without a word.
+            # If the error cannot be stored, others at least see that the process has ended.
             if error is not None:
                 self._write(FAILURE, error=error.to_dict())
             for kind in (STATUS, LOG):
                 self._files[kind].unlink(missing_ok=True)
         with suppress(OSError):
-            # A process that waits for the lock of a removed file takes another one.
+            # A process that waits for the lock of a removed file then locks a new file.
             self._files[LOCK].unlink(missing_ok=True)
             self._lock.release()
 
@@ -154,7 +154,7 @@ class Presence:
 
 @contextmanager
 def address(path: Path) -> Iterator[str]:
-    """Give a socket's path a name that is short enough for the system."""
+    """Yield an address for a socket's path that is short enough for the system."""
     name = os.fspath(path)
     if len(os.fsencode(name)) <= LONGEST_ADDRESS or not sys.platform.startswith("linux"):
         yield name
@@ -168,7 +168,7 @@ def address(path: Path) -> Iterator[str]:
 
 def _unusable(folder: Path, error: OSError) -> GaitsimError:
     return GaitsimError(
-        f"no run can evolve in the background: {error.strerror or error}",
+        f"runs cannot evolve in the background: {error.strerror or error}",
         where=str(folder),
-        remedy="name another folder in the variable GAITSIM_RUNTIME_DIR",
+        remedy="set the environment variable GAITSIM_RUNTIME_DIR to another folder",
     )

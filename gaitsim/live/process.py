@@ -1,4 +1,4 @@
-"""A process that evolves a run in the background, seen from one that controls it."""
+"""The connection to a process that evolves a run in the background."""
 
 import asyncio
 import contextlib
@@ -15,26 +15,26 @@ from gaitsim.live.protocol import Command, Snapshot, State, merged, read_snapsho
 from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.background import SOCKET, background_process, last_failure, runtime_file
 
-LONGEST_LINE = 2**26  # bytes: a thousand generations' rows with hundreds of terms
+LONGEST_LINE = 2**26  # bytes: rows of 1000 generations with hundreds of terms
 PERIOD = 0.1  # seconds between two attempts to connect
 
 
 class RunProcess:
     """A run that evolves in the background; an asynchronous iterator of snapshots.
 
-    The process outlives this one, which may connect to it again: a process that evolves the run
-    already is connected to rather than begun, and takes `generations`, `overrides` and `paused`
-    as commands. Ctrl-C in a terminal does not reach it.
+    The process outlives this one. If a process already evolves the run, this class connects to it
+    and sends `generations`, `overrides` and `paused` as commands. Ctrl-C in a terminal does not
+    reach the process.
 
     Args:
-        run: its folder.
-        overrides: options to change to begin with, by key.
-        paused: whether it waits before its first generation.
-        known: the run as it is, until the process reports.
-        begin: whether to begin a process where none evolves the run.
+        run: folder of the run.
+        overrides: options to change at the start, by key.
+        paused: whether to pause before the first generation.
+        known: snapshot of the run until the process reports.
+        begin: whether to start a process if none evolves the run.
 
     Attributes:
-        last: the newest snapshot.
+        last: latest snapshot.
     """
 
     def __init__(
@@ -66,12 +66,12 @@ class RunProcess:
 
     @property
     def pid(self) -> int | None:
-        """The process's number; None while there is none."""
+        """The process id; None without a process."""
         found = background_process(self.run)
         return found.pid if found else None
 
     async def start(self) -> None:
-        """Connect to the process; begin it if there is none. A second call does nothing."""
+        """Connect to the process, and start it if there is none. A second call does nothing."""
         if self._reading is not None or self.last.ended or self._left:
             return
         begun = False
@@ -80,11 +80,11 @@ class RunProcess:
                 await asyncio.to_thread(self._start_detached)
                 begun = True
         except GaitsimError as error:
-            # Another process may have begun it meanwhile.
+            # Another process may have started it in the meantime.
             if background.evolving(self.run) is None:
                 self._take(replace(_at_rest(self.last, "failed"), error=error))
                 return
-        if not begun:  # what it does is heard at once
+        if not begun:  # connected, so it reports immediately
             self._pending = None
             self._news.clear()
         reader = await self._connect()
@@ -93,7 +93,7 @@ class RunProcess:
         self._reading = asyncio.create_task(self._read(reader))
 
     async def __aiter__(self) -> AsyncIterator[Snapshot]:
-        """Yield snapshots until one that ends; those that nobody took in time are merged."""
+        """Yield snapshots until the run ends; snapshots not consumed in time are merged."""
         await self.start()
         while True:
             await self._news.wait()
@@ -123,7 +123,7 @@ class RunProcess:
         self._send(Command("set", overrides))
 
     def stop(self) -> None:
-        """Stop after the current generation, saved."""
+        """Save and stop after the current generation."""
         background.request_stop(self.run)
 
     def kill(self) -> None:
@@ -131,11 +131,11 @@ class RunProcess:
         background.kill(self.run)
 
     def leave(self) -> None:
-        """End the connection; the run evolves on, and the snapshots end."""
+        """Disconnect; the run continues to evolve, and the iterator ends."""
         self._left = True
         self._news.set()
         if self._writer is not None:
-            # What was sent arrives; a connection that is closed before all is read is reset.
+            # Closing before everything is read would reset the connection and lose commands.
             with contextlib.suppress(OSError, RuntimeError):
                 self._writer.write_eof()
 
@@ -150,7 +150,7 @@ class RunProcess:
             self._writer.write(write_command(command))
 
     async def _connect(self) -> asyncio.StreamReader | None:
-        """Connect to the process; None where it has ended."""
+        """Connect to the process; return None if it has ended."""
         while background.evolving(self.run) is not None:
             with contextlib.suppress(OSError), address(runtime_file(self.run, SOCKET)) as name:
                 reader, self._writer = await asyncio.open_unix_connection(name, limit=LONGEST_LINE)
@@ -163,9 +163,9 @@ class RunProcess:
             self._writer.close()
 
     async def _read(self, reader: asyncio.StreamReader | None) -> None:
-        """Read snapshots until one that ends; connect again where the connection breaks."""
+        """Read snapshots until the run ends; reconnect if the connection breaks."""
         while reader is not None and not self.last.ended:
-            # A line that is not a snapshot, or is longer than any, is an end as well.
+            # An invalid or overlong line ends the connection too.
             with contextlib.suppress(OSError, ValueError):
                 async for line in reader:
                     if not self._left:
@@ -180,7 +180,7 @@ class RunProcess:
             self._take(await asyncio.to_thread(self._found))
 
     def _found(self) -> Snapshot:
-        """Return the run as its ended process has left it, which nobody heard."""
+        """Return the run's final snapshot after its process ended without a report."""
         error = last_failure(self.run)
         if error is not None:
             return replace(_at_rest(self.last, "failed"), error=error)
@@ -194,7 +194,7 @@ class RunProcess:
 
 
 def _at_rest(known: Snapshot, state: State) -> Snapshot:
-    """Return a known snapshot in another state, without news."""
+    """Return a known snapshot in another state, without rows and events."""
     return replace(
         known,
         state=state,

@@ -1,4 +1,4 @@
-"""Messages between the process that evolves a run and the one that controls it."""
+"""Messages between the process that evolves a run and its clients."""
 
 import json
 import math
@@ -16,11 +16,11 @@ from gaitsim.runs.follow import Rows
 State = Literal[
     "preparing", "queued", "running", "paused", "finished", "stopped", "failed", "elsewhere"
 ]
-"""Of a run; `elsewhere` while a process that is not controlled from here writes it."""
+"""State of a run; `elsewhere` while another program, which cannot be controlled, writes it."""
 
 ENDED: tuple[State, ...] = ("finished", "stopped", "failed")
 PLACE = ("generation", "generations", "stage", "scored_from", "evaluations")
-"""Keys of a snapshot that say how far a run is."""
+"""Keys of a snapshot about the progress of the run."""
 
 Verb = Literal["pause", "go", "step", "stop", "set"]
 Kind = Literal["best", "kept", "stage", "warning"]
@@ -31,8 +31,8 @@ class Command:
     """A command of the controlling process.
 
     Attributes:
-        do: its verb.
-        overrides: of `set`, values of options by key.
+        do: verb of the command.
+        overrides: values of options by key, for `set`.
     """
 
     do: Verb
@@ -41,7 +41,7 @@ class Command:
 
 @dataclass(frozen=True)
 class RankedIndividual:
-    """One of the best of a generation: its score, and the terms that add up to it."""
+    """One of the best individuals of a generation: its score and its terms."""
 
     score: float
     terms: Mapping[str, float]
@@ -50,7 +50,7 @@ class RankedIndividual:
 def ranked(
     scores: NDArray[np.float64], terms: Mapping[str, NDArray[np.float64]], count: int = 5
 ) -> tuple[RankedIndividual, ...]:
-    """Return the best of a generation, best first."""
+    """Return the best individuals of a generation, best first."""
     best = np.argsort(-scores, kind="stable")[:count]
     return tuple(
         RankedIndividual(
@@ -62,12 +62,12 @@ def ranked(
 
 @dataclass(frozen=True)
 class Best:
-    """The best individual so far, of those whose scores can be compared.
+    """The best individual so far among those with comparable scores.
 
     Attributes:
-        generation: in which it was found.
-        score: its score.
-        genome: (genes,).
+        generation: generation in which it was found.
+        score: score of the individual.
+        genome: genome of the individual, (genes,).
     """
 
     generation: int
@@ -77,12 +77,12 @@ class Best:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened in a generation.
+    """An event in a generation.
 
     Attributes:
-        generation: after which it is known; of a stage, its first one.
-        kind: `best` a better best score, `kept` a champion's file, a `stage`, or a `warning`.
-        text: for people.
+        generation: generation of the event; for a stage, its first one.
+        kind: `best` (new best score), `kept` (saved champion), `stage` or `warning`.
+        text: description for people.
     """
 
     generation: int
@@ -92,9 +92,9 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The state of a run, and the news since the last snapshot.
+    """The state of a run, and the changes since the last snapshot.
 
-    Attributes: as the package's docstring has them; `rows` are columns, (generations,) each.
+    The package's docstring lists the attributes; each column of `rows` is (generations,).
     """
 
     state: State
@@ -115,18 +115,18 @@ class Snapshot:
 
     @property
     def ended(self) -> bool:
-        """Whether no other snapshot follows."""
+        """Whether this is the last snapshot."""
         return self.state in ENDED
 
     @property
     def seconds_left(self) -> float | None:
-        """Until the planned generations are done, at the present speed; None where it rests."""
+        """Seconds until the planned generations are done at the current speed; None while idle."""
         speed = self.generations_per_second
         return max(self.generations - self.generation, 0) / speed if speed > 0 else None
 
 
 def merged(first: Snapshot, then: Snapshot) -> Snapshot:
-    """Merge two snapshots for a slow reader: nothing new is lost."""
+    """Merge two snapshots for a slow reader, keeping all rows and events."""
     return replace(
         then,
         rows=joined(first.rows, then.rows),
@@ -136,7 +136,7 @@ def merged(first: Snapshot, then: Snapshot) -> Snapshot:
 
 
 def joined(first: Rows, then: Rows) -> Rows:
-    """Concatenate rows; a column that one of them lacks is NaN there."""
+    """Concatenate rows; fill missing columns with NaN."""
     if not first or not then:
         return then or first
     counts = [len(next(iter(part.values()))) for part in (first, then)]
@@ -160,7 +160,7 @@ def write_command(command: Command) -> bytes:
 
 
 def read_command(line: bytes) -> Command | None:
-    """Parse a line; return None where it is not a command."""
+    """Parse a line; return None if it is not a command."""
     try:
         data = json.loads(line)
         verb, typed = data["do"], data.get("typed", {}).items()
@@ -176,10 +176,10 @@ def write_snapshot(values: Mapping[str, Any]) -> bytes:
 
 
 def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
-    """Parse a line; what it leaves out is as it was `before`.
+    """Parse a line; missing keys keep their values from `before`.
 
     Raises:
-        ValueError: it is not a snapshot.
+        ValueError: the line is not a snapshot.
     """
     try:
         data = json.loads(line)
@@ -221,7 +221,7 @@ def _number(value: float | None) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """Return values as JSON has them, with None for numbers that are not finite."""
+    """Return JSON-compatible values, with None for numbers that are not finite."""
     if isinstance(value, RankedIndividual | Best | Event):
         value = vars(value)
     if isinstance(value, Mapping):

@@ -17,21 +17,21 @@ from gaitsim.runs.files.history import island_bests, row
 from gaitsim.runs.writer import RunWriter
 
 PERIOD = 0.05  # seconds between two lines
-ROWS_KEPT = 1000  # for a slow reader; all are on the disk
+ROWS_KEPT = 1000  # maximum for a slow reader; all rows are on disk
 EVENTS_KEPT = 50
-RECENT = 2.0  # seconds over which speeds are taken
-PASSING = ("rows", "events", "error")  # keys that a reader who comes later does without
+RECENT = 2.0  # seconds over which speeds are measured
+PASSING = ("rows", "events", "error")  # keys omitted for later readers
 
 
 class Reporter:
-    """Collects what happens, and writes it in a thread of its own.
+    """Collects the progress of a run, and writes it in its own thread.
 
     Args:
-        write: writes a line; may wait for the reader.
-        lost: called when the reader has gone.
-        on_state: called with every state and its error, before they are written.
+        write: function that writes a line; may block on the reader.
+        lost: function called when the reader has disconnected.
+        on_state: function called with every state and its error, before they are written.
         period: seconds between two lines.
-        clock: seconds from any beginning.
+        clock: function that returns the time in seconds from any origin.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Reporter:
         self._thread.start()
 
     def opened(self, writer: RunWriter) -> None:
-        """Report how far a run is, what is planned, and the stage that begins."""
+        """Report the progress, the planned generations, and the new stage of a run."""
         last = writer.last
         with self._lock:
             self._islands = writer.experiment.islands.number
@@ -84,14 +84,14 @@ class Reporter:
             [("warning", writer.warning)] if writer.warning and not self._opened else []
         )
         events += [("stage", str(change)) for change in writer.changes]
-        # A run that is opened again, as a change was refused, is as it was.
+        # A run reopened after a refused change reports its old events again: skip those.
         for kind, text in events:
             if (first, kind, text) not in self._opened:
                 self.event(first, kind, text)
         self._opened = {(0, "opened", ""), *((first, kind, text) for kind, text in events)}
 
     def begins(self, generation: Generation | None, champion: Best | None) -> None:
-        """Report the last generation, before a new one comes, and the champion so far."""
+        """Report the last generation and the champion, before evolution continues."""
         with self._lock:
             self._latest = generation
             if champion is not None:
@@ -99,7 +99,7 @@ class Reporter:
         self._wake.set()
 
     def finished(self, generation: Generation) -> None:
-        """Report a generation that is on the disk."""
+        """Report a generation that is on disk."""
         number, progress = generation.number, generation.progress
         risen = progress.stagnation == 0 and math.isfinite(progress.best_score)
         values = row(generation)
@@ -128,11 +128,11 @@ class Reporter:
         self._wake.set()
 
     def warning(self, text: str) -> None:
-        """Report a warning about the generation that comes next."""
+        """Report a warning about the next generation."""
         self.event(self._values["generation"], "warning", text)
 
     def state(self, state: State, reason: str = "", error: GaitsimError | None = None) -> None:
-        """Report the state, and an error; with a state that ends, wait until all is written."""
+        """Report a state and an error; after a final state, wait until all is written."""
         self._on_state(state, error)
         with self._lock:
             self._values["state"], self._values["reason"] = state, reason
@@ -147,7 +147,7 @@ class Reporter:
             self._thread.join()
 
     def everything(self) -> bytes:
-        """Return a line with all that is known but the rows, for a reader that comes later."""
+        """Return a line with everything but the rows, for a later reader."""
         with self._lock:
             known = self._known | self._values
         return write_snapshot(known)
@@ -159,7 +159,7 @@ class Reporter:
             ending = self._ending.is_set()
             try:
                 self._write(write_snapshot(self._take()))
-            except (OSError, ValueError):  # the reader has gone
+            except (OSError, ValueError):  # the reader has disconnected
                 self._lost()
                 return
             if ending:

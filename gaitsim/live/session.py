@@ -24,16 +24,16 @@ def evolve_live(
     """Evolve the run in `path` until it is finished or stopped.
 
     Args:
-        path: the run's folder.
-        commands: taken between two generations; a `set` closes the run and opens it again.
-        reporter: receives every state, generation and error.
-        overrides: options to change to begin with, by key.
-        generations: the last generation to evolve; None as planned.
+        path: folder of the run.
+        commands: queue read between two generations; a `set` closes and reopens the run.
+        reporter: receiver of every state, generation and error.
+        overrides: options to change at the start, by key.
+        generations: last generation to evolve; None for the planned one.
         workers: number of parallel workers.
-        any_version: resume although a package has another version now.
+        any_version: whether to resume with other versions of packages.
 
     Returns:
-        finished, stopped or failed.
+        'finished', 'stopped' or 'failed'.
     """
     changes, opened = overrides or {}, False
     refused: GaitsimError | None = None
@@ -59,7 +59,7 @@ def evolve_live(
                 continue
             reporter.state("failed", error=commands.cause(error))
             return "failed"
-        # Reported when the run is closed: the reader may open it at once.
+        # Reported after the run is closed, as the reader may open it immediately.
         if isinstance(ended, str):
             reporter.state("finished", ended)
             return "finished"
@@ -70,7 +70,7 @@ def evolve_live(
 
 
 def _evolve(session: Session, commands: CommandQueue, reporter: Reporter) -> str | Command:
-    """Evolve until a stop condition holds, and return it; or until a `stop` or `set`."""
+    """Evolve until a stop condition holds or a `stop` or `set` arrives, and return that."""
     writer = session.writer
     reporter.opened(writer)
     if writer.done:
@@ -91,7 +91,7 @@ def _evolve(session: Session, commands: CommandQueue, reporter: Reporter) -> str
 
 
 def _champion(writer: RunWriter) -> Best | None:
-    """Return the best individual comparable with those to come; None where there is none."""
+    """Return the best individual with a comparable score, or None."""
     if writer.last is None or any(change.reevaluates for change in writer.changes):
         return None
     try:

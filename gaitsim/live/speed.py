@@ -1,4 +1,4 @@
-"""The present speed of a search."""
+"""The current speed of a search."""
 
 import time
 from collections import deque
@@ -9,11 +9,11 @@ Clock = Callable[[], float]
 
 
 class Speed:
-    """Evaluations and generations a second, over the last few seconds.
+    """Evaluations and generations per second, over the last few seconds.
 
     Args:
-        recent: how many seconds.
-        clock: seconds from any beginning.
+        recent: number of seconds to average over.
+        clock: function that returns the time in seconds from any origin.
     """
 
     def __init__(self, recent: float, clock: Clock = time.monotonic) -> None:
@@ -21,18 +21,18 @@ class Speed:
         self._counts: deque[tuple[float, int, int]] = deque()
 
     def add(self, generation: int, evaluations: int) -> None:
-        """Note the progress of the search."""
+        """Record the progress of the search."""
         now = self._clock()
         self._counts.append((now, generation, evaluations))
         while len(self._counts) > 2 and now - self._counts[1][0] >= self._recent:
             self._counts.popleft()
 
     def clear(self) -> None:
-        """Forget the counts, as after a pause."""
+        """Discard the counts, such as after a pause."""
         self._counts.clear()
 
     def per_second(self) -> dict[str, Any]:
-        """Return both by their keys in a snapshot; 0 where the search rests."""
+        """Return both speeds by their keys in a snapshot; 0 while the search is idle."""
         evaluations = generations = 0.0
         if len(self._counts) > 1:
             (start, first, before), (end, last, after) = self._counts[0], self._counts[-1]

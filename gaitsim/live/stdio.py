@@ -1,4 +1,4 @@
-"""Standard input and output kept for commands and snapshots, whatever a plugin prints."""
+"""Reserve standard input and output for commands and snapshots."""
 
 import os
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ def write_all(descriptor: int, data: bytes) -> None:
     """Write all bytes, waiting for a slow reader.
 
     Raises:
-        OSError: the reader has gone.
+        OSError: the reader has disconnected.
     """
     view = memoryview(data)
     while view:
@@ -24,10 +24,10 @@ def lines(descriptor: int) -> Iterator[bytes]:
 
 
 def isolate_stdio() -> tuple[int, int]:
-    """Return new descriptors of standard input and output, for us alone.
+    """Return new descriptors of standard input and output that nothing else uses.
 
-    Everything else in this process, and worker processes, print to standard error and read
-    nothing.
+    All other code in this process, such as plugins, and in worker processes prints to standard
+    error and reads nothing.
     """
     commands, snapshots = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)

@@ -1,4 +1,4 @@
-"""A run that is at rest, or written by another process."""
+"""A run that is stopped, or written by another process."""
 
 import asyncio
 import time
@@ -19,20 +19,20 @@ from gaitsim.runs.follow import HistoryBuffer, RunFollower
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
-PERIOD = 0.25  # seconds between two looks
-RECENT = 3.0  # seconds over which speeds are taken
+PERIOD = 0.25  # seconds between two reads
+RECENT = 3.0  # seconds over which speeds are measured
 
 
 class RunWatcher:
-    """Snapshots of a run folder as it grows; only the champion needs a plugin.
+    """Snapshots of a growing run folder; only the champion requires plugins.
 
-    An asynchronous iterator of snapshots, the first with all rows and events. It ends with
-    the first snapshot of a run that no process writes.
+    An asynchronous iterator of snapshots, the first with all rows and events. It ends with the
+    first snapshot of a run that no process writes.
 
     Args:
-        path: the run's folder.
-        period: seconds between two looks.
-        clock: seconds from any beginning.
+        path: folder of the run.
+        period: seconds between two reads.
+        clock: function that returns the time in seconds from any origin.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class RunWatcher:
             await asyncio.sleep(self._period)
 
     def look(self) -> Snapshot:
-        """Return the run as it is now, with what is new since the last look."""
+        """Return the run's current snapshot, with the changes since the last one."""
         try:
             found = self._found()
             self._speed.add(found.generation, found.evaluations)
@@ -71,9 +71,9 @@ class RunWatcher:
         if not self.run.is_dir():
             raise RunError(
                 f"the folder of the run {self.run} is gone",
-                remedy="look for it where it was moved to, or begin a new run",
+                remedy="open the run in its new place, or start a new run",
             )
-        # Before the checkpoint is read, so that everything written until then is seen.
+        # Check the lock before reading the checkpoint, to see everything written until then.
         busy = is_locked(self.run)
         run = self._follower.poll()
         if run is None and busy == self._busy:
@@ -113,7 +113,7 @@ class RunWatcher:
         )
 
     def _champion(self, run: RunSnapshot, checkpoint: Checkpoint) -> Best | None:
-        """Return the best so far; without its genome where that cannot be read."""
+        """Return the best individual so far, without its genome if that cannot be read."""
         if not np.isfinite(checkpoint.best_score):
             return None
         generation, score = checkpoint.generation - checkpoint.stagnation, checkpoint.best_score
@@ -131,7 +131,7 @@ class RunWatcher:
 
 
 def _islands(run: RunSnapshot, checkpoint: Checkpoint) -> tuple[float, ...]:
-    """Return the best score of each island; () where there is one population."""
+    """Return the best score of each island; () for a single population."""
     number = run.stages[-1].outline.islands.number
     if number == 1 or len(checkpoint.scores) % number:
         return ()
