@@ -179,7 +179,7 @@ def send(run: Path, *commands: Command) -> None:
                 pass
     except OSError as error:
         raise RunError(
-            f"the process that evolves the run {run} accepts no commands: {error.strerror or error}",
+            f"the process of the run {run} accepts no commands: {error.strerror or error}",
             remedy="list the runs and their states with 'gaitsim runs'",
         ) from None
 
