@@ -1,4 +1,4 @@
-"""The app: its screens, and the way from one to another."""
+"""The app: its screens, and the navigation between them."""
 
 import asyncio
 import sys
@@ -39,22 +39,22 @@ _PLAIN = PlainText()
 
 
 class GaitsimApp(ViKeys):
-    """The app: assemble, watch, steer and replay runs.
+    """The app: create, watch, steer and replay runs.
 
     Screens are imported when they are first shown, so the first paint does not wait for
     NumPy's compilers or plotting libraries.
 
     Args:
-        folder: the folder of runs.
-        config: the user's settings; None for none.
-        theme: the name of a theme; overrides the settings.
-        clock: the time, in seconds since 1970.
-        first: makes the screen to begin with.
+        folder: folder that holds the runs.
+        config: settings of the user; None for the defaults.
+        theme: name of a theme; overrides the settings.
+        clock: function that returns the time in seconds since 1970.
+        first: function that returns the first screen; None for home.
 
     Attributes:
         tasks: commands in the background.
-        mirror: what the terminal shows.
-        drafts: new runs that were left with changes, by preset, the latest last.
+        mirror: content of the terminal.
+        drafts: unsaved new runs by preset, the latest last.
     """
 
     TITLE = "gaitsim"
@@ -63,10 +63,15 @@ class GaitsimApp(ViKeys):
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("question_mark", "help", "Help", id="app.help", tooltip="What this screen can do"),
-        Binding("q", "quit", "Quit", show=False, id="app.quit", tooltip="End; runs evolve on"),
+        Binding("question_mark", "help", "Help", id="app.help", tooltip="Show keys and their use"),
+        Binding("q", "quit", "Quit", show=False, id="app.quit", tooltip="Quit; runs continue"),
         Binding(
-            "ctrl+o", "jump", "Jump", show=False, id="app.jump", tooltip="Go anywhere by a letter"
+            "ctrl+o",
+            "jump",
+            "Jump",
+            show=False,
+            id="app.jump",
+            tooltip="Focus any widget by a letter",
         ),
         Binding(
             "y",
@@ -74,7 +79,7 @@ class GaitsimApp(ViKeys):
             "Copy command",
             show=False,
             id="app.copy",
-            tooltip="Copy the command that does the same",
+            tooltip="Copy the equivalent command",
         ),
         Binding(
             "t,ctrl+t",
@@ -82,7 +87,7 @@ class GaitsimApp(ViKeys):
             "Tasks",
             show=False,
             id="app.tasks",
-            tooltip="What is being made in the background",
+            tooltip="Show exports and other tasks in the background",
         ),
     ]
 
@@ -107,22 +112,22 @@ class GaitsimApp(ViKeys):
         self.theme = theme or (config.theme if config else None) or DEFAULT
 
     def get_driver_class(self) -> type[Driver]:
-        """Return a driver that sends only what differs."""
+        """Return a driver that sends only changed cells."""
         self.mirror = Mirror()
         driver = super().get_driver_class()
         # On Windows, Textual writes in chunks that may end within a sequence.
         return driver if sys.platform == "win32" else lean(driver, self.mirror)
 
     def on_resize(self) -> None:
-        """Send everything anew."""
+        """Resend the whole screen."""
         self.mirror.forget()
 
     def get_line_filters(self) -> Sequence[LineFilter]:
-        """Return what each line passes before it is drawn."""
+        """Return the filters applied to each line before it is drawn."""
         return [*super().get_line_filters(), _PLAIN]
 
     def get_default_screen(self) -> Screen[None]:
-        """Begin at home, or where was asked for."""
+        """Return the first screen."""
         return self._first()
 
     def on_mount(self) -> None:
@@ -144,23 +149,23 @@ class GaitsimApp(ViKeys):
         self._report(config.path, await asyncio.to_thread(problems, config))
 
     def _report(self, path: Path, problems: Sequence[GaitsimError]) -> None:
-        """Report the problems of the settings, in one message."""
+        """Report the problems of the settings in one message."""
         if problems:
             lines = "\n".join(map(on_one_line, problems))
             self.notify(lines, title=str(path), severity="warning", markup=False, timeout=15)
 
-    # From screen to screen
+    # Navigation
 
     def open_run(self, run: Path, *, go: bool = False) -> None:
-        """Show a run live: evolving here, elsewhere, or at rest; `go` evolves it at once."""
+        """Show a run live; `go` continues it immediately."""
         from gaitsim.tui.screens.live import Live
 
-        # A double click asks twice.
+        # A double click arrives twice.
         if not (isinstance(self.screen, Live) and self.screen.run == run):
             self.push_screen(Live(run, go=go))
 
     def open_new(self, experiment: str | None = None) -> None:
-        """Assemble a new run, from a preset's name or an experiment file."""
+        """Create a new run from a preset's name or an experiment file."""
         from gaitsim.tui.screens.new import New
 
         self.push_screen(New(experiment))
@@ -172,9 +177,9 @@ class GaitsimApp(ViKeys):
         beside: Path | None = None,
         damage: Sequence[str] = (),
     ) -> None:
-        """Replay a champion or another individual, beside another run's if one is given.
+        """Replay the champion or another individual, beside one of another run if given.
 
-        Its body has the damage that is given.
+        The body has the given damage.
         """
         from gaitsim.tui.screens.replay import Replay
 
@@ -187,19 +192,19 @@ class GaitsimApp(ViKeys):
         self.push_screen(Laboratory(run, which))
 
     def open_map(self, run: Path, member: "Member | None" = None) -> None:
-        """Show the archive of a run as a map, the cursor on a member or the best."""
+        """Show the archive of a run as a map, with the cursor on a member or the best."""
         from gaitsim.tui.screens.atlas import Map
 
         self.push_screen(Map(run, member))
 
     def open_why(self, run: Path, which: "Which" = None) -> None:
-        """Say why a champion or another individual scored."""
+        """Explain the score of the champion or another individual."""
         from gaitsim.tui.screens.why import Why
 
         self.push_screen(Why(run, which))
 
     def open_steering(self, load: "Callable[[], Drive]", line: str) -> None:
-        """Let the user steer a body, which a function returns; the command line does the same."""
+        """Let the user steer the body that `load` returns; `line` is the equivalent command."""
         from gaitsim.tui.screens.steering import Steering
 
         self.push_screen(Steering(load, line))
@@ -224,7 +229,7 @@ class GaitsimApp(ViKeys):
         others: Sequence[Path] = (),
         damage: Sequence[str] = (),
     ) -> None:
-        """Ask what to make of a run, of an individual on the screen, beside other runs."""
+        """Ask what to export from a run, for an individual, with other runs to compare."""
         from gaitsim.tui.screens.export_dialog import ExportDialog
 
         answer = await self.push_screen_wait(ExportDialog(run, which, others, damage))
@@ -244,43 +249,47 @@ class GaitsimApp(ViKeys):
             self.push_screen(Verify(code))
 
     def open_files(self, run: Path) -> None:
-        """Show the files that were made of a run."""
+        """Show the files exported from a run."""
         from gaitsim.tui.screens.files import Files
 
         self.push_screen(Files(run))
 
     def begin_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
-        """Run a gaitsim command in the background; open the file that it writes, if asked to."""
+        """Run a gaitsim command in the background; with `opens`, open the file it writes."""
         task = self.tasks.begin(arguments, opens=opens)
         if not self.screen.query("#tasks"):
-            self.notify(task.command, title="In the background; t shows it", markup=False)
+            self.notify(
+                task.command, title="Running in the background; press t to see it", markup=False
+            )
         return task
 
     @work(group="leaving", exclusive=True)
     async def leave(self, screen: Screen[None]) -> None:
-        """Go back from a screen, if it may be left."""
+        """Close a screen, if it may be closed."""
         if screen.is_current and len(self.screen_stack) > 1 and await _may_leave(screen):
             screen.dismiss()
 
     def tell(self, error: GaitsimError) -> None:
-        """Show an error, as text without markup."""
+        """Show an error as plain text."""
         self.notify(str(error), title="", severity="error", markup=False, timeout=10)
 
-    # What can be done anywhere
+    # Actions of all screens
 
     def palette(self) -> Iterable[PaletteCommand]:
         """Yield commands without a key of their own."""
         for name in sorted(self.available_themes):
             if name != self.theme and not name.startswith("ansi"):
                 do = partial(self.choose_theme, name)
-                yield PaletteCommand(f"Theme: {name}", "Change all colours, and keep them", do)
+                yield PaletteCommand(
+                    f"Theme: {name}", "Switch to this theme and save the choice", do
+                )
         yield PaletteCommand(
-            "Verify a code", "Paste a challenge code: is its score true?", self.verify_code
+            "Verify a code", "Check the score of a pasted challenge code", self.verify_code
         )
         yield PaletteCommand("Screenshot", "Save this screen as SVG", self.deliver_screenshot)
 
     def choose_theme(self, name: str) -> None:
-        """Change the theme, and remember it."""
+        """Change the theme and store it in the settings."""
         self.theme = name
         if self._config is not None:
             try:
@@ -329,9 +338,9 @@ class GaitsimApp(ViKeys):
             self.exit()
 
     def on_key(self, event: Key) -> None:
-        """Type a letter into a field that got the focus while the letter was on its way.
+        """Type a letter into a field that received the focus after the key was pressed.
 
-        When letters are pasted, the first may open the field that the others are for.
+        The first of several pasted letters may open a field for the others.
         """
         if isinstance(self.focused, Input) and event.character and event.is_printable:
             self.focused.insert_text_at_cursor(event.character)
@@ -343,9 +352,9 @@ class GaitsimApp(ViKeys):
         default_namespace: DOMNode | None = None,
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
-        """Run an action, but none of a screen without its widgets yet.
+        """Run an action, unless its screen is not mounted yet.
 
-        A key that was pressed for the screen before would close it, and it would fail to mount.
+        A key pressed on the previous screen would otherwise close a screen that is mounting.
         """
         if isinstance(default_namespace, Screen) and not default_namespace.is_mounted:
             return False
@@ -355,7 +364,7 @@ class GaitsimApp(ViKeys):
         self._end()
 
     def _task_changed(self, task: Task) -> None:
-        """Notify the screens, and the user of a task's end where no list of tasks shows it."""
+        """Notify the screens, and also the user if no task list shows that a task has ended."""
         self.screen.refresh_bindings()
         for screen in self.screen_stack:
             screen.post_message(TaskChanged(task))
@@ -365,8 +374,8 @@ class GaitsimApp(ViKeys):
         if self.screen.query("#tasks"):
             return
         if task.state == "done":
-            said = "\n".join(map(str, task.files)) or task.command
-            self.notify(said, title="Done", markup=False)
+            result = "\n".join(map(str, task.files)) or task.command
+            self.notify(result, title="Done", markup=False)
         elif task.state == "failed":
             self.notify(
                 task.message, title=task.command, severity="error", markup=False, timeout=10
@@ -382,5 +391,5 @@ async def _may_leave(screen: Screen[Any]) -> bool:
     return not isinstance(screen, GaitScreen) or await screen.may_leave()
 
 
-if TYPE_CHECKING:  # the type checker compares the app with what screens use of it
+if TYPE_CHECKING:  # checks the app against its interface for screens
     _navigator: Navigator = GaitsimApp()

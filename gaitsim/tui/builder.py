@@ -1,7 +1,7 @@
-"""An experiment that is being assembled: a preset and changes to it.
+"""An experiment under construction: a preset and changes to it.
 
-The changes are kept as the command line's assignments, so the UI can build nothing that
-`gaitsim run … --set …` cannot. Nothing here knows of a screen.
+Changes are stored as assignments of the command line, so the UI can build nothing that
+`gaitsim run … --set …` cannot. This module does not depend on screens.
 """
 
 import shlex
@@ -48,9 +48,9 @@ class LoadedPreset:
     """A preset or experiment file.
 
     Attributes:
-        reference: a preset's name or a file's path, as `gaitsim run` takes it.
-        text: as resolved TOML.
-        values: the same, by section and key.
+        reference: name of a preset or path of a file, as for `gaitsim run`.
+        text: resolved experiment as TOML.
+        values: the same values by section and key.
     """
 
     reference: str
@@ -66,7 +66,7 @@ def load_preset(reference: str) -> LoadedPreset:
     """Read a preset by its name, or an experiment file by its path.
 
     Raises:
-        GaitsimError: there is none, or it has problems.
+        GaitsimError: the preset or file does not exist, or has problems.
     """
     text = load_experiment(reference).to_toml()
     return LoadedPreset(reference, text, toml.parse(text, reference))
@@ -77,8 +77,8 @@ class ExperimentBuilder:
     """A preset and changes to it.
 
     Attributes:
-        preset: the beginning.
-        changes: the texts typed, by key, in the order of typing.
+        preset: preset to start from.
+        changes: typed texts by key, in the order of typing.
     """
 
     preset: LoadedPreset
@@ -86,17 +86,17 @@ class ExperimentBuilder:
 
     @property
     def overrides(self) -> dict[str, Typed]:
-        """The changes, with the choice of a plugin before its options."""
+        """The changes, with each choice of a plugin before its options."""
         keys = sorted(self.changes, key=lambda key: not key.endswith(f".{PLUGIN}"))
         return {key: Typed(self.changes[key].strip()) for key in keys}
 
     @property
     def counted(self) -> str:
-        """How many changes there are, in words."""
+        """The number of changes in words."""
         return f"{len(self.changes)} change{'s' * (len(self.changes) != 1)}"
 
     def assign(self, key: str, text: str | None) -> "ExperimentBuilder":
-        """Return a copy with another option; None restores the preset's value."""
+        """Return a copy with a changed option; None restores the preset's value."""
         changes = {name: value for name, value in self.changes.items() if name != key}
         return replace(self, changes=changes if text is None else changes | {key: text})
 
@@ -111,11 +111,11 @@ class ExperimentBuilder:
         return replace(self, changes=kept)
 
     def plugin(self, kind: str) -> str:
-        """Return the name of the plugin chosen; '' where there is none."""
+        """Return the name of the chosen plugin; '' if there is none."""
         return self.changes.get(f"{kind}.{PLUGIN}", self.preset.plugin(kind))
 
     def command(self, run: Path) -> str:
-        """Return the command that evolves it into the run folder `run`."""
+        """Return the command that evolves the experiment into the run folder `run`."""
         words = ["gaitsim", "run", self.preset.reference]
         for key in self.overrides:
             words += ["--set", f"{key}={self.changes[key]}"]
@@ -129,11 +129,11 @@ class Option:
     """An option of a form.
 
     Attributes:
-        key: as `--set` takes it.
-        field: its declaration.
-        preset: its text before any change; of a long one, the short form.
-        text: its text now.
-        long: whether the text before any change is long.
+        key: key of the option, as for `--set`.
+        field: declaration of the option.
+        preset: text of the preset's value, shortened if it is long.
+        text: current text.
+        long: whether the text of the preset's value is long.
     """
 
     key: str
@@ -148,11 +148,11 @@ class Form:
     """A section of the experiment.
 
     Attributes:
-        section: its name.
-        plugin: the name of its plugin; '' for evolution.
-        about: the plugin's documentation.
-        options: its options.
-        problem: why there are none.
+        section: name of the section.
+        plugin: name of its plugin; '' for evolution.
+        about: documentation of the plugin.
+        options: options of the section.
+        problem: problem because of which there are no options.
     """
 
     section: str
@@ -164,15 +164,15 @@ class Form:
 
 @dataclass(frozen=True)
 class Validation:
-    """The result of checking an experiment that is being built.
+    """The result of checking an experiment under construction.
 
     Attributes:
-        builder: the experiment's builder.
-        experiment: the experiment; None where it has problems.
-        problems: all of them, by the key or section that is wrong; '' for any other place.
-        forms: the sections, by name.
-        offered: the plugins that work with the rest, by kind.
-        toml: the experiment file, long texts in their short form; '' where it has problems.
+        builder: builder of the experiment.
+        experiment: the experiment; None if it has problems.
+        problems: problems by the invalid key or section; '' for any other place.
+        forms: forms of the sections by name.
+        offered: plugins that work with the other parts, by kind.
+        toml: experiment file with long texts shortened; '' if the experiment has problems.
     """
 
     builder: ExperimentBuilder
@@ -193,9 +193,9 @@ class Validation:
         return self.builder.changes.get("name", str(self.builder.preset.values["name"]))
 
     def summary(self, run: Path) -> str:
-        """Return whether the experiment can run, into the folder `run`, or its first problem."""
+        """Return that the experiment can run into the folder `run`, or its first problem."""
         if not self.problems:
-            return f"✓ It can run, as {run}"
+            return f"✓ Ready to run as {run}"
         key, first = next(iter(self.problems.items()))
         more = f"  (and {len(self.problems) - 1} more)" if len(self.problems) > 1 else ""
         parts = [first.what, first.allowed and f"allowed: {first.allowed}", first.remedy]
@@ -204,7 +204,7 @@ class Validation:
 
 
 def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
-    """Check an experiment, and find all its problems."""
+    """Check an experiment and find all its problems."""
     preset = builder.preset
     problems: dict[str, GaitsimError] = {}
     experiment = None
@@ -227,7 +227,7 @@ def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
 
 
 def _uses(builder: ExperimentBuilder, catalogue: Catalogue, section: str) -> bool:
-    """Return whether an experiment of the chosen plugins has a section; yes if one is unknown."""
+    """Return whether the chosen plugins use a section; True if one of them is unknown."""
     if section == "worlds":
         body = catalogue.classes["organism"].get(builder.plugin("organism"))
         return body is None or WORLD in body.model_fields
@@ -246,7 +246,7 @@ def choose_plugin(
 ) -> ExperimentBuilder:
     """Return the builder with another plugin.
 
-    With another organism or search, parts that do not work with it are replaced by those of a
+    After a change of the organism or the search, incompatible parts are replaced by those of a
     preset of that organism.
     """
     builder = validation.builder.choose(kind, name)

@@ -16,7 +16,7 @@ from gaitsim.registry.presets import read_preset
 
 @dataclass(frozen=True)
 class Preset:
-    """A preset: its name, a line of description, and the name of each plugin by kind."""
+    """A preset: its name, a one-line description, and the name of each plugin by kind."""
 
     name: str
     description: str
@@ -28,9 +28,9 @@ class Catalogue:
     """The installed plugins and presets.
 
     Attributes:
-        classes: classes of the plugins that can be used, by kind and name.
-        failures: problems of the others, by kind and name.
-        presets: the presets.
+        classes: classes of the usable plugins by kind and name.
+        failures: problems of the other plugins by kind and name.
+        presets: installed presets.
     """
 
     classes: Mapping[str, Mapping[str, type[Plugin]]]
@@ -47,7 +47,7 @@ class Catalogue:
         return known or PluginError(f"no installed package has the {kind} {name!r}")
 
     def preset_of(self, body: str) -> Preset | None:
-        """Return a preset of a body, preferably the one of its name."""
+        """Return a preset of a body, preferably the one with its name."""
         found = [preset for preset in self.presets if preset.plugins.get("organism") == body]
         named = [preset for preset in found if preset.name == body]
         return next(iter([*named, *found]), None)
@@ -56,8 +56,8 @@ class Catalogue:
         """Return the plugins of each kind that work with a body.
 
         Args:
-            body: its name.
-            experiment: with the body as its options are; None takes it with its defaults.
+            body: name of the body.
+            experiment: experiment with the body's options; None for the default options.
         """
         known = self.classes["organism"].get(body)
         space = self._space(body, experiment)
@@ -72,7 +72,7 @@ class Catalogue:
         }
 
     def _space(self, body: str, experiment: Experiment | None) -> GenomeSpace | None:
-        """Return the body's genome space; None where the body fails."""
+        """Return the body's genome space; None if the body fails."""
         try:
             if experiment is not None and experiment.entries["organism"].name == body:
                 return experiment.space()
@@ -86,7 +86,7 @@ class Catalogue:
 
 
 def read_catalogue() -> Catalogue:
-    """Read what is installed; imports every plugin, which takes a second at first."""
+    """Read all plugins and presets; imports every plugin, which takes a second the first time."""
     found = {kind: registry.scan(kind) for kind in KINDS}
     return Catalogue(
         {kind: classes for kind, (classes, _) in found.items()},

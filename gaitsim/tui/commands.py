@@ -1,4 +1,4 @@
-"""The command palette: everything that can be done, by name or by other words for it."""
+"""The command palette: all actions, found by name or by synonyms."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -14,19 +14,19 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.search_words import SEARCH, Search
 from gaitsim.tui.vi import PREFIX
 
-DIM = 0.7  # by which the scores of what does not work now are lower
-SYNONYM = 0.9  # by which the scores of other words are lower
-NOT_NOW = "It does not work now."
+DIM = 0.7  # factor on the scores of unavailable commands
+SYNONYM = 0.9  # factor on the scores of synonyms
+NOT_NOW = "Not available now."
 
 
 class Command(NamedTuple):
     """A command of the palette.
 
     Attributes:
-        title: its name.
-        about: one line of help; of one that does not work, the reason.
-        do: the function to call; None where it does not work now.
-        words: other words that it is found by.
+        title: name of the command.
+        about: one line of help, or the reason why it is unavailable.
+        do: function to call; None if the command is unavailable.
+        words: synonyms.
     """
 
     title: str
@@ -36,10 +36,10 @@ class Command(NamedTuple):
 
 
 class Commands(Provider):
-    """The keys of the screen, its commands and those of the app; what does not work says why."""
+    """Keys and commands of the screen and the app, with reasons for unavailable ones."""
 
     def _working(self) -> Iterator[Command]:
-        """Yield what works now."""
+        """Yield the available commands."""
         screen, app = self.screen, self.app
         met: set[str] = set()
         for node, binding, enabled, tooltip in screen.active_bindings.values():
@@ -58,7 +58,7 @@ class Commands(Provider):
                 yield Command(title, about, do)
 
     def _refused(self, titles: set[str]) -> Iterator[Command]:
-        """Yield what does not work here or now, and why, except what has one of the titles."""
+        """Yield unavailable commands with their reasons, except those with one of the titles."""
         titles, screen = {*titles}, self.screen
         if not isinstance(screen, GaitScreen):  # a dialog
             return
@@ -75,13 +75,13 @@ class Commands(Provider):
                 yield Command(found.title, found.where, None, found.words)
 
     async def discover(self) -> Hits:
-        """Yield all commands that work, while nothing is typed."""
+        """Yield all available commands while the query is empty."""
         for title, about, do, _ in self._working():
             if do is not None:
                 yield DiscoveryHit(Content(title), do, title, unmarked(about))
 
     async def search(self, query: str) -> Hits:
-        """Yield the commands that match the query; those that do not work now are dim."""
+        """Yield the commands that match the query, with unavailable ones dimmed."""
         working = [*self._working()]
         for command in (*working, *self._refused({command.title for command in working})):
             title, about, do, words = command
@@ -99,14 +99,14 @@ class Commands(Provider):
 
 
 def unmarked(text: str) -> str:
-    """Escape a text for the palette, which reads markup."""
+    """Escape a text for the palette, which interprets markup."""
     return text.replace("[", "\\[")
 
 
 def _score(query: str, text: str) -> float:
-    """Return the score of a query each of whose words begins a word of a text, or else 0.
+    """Return the score of a query whose words all begin words of a text, or else 0.
 
-    It is that of Textual's matcher for a title that holds the query.
+    The score is that of Textual's matcher for a title that contains the query.
     """
     wanted, words = query.casefold().split(), {*re.findall(r"\w+", text.casefold())}
     if not wanted or not all(any(word.startswith(one) for word in words) for one in wanted):
@@ -119,12 +119,12 @@ def _search(binding: Binding) -> Search:
 
 
 def _is_command(binding: Binding) -> bool:
-    """Return whether a binding is a command, unlike arrows, tab and the keys of lists."""
+    """Return whether a binding is a command, unlike arrow keys, tab and the keys of lists."""
     return bool(binding.id and binding.description) and not (binding.id or "").startswith(PREFIX)
 
 
 def _declared(node: DOMNode) -> Iterator[Binding]:
-    """Yield the commands that a widget, a screen or the app declares, working or not."""
+    """Yield the commands that a widget, a screen or the app declares, available or not."""
     for kind in type(node).__mro__:
         for binding in kind.__dict__.get("BINDINGS", ()):
             if isinstance(binding, Binding) and _is_command(binding):

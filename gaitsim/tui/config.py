@@ -1,4 +1,4 @@
-"""The user's settings: `config.toml` with a theme and keys. Problems are reported, never fatal."""
+"""The user's settings: `config.toml` with a theme and keys. Problems are never fatal."""
 
 import os
 from collections.abc import Mapping
@@ -19,13 +19,13 @@ LARGEST = 1_000_000  # bytes
 
 @dataclass(frozen=True)
 class Config:
-    """The settings that a user chose.
+    """The settings of a user.
 
     Attributes:
-        path: the file.
-        theme: the name of a theme; None where none is chosen.
-        keys: keys by the id of their action, as 'home.delete' = 'ctrl+d'.
-        problems: the problems of the file.
+        path: settings file.
+        theme: name of the chosen theme; None without a choice.
+        keys: keys by the id of their action, such as 'home.delete' = 'ctrl+d'.
+        problems: problems of the file.
     """
 
     path: Path
@@ -35,7 +35,7 @@ class Config:
 
 
 def _flat(table: Any) -> Any:
-    """Return values by dotted key: TOML reads `home.delete = …` as a table in a table."""
+    """Return values by dotted key, as TOML parses `home.delete = …` into nested tables."""
     if not isinstance(table, dict):
         return table
     flat: dict[str, Any] = {}
@@ -69,15 +69,15 @@ _ALLOWED = {
 
 
 def config_path() -> Path:
-    """Return where the settings are: in $XDG_CONFIG_HOME or ~/.config, existing or not."""
+    """Return the path of the settings in $XDG_CONFIG_HOME or ~/.config, existing or not."""
     home = Path(os.environ.get("XDG_CONFIG_HOME", ""))
-    # By the specification, a relative path is to be ignored.
+    # The XDG specification requires relative paths to be ignored.
     folder = home if home.is_absolute() else Path.home() / ".config"
     return folder / "gaitsim" / "config.toml"
 
 
 def read_config(path: Path) -> Config:
-    """Read the settings in a file; those that are valid where some are not."""
+    """Read the valid settings in a file, and its problems."""
     try:
         data = parse(_read(path), str(path))
     except GaitsimError as error:
@@ -102,13 +102,13 @@ def read_config(path: Path) -> Config:
 
 
 def _read(path: Path) -> str:
-    """Return the text of the settings; '' where there is no file."""
+    """Return the text of the settings; '' if the file does not exist."""
     try:
         return read_regular(path, LARGEST, follow=True).decode("utf-8-sig")
     except FileNotFoundError:
         return ""
     except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not a text in UTF-8"
+        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         raise GaitsimError(f"cannot read {path}: {reason}") from None
 
 
@@ -125,10 +125,10 @@ def _problem(path: Path, sections: list[str], name: str, detail: Any) -> Gaitsim
 
 
 def remember_theme(path: Path, theme: str) -> None:
-    """Write a theme to the settings; all else in the file stays, comments too.
+    """Write a theme to the settings, and keep the rest of the file, including comments.
 
     Raises:
-        GaitsimError: the file is not TOML, or cannot be written.
+        GaitsimError: the file is not valid TOML, or cannot be written.
     """
     import tomlkit
 

@@ -1,4 +1,4 @@
-"""Numbers and times as the UI writes them."""
+"""Formats of numbers, times and names in the UI."""
 
 from rich.cells import cell_len, set_cell_size
 
@@ -37,7 +37,7 @@ def clip(text: str, width: int) -> str:
 
 
 def clip_name(name: str, width: int) -> str:
-    """Clip a name in its middle, as names often differ at their ends."""
+    """Clip a name in the middle, as names often differ at their ends."""
     name = visible(name)
     if cell_len(name) <= width:
         return name

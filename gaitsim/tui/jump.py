@@ -1,6 +1,6 @@
-"""Jump mode: a letter on each focusable widget, which focuses it.
+"""Jump mode: letters on all focusable widgets; typing one focuses its widget.
 
-After Posting's, which took it from Amp.
+The idea is from Posting and Amp.
 """
 
 from typing import Any, ClassVar
@@ -43,11 +43,11 @@ class Jump(ModalScreen[Widget | None]):
     """Show the letters; return the chosen widget.
 
     Args:
-        of: the screen below.
+        of: screen below.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Stay", id="jump.stay", tooltip="Stay where the focus is"),
+        Binding("escape", "dismiss", "Stay", id="jump.stay", tooltip="Keep the focus"),
     ]
 
     def __init__(self, of: Screen[Any]) -> None:
@@ -70,6 +70,6 @@ class Jump(ModalScreen[Widget | None]):
             self.dismiss(widget)
 
     def on_resize(self) -> None:
-        """Close: the letters are at the old places."""
+        """Close, as the letters would be at their old places."""
         if self.is_current and self.size != self.app.size:
             self.dismiss(None)

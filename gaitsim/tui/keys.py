@@ -1,4 +1,4 @@
-"""The ids that a user can give keys to, over all screens, and the problems of the keys given."""
+"""The keys that users assign to ids of actions, and problems of these assignments."""
 
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator
@@ -28,7 +28,7 @@ KEYS = (
 
 
 def usable(config: Config) -> dict[str, str]:
-    """Return the keys of the settings that exist, by id; an id without any keeps its own."""
+    """Return the valid keys of the settings by id; ids without one keep their default."""
     chosen = {
         name: [key.strip() for key in text.split(",") if is_key(key.strip())]
         for name, text in config.keys.items()
@@ -37,12 +37,12 @@ def usable(config: Config) -> dict[str, str]:
 
 
 def check_keys(config: Config, ids: Collection[str]) -> list[GaitsimError]:
-    """Return the problems of the keys that are chosen, where the known ids are `ids`."""
+    """Return the problems of the chosen keys, given the known ids."""
     found = []
     for name, chosen in config.keys.items():
         place = {"where": f"{config.path}, key keys.{name}", "key": f"keys.{name}"}
         if name not in ids:
-            remedy = nearest(name, sorted(ids)) or "the help of each screen (?) tells them"
+            remedy = nearest(name, sorted(ids)) or "press ? on a screen to list its ids"
             found.append(GaitsimError(f"unknown id {literal(name)}", remedy=remedy, **place))
         for key in chosen.split(","):
             if not is_key(key.strip()):
@@ -59,7 +59,7 @@ def check_keys(config: Config, ids: Collection[str]) -> list[GaitsimError]:
 
 
 def is_key(key: str) -> bool:
-    """Return whether there is a key of that name, such as 'x', 'enter' or 'ctrl+d'."""
+    """Return whether a name is that of a key, such as 'x', 'enter' or 'ctrl+d'."""
     if len(key) == 1:
         return True
     *modifiers, bare = key.split("+")
@@ -67,7 +67,7 @@ def is_key(key: str) -> bool:
 
 
 def problems(config: Config) -> list[GaitsimError]:
-    """Return the problems of the settings' keys. Imports every screen: not before the paint."""
+    """Return the problems of the settings' keys. Slow, as it imports every screen."""
     for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
         import_module(module.name)
     nodes = list(_all(DOMNode))
@@ -76,32 +76,32 @@ def problems(config: Config) -> list[GaitsimError]:
 
 
 def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:
-    """Return keys of the settings that take a key from another action on the same screen."""
+    """Return problems of keys that another action on the same screen uses."""
     found: dict[tuple[str, str], GaitsimError] = {}
     nodes, given = list(nodes), usable(config)
     apps = [binding for node in nodes if issubclass(node, App) for binding in _bindings(node)]
     for node in nodes:
-        # What every screen has, and the app has on every screen, counts on each.
+        # Keys of the base class and of the app exist on every screen.
         own = [binding for kind in reversed(node.__mro__) for binding in _bindings(kind)]
         known = {binding.id: _keys(binding.key) for binding in [*apps, *own]}
         for one, other in combinations(sorted(known), 2):
             chosen = [_keys(given.get(name, "")) or known[name] for name in (one, other)]
-            # The keys of lists give way to those of a screen, unless a user chose them.
+            # Keys of a screen override those of lists, unless a user chose the latter.
             yields = any(name.startswith(PREFIX) and name not in given for name in (one, other))
             both = set() if yields else chosen[0] & chosen[1]
-            # Those that share a key by default work in turn, such as pause and go.
+            # Actions that share a key by default alternate, such as pause and go.
             if both and not known[one] & known[other]:
                 found[one, other] = GaitsimError(
-                    f"the key {min(both)} is given to {one} and to {other}",
+                    f"the key {min(both)} is assigned to {one} and to {other}",
                     where=f"{config.path}, section keys",
                     key="keys",
-                    remedy="give one of them another key",
+                    remedy="assign another key to one of them",
                 )
     return list(found.values())
 
 
 def _keys(text: str) -> set[str]:
-    """Return the keys of a binding, a character by its name."""
+    """Return the keys of a binding, with characters by name."""
     return {one.key for one in Binding.make_bindings([Binding(text, "")])} if text else set()
 
 

@@ -1,7 +1,7 @@
-"""What a terminal is sent: only the cells that differ, with as few bytes as they take.
+"""Reduce the output to a terminal to changed cells, in as few bytes as possible.
 
-The screen may be at the far end of an SSH connection. Textual sends a row of a widget from its
-beginning where a cell of it changed, and Rich begins and ends both colours of each piece of text.
+The terminal may be at the far end of an SSH connection. Textual resends a whole row of a widget
+when one cell changes, and Rich sets and resets both colours of each piece of text.
 """
 
 import re
@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 from textual.driver import Driver
 
-_UPDATE = re.compile(r"\x1b\[\?2026[hl]")  # the beginning or the end of a synchronised update
+_UPDATE = re.compile(r"\x1b\[\?2026[hl]")  # start or end of a synchronised update
 _MOVE = re.compile(r"\x1b\[(\d+);(\d+)H")
-_PIECE = re.compile(r"((?:\x1b\[[\d;]*m)*)([^\x00-\x1f]*)")  # styles, and a text in them
+_PIECE = re.compile(r"((?:\x1b\[[\d;]*m)*)([^\x00-\x1f]*)")  # styles, and a text with these styles
 # Pieces and moves, with or without a line break before each move.
 _KNOWN = re.compile(
     r"(?:[^\x00-\x1f\x7f]++|\x1b\[(?:[\d;]*+m|\d++;\d++H)|\r?\n(?=\x1b\[\d+;\d+H))*+"
@@ -25,12 +25,12 @@ _NARROW = re.compile(
 )
 _COLOURS = {**dict.fromkeys([*range(30, 40), *range(90, 98)], "foreground"),
             **dict.fromkeys([*range(40, 50), *range(100, 108)], "background")}  # fmt: skip
-_FOLLOWING = {"2": 3, "5": 1}  # parameters of a colour behind 38 or 48
-GAP = 4  # bytes of unchanged cells that are sent rather than a move over them
+_FOLLOWING = {"2": 3, "5": 1}  # parameters of a colour after 38 or 48
+GAP = 4  # bytes of unchanged cells that are resent instead of moving over them
 
 
 class Pen(NamedTuple):
-    """How a terminal writes: parameters of attributes and colours; '' is its own."""
+    """Current style of a terminal: parameters of attributes and colours; '' is the default."""
 
     attributes: str = ""
     background: str = ""
@@ -40,14 +40,14 @@ class Pen(NamedTuple):
 PLAIN = Pen()
 LOST = (-1, -1)
 Cell = tuple[str, Pen]
-Run = tuple[int, int, str]  # a row, the column where a text begins, and the text
+Run = tuple[int, int, str]  # the row and column at which a text starts, and the text
 
 
 class Mirror:
-    """The cells that a terminal shows, as far as they are known.
+    """The known cells of a terminal.
 
     Attributes:
-        sent: bytes so far.
+        sent: number of bytes sent so far.
     """
 
     def __init__(self) -> None:
@@ -55,13 +55,13 @@ class Mirror:
         self.forget()
 
     def forget(self) -> None:
-        """Know no cell, as after the terminal was resized or cleared."""
+        """Forget all cells, such as after the terminal was resized or cleared."""
         self._rows: dict[int, list[Cell | None]] = {}
-        self._at = LOST  # where the terminal writes
+        self._at = LOST  # position of the terminal's cursor
         self._pen = PLAIN
 
     def reduce(self, data: str) -> str:
-        """Return what shows the same, for a terminal whose styles are reset before and after."""
+        """Return shorter output with the same effect; styles are reset before and after."""
         reduced = data if _UPDATE.fullmatch(data) else "".join(self._reduced(data))
         self.sent += len(reduced.encode())
         return reduced
@@ -74,14 +74,14 @@ class Mirror:
             return
         pen, row, column = PLAIN, *LOST
         runs: defaultdict[Pen, list[Run]] = defaultdict(list)
-        ends: dict[int, int] = {}  # of what was written in each row
+        ends: dict[int, int] = {}  # end of the text written in each row
         for down, right, body in zip(parts[::3], parts[1::3], parts[2::3], strict=True):
             row, column = int(down), int(right)
             narrow = _NARROW.fullmatch(body) is not None
-            if not narrow or column < ends.get(row, 0):  # over what is not sent yet
+            if not narrow or column < ends.get(row, 0):  # overwrites cells that are not sent yet
                 yield from self._send(runs)
                 runs.clear()
-            if not narrow:  # some characters take no column, or two
+            if not narrow:  # some characters are 0 or 2 columns wide
                 self._rows.pop(row, None)
                 yield self._move((row, column)) + self._take(pen) + body.rstrip("\r\n")
                 self._at = row, column = LOST
@@ -100,7 +100,7 @@ class Mirror:
     def _compare(
         self, row: int, first: int, text: str, pen: Pen, runs: defaultdict[Pen, list[Run]]
     ) -> None:
-        """Add those characters that differ to the runs of their pen."""
+        """Add the characters that differ to the runs of their pen."""
         shown = self._rows.setdefault(row, [])
         end = first + len(text)
         if len(shown) < end:
@@ -122,11 +122,11 @@ class Mirror:
             start = last = index
 
     def _send(self, runs: dict[Pen, list[Run]]) -> Iterator[str]:
-        """Yield what writes the runs, those of a pen together: a move is shorter than a colour."""
+        """Yield the output of the runs, grouped by pen, as a move is shorter than a colour."""
         for pen, following in pairwise([*sorted(runs), PLAIN]):
             blank = not pen.attributes and all(text.isspace() for _, _, text in runs[pen])
             if blank and following[:2] == pen[:2] and pen != following in runs:
-                runs[following] = sorted([*runs[pen], *runs[following]])  # any colour will do
+                runs[following] = sorted([*runs[pen], *runs[following]])  # blanks fit any colour
                 continue
             for row, column, text in runs[pen]:
                 yield self._move((row, column)) + self._take(pen) + text
@@ -159,7 +159,7 @@ class Mirror:
 
 @lru_cache(4096)
 def _blank(pen: Pen) -> Pen:
-    """Return the pen of a space, whose foreground does not show unless it is underlined."""
+    """Return the pen of a space, whose foreground is invisible unless underlined."""
     return pen if pen.attributes else pen._replace(foreground="")
 
 
@@ -189,7 +189,7 @@ def _colour(number: str, numbers: Iterator[str]) -> list[str]:
 
 
 def lean(driver: type[Driver], mirror: Mirror) -> type[Driver]:
-    """Return a driver that sends only what differs from a mirror of its terminal."""
+    """Return a driver that sends only the differences from a mirror of its terminal."""
 
     class LeanDriver(driver):  # type: ignore[misc, valid-type]
         def write(self, data: str) -> Any:

@@ -1,4 +1,4 @@
-"""Hand files that were made over to the user: opened, downloaded, or by their paths."""
+"""Open or download written files, or copy their paths."""
 
 import asyncio
 import os
@@ -10,7 +10,7 @@ from typing import Any
 
 from textual.app import App
 
-# Data and pictures, as gaitsim writes them. Nothing else, such as a program, is ever opened.
+# The formats of data and pictures that gaitsim writes; no others, such as programs, are opened.
 OPENED = frozenset(
     f".{name}"
     for name in (
@@ -29,12 +29,12 @@ OPENED = frozenset(
     )
 )
 ACTIVE = frozenset({".html", ".svg"})
-"""Of these, those that may hold scripts: opened only where this app had them made."""
-PATIENCE = 3.0  # seconds after which an opener that still runs is taken to show the file
+"""Formats that may contain scripts; opened only if a task of this app wrote the file."""
+PATIENCE = 3.0  # seconds after which a running opener is assumed to show the file
 
 
 def opener() -> Sequence[str]:
-    """Return the command that opens files; () where there is none, as over SSH."""
+    """Return the command that opens files; () without one, such as over SSH."""
     if sys.platform == "darwin":
         return ("open",)
     shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
@@ -43,7 +43,7 @@ def opener() -> Sequence[str]:
 
 
 async def open_file(file: Path) -> bool:
-    """Open a file; return whether there is a program that takes it."""
+    """Open a file; return whether a program accepted it."""
     command = opener()
     if not command or file.suffix.lower() not in OPENED or not file.is_file():
         return False
@@ -67,28 +67,28 @@ async def open_file(file: Path) -> bool:
 async def hand_over(app: App[Any], file: Path, *, made: bool = False) -> None:
     """Open a file; without a program for it, copy its path.
 
-    In a browser, download it, or open it in another tab, apart from the app, if it is a page.
+    In a browser, download the file, or open a page in another tab, isolated from the app.
 
     Args:
-        app: that asks for it.
-        file: to be opened.
-        made: whether a task of this app made it. A run may come from others, with pages of theirs.
+        app: app that opens the file.
+        file: file to open.
+        made: whether a task of this app wrote it. Runs of others may contain untrusted pages.
     """
     if not file.is_file():
-        app.notify(f"{file} is gone", severity="error", markup=False)
+        app.notify(f"file not found: {file}", severity="error", markup=False)
     elif app.is_web:
         show = getattr(app._driver, "show_page", None) if file.suffix == ".html" else None
         download(app, [file]) if show is None else show(file)
     elif file.suffix.lower() in ACTIVE and not made:
-        copy_paths(app, [file], "It may hold scripts, and was not made here; its path is copied")
+        copy_paths(app, [file], "Not opened, as it may contain scripts of others; path copied")
     elif await open_file(file):
         app.notify(str(file), title="Opened", markup=False)
     else:
-        copy_paths(app, [file], "No program to open it; its path is copied")
+        copy_paths(app, [file], "No program to open the file; path copied")
 
 
 def copy_paths(app: App[Any], files: Sequence[Path], title: str = "Copied") -> None:
-    """Copy the paths of files, one a line."""
+    """Copy the paths of files, one per line."""
     text = "\n".join(str(file.absolute()) for file in files)
     app.copy_to_clipboard(text)
     app.notify(text, title=title, markup=False)

@@ -1,4 +1,4 @@
-"""Search the options of a new run by words: of its sections, and of the plugins it could have."""
+"""Search the options of a new run by words, including those of plugins not chosen yet."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -15,7 +15,7 @@ from gaitsim.tui.catalogue import Catalogue
 
 
 class FoundOption(NamedTuple):
-    """An option: its key, value and meaning; and its plugin, where that is not the chosen one."""
+    """An option: its key, value, meaning, and its plugin if that is not the chosen one."""
 
     key: str
     text: str
@@ -23,7 +23,7 @@ class FoundOption(NamedTuple):
     plugin: str = ""
 
     def score(self, query: str) -> float:
-        """Return how well it fits, 0 to 1: 0 unless it has all words of the query."""
+        """Return the score of a match, 0 to 1; 0 unless it has all words of the query."""
         words = query.casefold().split()
         key, rest = self.key.casefold(), f"{self.text} {self.plugin} {self.meaning}".casefold()
         if not all(word in key or word in rest for word in words):
@@ -49,7 +49,7 @@ def known_options(found: Validation, catalogue: Catalogue) -> Iterator[FoundOpti
 
 
 class SearchedScreen(Protocol):
-    """The screen whose options are searched."""
+    """The interface of the searched screen."""
 
     validation: Validation | None
     catalogue: Catalogue | None
@@ -58,7 +58,7 @@ class SearchedScreen(Protocol):
 
 
 class OptionSearch(Provider):
-    """The options in the palette's list; one that is chosen gets the focus."""
+    """Options as entries of the palette; a chosen option gets the focus."""
 
     def _rows(self) -> Iterator[tuple[FoundOption, Content, str, partial[None]]]:
         screen = cast(SearchedScreen, self.screen)
@@ -70,13 +70,13 @@ class OptionSearch(Provider):
             yield one, Content(visible(title)), visible(one.meaning).replace("[", "\\["), go
 
     async def discover(self) -> Hits:
-        """Yield the options of the experiment, while nothing is typed."""
+        """Yield the options of the experiment while the query is empty."""
         for one, title, about, go in self._rows():
             if not one.plugin:
                 yield DiscoveryHit(title, go, title.plain, about)
 
     async def search(self, query: str) -> Hits:
-        """Yield the options that have all words of the query."""
+        """Yield the options that contain all words of the query."""
         for one, title, about, go in self._rows():
             if (score := one.score(query)) > 0:
                 yield Hit(score, title, go, title.plain, about)

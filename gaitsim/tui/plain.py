@@ -1,4 +1,4 @@
-"""Keep texts of others from steering the terminal, whichever widget shows them."""
+"""Keep untrusted texts from controlling the terminal, in every widget."""
 
 import unicodedata
 
@@ -11,13 +11,13 @@ from gaitsim.render.terminal.text import STEERING
 
 
 class PlainText(LineFilter):
-    r"""Removes control characters from each line that is drawn.
+    r"""Removes control characters from each drawn line.
 
-    Most widgets show them as `\x1b`, by `visible`. This holds for all of them.
+    Most widgets already escape them, such as to `\x1b`, with `visible`. This covers all widgets.
     """
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
-        """Return the segments, each as wide as before."""
+        """Return the segments with unchanged widths."""
         if "".join([segment.text for segment in segments]).isprintable():
             return segments
         return [segment._replace(text=_plain(segment.text)) for segment in segments]

@@ -1,6 +1,6 @@
-"""The options of the commands that make something of a run.
+"""Options of the commands that export files from a run.
 
-They are declared as plugins declare theirs, so the same forms show them.
+They are declared like options of plugins, so the same forms show them.
 """
 
 from pathlib import Path
@@ -20,37 +20,41 @@ from gaitsim.choices import (
 )
 from gaitsim.runs.files.folder import EXPORTS
 
-Generation = Annotated[int | None, Field(ge=1, description="The best of it. None: of all.")]
+Generation = Annotated[
+    int | None, Field(ge=1, description="Its best individual. None: the champion.")
+]
 Member = Annotated[
-    int | None, Field(ge=1, description="Of a front or archive; gaitsim members lists them.")
+    int | None, Field(ge=1, description="Member of a front or archive, as in gaitsim members.")
 ]
 Damage = Annotated[
-    str | None, Field(description="Damage to the body, as L2 lost, R1 femur stuck 20.")
+    str | None, Field(description="Damage to the body, such as L2 lost, R1 femur stuck 20.")
 ]
 World = Annotated[
-    str | None, Field(description="Conditions of the world, as friction 0.4, slope 2.")
+    str | None, Field(description="Conditions of the world, such as friction 0.4, slope 2.")
 ]
 Engine = Annotated[
-    str | None, Field(description="Physics engine of a robot, as bullet. None: its own.")
+    str | None, Field(description="Physics engine of a robot, such as bullet. None: its own.")
 ]
-Generations = Annotated[str | None, Field(description="The best of several, as 1,50,300.")]
+Generations = Annotated[
+    str | None, Field(description="Best individuals of generations, such as 1,50,300.")
+]
 
 
 class Settings(BaseModel):
-    """The options of a command that differ from its defaults are its words."""
+    """The options of a command; those that differ from the defaults become arguments."""
 
     model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)
 
     def subject(self, run: Path) -> Path:
-        """Return what the command is about: the run, unless an option says otherwise."""
+        """Return the command's subject: the run, unless an option names another."""
         return run
 
     def words(self, run: Path) -> list[str]:
-        """Return the options as the command line takes them."""
+        """Return the options as arguments of the command line."""
         return self._flags()
 
     def _flags(self, *without: str) -> list[str]:
-        """Return the options but some, each as a flag."""
+        """Return the options as flags, without some."""
         found = []
         for name, value in self.model_dump(exclude=set(without), exclude_defaults=True).items():
             flag = name.replace("_", "-")
@@ -87,7 +91,7 @@ class ForRobot(Settings):
     ] = None
     speed: Annotated[
         float | None,
-        Field(ge=0.01, le=100, description="0.5 is half as fast. None: as simulated."),
+        Field(ge=0.01, le=100, description="0.5 is half speed. None: as simulated."),
     ] = None
 
 
@@ -109,7 +113,7 @@ class Events(Settings):
 
 class Page(Body):
     generations: Annotated[
-        str | None, Field(description="The best of several, side by side, as 1,50,300.")
+        str | None, Field(description="Best individuals side by side, such as 1,50,300.")
     ] = None
 
 
@@ -120,15 +124,15 @@ class Archive(Settings):
 class Calibrated(ForRobot):
     calibration: Annotated[
         str | None,
-        Field(description="File with the servo of each joint. None: at their centre in standing."),
+        Field(description="File with the servo of each joint. None: centred when standing."),
     ] = None
-    clip: Annotated[bool, Field(description="Clip angles beyond the range.")] = False
+    clip: Annotated[bool, Field(description="Clip angles to the range.")] = False
 
 
 class Servo(Calibrated):
-    centre: Annotated[float | None, Field(description="Degrees for a joint at zero.")] = None
+    centre: Annotated[float | None, Field(description="Degrees of a joint at zero.")] = None
     min: Annotated[float | None, Field(description="Minimum degrees of the servos.")] = None
-    max: Annotated[float | None, Field(description="Maximum degrees.")] = None
+    max: Annotated[float | None, Field(description="Maximum degrees of the servos.")] = None
 
 
 class Template(Settings):
@@ -136,7 +140,7 @@ class Template(Settings):
         CalibratedFormat, Field(description="PCA9685 boards, or the family of a servo bus.")
     ] = "arduino"
     calibration_template: Annotated[
-        str | None, Field(description="A new file. None: in the run's exports folder.")
+        str | None, Field(description="File to create. None: in the run's exports folder.")
     ] = None
     generation: Generation = None
     member: Member = None
@@ -150,26 +154,26 @@ class Template(Settings):
 
 class Plot(Settings):
     theme: Annotated[Theme, Field(description="Colours.")] = "light"
-    format: Annotated[PlotFormat, Field(description="PNG at 300 dots an inch, or vectors.")] = "png"
+    format: Annotated[PlotFormat, Field(description="PNG at 300 dpi, or vector formats.")] = "png"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
     world: World = None
     generations: Generations = None
-    window: Annotated[str | None, Field(description="A part of the motion in seconds, as 2:5.")] = (
-        None
-    )
+    window: Annotated[
+        str | None, Field(description="Part of the motion in seconds, such as 2:5.")
+    ] = None
     channel: Annotated[
-        str | None, Field(description="Channel of the motion; a wrong name lists them.")
+        str | None, Field(description="Channel of the motion; an invalid name lists all.")
     ] = None
     component: Annotated[
-        str | None, Field(description="Components, as z or 'L1 coxa, R1 coxa'. None: all.")
+        str | None, Field(description="Components, such as z or 'L1 coxa, R1 coxa'. None: all.")
     ] = None
 
     axes: Annotated[
         str | None,
         Field(
-            description="Two axes of the archive, as forward, yaw. None: all pairs.",
+            description="Two axes of the archive, such as forward, yaw. None: all pairs.",
             pattern=r"^[^,]*[^, ][^,]*,[^,]*[^, ][^,]*$",
         ),
     ] = None
@@ -178,7 +182,7 @@ class Plot(Settings):
     ] = None
 
     def words(self, run: Path) -> list[str]:
-        """Return the options; each component and run has its own."""
+        """Return the options, with one flag per component and run."""
         return [
             *self._flags("component", "beside", "axes"),
             *(["--axes", *split_names(self.axes)] if self.axes else []),
@@ -195,7 +199,7 @@ class Video(Settings):
     world: World = None
     engine: Engine = None
     generations: Annotated[
-        str | None, Field(description="The best of several, in a race, as 1,50,300.")
+        str | None, Field(description="Best individuals in a race, such as 1,50,300.")
     ] = None
     view: Annotated[VideoView, Field(description="Direction of the camera.")] = "iso"
     theme: Annotated[Theme, Field(description="Colours.")] = "light"
@@ -203,9 +207,9 @@ class Video(Settings):
         float | None,
         Field(gt=0, description="0.25 is slow motion. None: real time, or slow for wing beats."),
     ] = None
-    intro: Annotated[bool, Field(description="Begin with the fitness curve.")] = True
-    size: Annotated[str | None, Field(description="Pixels, as 1280x720.")] = None
-    fps: Annotated[float | None, Field(gt=0, description="Pictures a second.")] = None
+    intro: Annotated[bool, Field(description="Start with the fitness curve.")] = True
+    size: Annotated[str | None, Field(description="Pixels, such as 1280x720.")] = None
+    fps: Annotated[float | None, Field(gt=0, description="Frames per second.")] = None
 
 
 class Analysis(Settings):
@@ -214,25 +218,26 @@ class Analysis(Settings):
     damage: Damage = None
     world: World = None
     engine: Engine = None
-    perturb: Annotated[bool, Field(description="Repeat it with late and inexact servos.")] = False
-    physics: Annotated[bool, Field(description="Play it on the body's twin in physics, too.")] = (
+    perturb: Annotated[bool, Field(description="Repeat it with delayed and inexact servos.")] = (
+        False
+    )
+    physics: Annotated[bool, Field(description="Also play it on the body's twin in physics.")] = (
         False
     )
     worlds: Annotated[
         int | None,
-        Field(ge=1, le=10_000, description="Play it in so many worlds that it has not seen."),
+        Field(ge=1, le=10_000, description="Number of unseen worlds to play it in."),
     ] = None
-    world_seed: Annotated[
-        int | None, Field(ge=0, description="Of these worlds; another seed draws others.")
-    ] = None
+    world_seed: Annotated[int | None, Field(ge=0, description="Seed of these worlds.")] = None
     workers: Annotated[
-        int | None, Field(ge=1, le=1024, description="How many play worlds at a time.")
+        int | None, Field(ge=1, le=1024, description="Number of worlds played in parallel.")
     ] = None
     figure: Annotated[
-        PlotFormat | None, Field(description="A figure of footfalls, phases and stability.")
+        PlotFormat | None,
+        Field(description="Format of a figure of footfalls, phases and stability."),
     ] = None
     gait: Annotated[
-        str | None, Field(description="A file of joint angles to play: .npz, .csv or .mat.")
+        str | None, Field(description="File of joint angles to play instead: .npz, .csv or .mat.")
     ] = None
 
     def words(self, run: Path) -> list[str]:
@@ -252,7 +257,7 @@ class Differences(Settings):
     quantity: Annotated[Quantity, Field(description="Quantity to plot.")] = "best"
     by: Annotated[Axis, Field(description="Horizontal axis.")] = "generation"
     theme: Annotated[Theme, Field(description="Colours.")] = "light"
-    format: Annotated[PlotFormat, Field(description="Of the figure.")] = "png"
+    format: Annotated[PlotFormat, Field(description="File format of the figure.")] = "png"
 
     def words(self, run: Path) -> list[str]:
         """Return the other runs, the options, and the file of the figure."""
@@ -261,15 +266,15 @@ class Differences(Settings):
 
 
 def split_names(text: str | None) -> list[str]:
-    """Return the names in a text, which commas separate, as names may hold spaces."""
+    """Return the comma-separated names in a text; names may contain spaces."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def split_words(text: str) -> list[str]:
-    """Return the words of a text, where quoted ones may hold spaces."""
+    """Return the words of a text; quoted words may contain spaces."""
     import shlex
 
     try:
         return shlex.split(text)
-    except ValueError:  # a quotation that does not end
+    except ValueError:  # a missing quotation mark
         return [text]

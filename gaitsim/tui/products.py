@@ -1,6 +1,6 @@
-"""Everything that gaitsim makes of a run: the commands, with the options that a user may change.
+"""Everything that can be exported from a run: the commands and their options.
 
-Options are declared as plugins declare theirs, so the same forms show them.
+Options are declared like those of plugins, so the same forms show them.
 """
 
 from collections.abc import Callable, Mapping
@@ -42,13 +42,13 @@ Check = Callable[["Individual"], object]
 
 @dataclass(frozen=True)
 class Product:
-    """Something to make of a run.
+    """An export of a run.
 
     Attributes:
-        title: its name in a list.
-        command: the words of the command, without the run.
-        model: the options.
-        kind: the kind of plot, where it is one.
+        title: name in a list.
+        command: words of the command, without the run.
+        model: options of the command.
+        kind: kind of plot; '' for other products.
     """
 
     title: str
@@ -57,7 +57,7 @@ class Product:
     kind: str = ""
 
     def fields(self) -> dict[str, FieldInfo]:
-        """Return the options that the command reads, by name."""
+        """Return the options that the command uses, by name."""
         known = self.model.model_fields
         if self.model is not Plot:
             return known
@@ -84,14 +84,14 @@ class Product:
         return None, {
             name: GaitsimError(
                 f"{typed.get(name, '')!r} is not allowed",
-                allowed=options.takes(fields[name]) if typed.get(name) else "a value for it",
+                allowed=options.takes(fields[name]) if typed.get(name) else "a value",
             )
             for name in names
         }
 
 
 def default(field: FieldInfo) -> str:
-    """Return the text of an option that nobody changed."""
+    """Return the text of an unchanged option."""
     return options.written(field, field.get_default())
 
 
@@ -150,10 +150,10 @@ PRODUCTS = tuple(product for products in GROUPS.values() for product in products
 
 
 def lacking(run: Path) -> dict[Product, GaitsimError]:
-    """Return why products cannot be made of a run's champion, as their commands say.
+    """Return the products that a run's champion cannot have, with the commands' errors.
 
     Raises:
-        GaitsimError: nothing can be made: the run has no champion, or its folder is read-only.
+        GaitsimError: no product is possible: the run has no champion, or a read-only folder.
     """
     from gaitsim.gait.files.writer import gait_of
     from gaitsim.hardware.exporting import check_bag

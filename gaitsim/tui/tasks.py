@@ -1,8 +1,7 @@
-"""Gaitsim commands that run in the background, as processes of their own.
+"""Gaitsim commands that run in the background, each in its own process.
 
-The UI runs the command that a user could type, so it can do nothing that the command line
-cannot. Its progress, files and errors arrive as records, one JSON object a line on its standard
-error.
+The UI runs the commands that a user could type, so it can do nothing that the command line cannot.
+Progress, files and errors arrive as records on standard error, one JSON object per line.
 """
 
 import asyncio
@@ -24,7 +23,7 @@ from gaitsim.errors import GaitsimError, error_from_dict
 from gaitsim.render.terminal.text import visible, visible_lines
 
 KEPT = 2000  # lines of output
-LONGEST = 1 << 20  # bytes of a line; a longer one is dropped
+LONGEST = 1 << 20  # bytes of a line; longer lines are dropped
 GRACE = 5.0  # seconds between asking a process to stop and killing it
 
 State = Literal["running", "done", "failed", "stopped"]
@@ -35,17 +34,17 @@ class Task:
     """A command that runs, or ran, in the background.
 
     Attributes:
-        arguments: of `gaitsim`.
-        began: when, by the monotonic clock.
-        state: whether it runs, and how it ended.
-        progress: what it works on.
-        part: the part of that which is done, 0 to 1; None while that is unknown.
-        output: the lines that it printed.
-        notices: the lines that it printed beside its output.
-        files: those that it wrote.
-        error: why it failed, where it was the user's mistake.
-        ended: when it ended, by the monotonic clock.
-        opens: whether the file that it writes is opened when it is done.
+        arguments: arguments of `gaitsim`.
+        began: start time on the monotonic clock, seconds.
+        state: 'running', or how the task ended.
+        progress: description of the current step.
+        part: completed share of the step, 0 to 1; None while it is unknown.
+        output: lines of standard output.
+        notices: lines of standard error that are not records.
+        files: files that the task wrote.
+        error: reported error if the task failed; None for other failures.
+        ended: end time on the monotonic clock, seconds.
+        opens: whether to open the written file at the end.
     """
 
     arguments: tuple[str, ...]
@@ -62,33 +61,35 @@ class Task:
 
     @property
     def command(self) -> str:
-        """The command line, as a shell takes it."""
+        """The command line, quoted for a shell."""
         return shlex.join(["gaitsim", *self.arguments])
 
     @property
     def running(self) -> bool:
-        """Whether it still runs."""
+        """Whether the task is still running."""
         return self.state == "running"
 
     @property
     def message(self) -> str:
-        """The reason why it failed."""
+        """The reason for the failure."""
         if self.error is not None:
             return visible_lines(str(self.error))
-        return "\n".join(self.notices[-8:] or self.output[:8]) or "it ended without a message"
+        return (
+            "\n".join(self.notices[-8:] or self.output[:8]) or "the command ended without a message"
+        )
 
     @property
     def seconds(self) -> float:
-        """Its duration so far."""
+        """Duration so far, seconds."""
         return (self.ended or monotonic()) - self.began
 
     def take_output(self, line: str) -> None:
-        """Take a line of its output."""
+        """Store a line of standard output."""
         self.output.append(visible(line))
         del self.output[:-KEPT]
 
     def take_record(self, line: str) -> None:
-        """Take a line of its standard error: a record, or a text that a library printed."""
+        """Process a line of standard error: a record, or a text printed by a library."""
         try:
             record = json.loads(line)
             match record:
@@ -115,12 +116,12 @@ class Task:
 
 @dataclass
 class TaskChanged(Message, bubble=False):
-    """A task began, made progress, or ended; a later message of the same task replaces it."""
+    """Posted when a task starts, progresses or ends; later messages of a task replace earlier."""
 
     task: Task
 
     def can_replace(self, message: Message) -> bool:
-        """Return whether a waiting message is of the same task."""
+        """Return whether a waiting message is about the same task."""
         return isinstance(message, TaskChanged) and message.task is self.task
 
 
@@ -128,7 +129,7 @@ class Tasks:
     """The tasks of the app, the newest last.
 
     Args:
-        changed: called with a task that began, made progress, or ended.
+        changed: function called with a task that started, progressed or ended.
     """
 
     def __init__(self, changed: Callable[[Task], None]) -> None:
@@ -138,7 +139,7 @@ class Tasks:
         self._running: set[asyncio.Task[None]] = set()
 
     def begin(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
-        """Run a gaitsim command; `opens` says whether the file that it writes is opened."""
+        """Run a gaitsim command; with `opens`, open the file that it writes."""
         task = Task(tuple(arguments), opens=opens)
         self.all.append(task)
         job = asyncio.create_task(self._run(task))
@@ -147,7 +148,7 @@ class Tasks:
         return task
 
     def stop(self, task: Task) -> None:
-        """Ask a task to stop, as Ctrl-C does; the command removes what it has half written."""
+        """Ask a task to stop, as Ctrl-C does; the command removes partial files."""
         process = self._processes.get(id(task))
         if process is not None and process.returncode is None:
             task.state = "stopped"
@@ -169,7 +170,7 @@ class Tasks:
         return not self._running or not (await asyncio.wait({*self._running}, timeout=timeout))[1]
 
     def clear(self) -> None:
-        """Forget the tasks that have ended."""
+        """Remove the tasks that have ended."""
         self.all = [task for task in self.all if task.running]
 
     async def _run(self, task: Task) -> None:
@@ -177,7 +178,7 @@ class Tasks:
         try:
             code = await self._process(task)
         except OSError as error:
-            task.notices.append(f"cannot start it: {error.strerror}")
+            task.notices.append(f"the command cannot be started: {error.strerror}")
             code = 1
         finally:
             self._processes.pop(id(task), None)
@@ -197,7 +198,7 @@ class Tasks:
             stderr=asyncio.subprocess.PIPE,
             limit=LONGEST,
             env=_environment(),
-            start_new_session=True,  # Ctrl-C in the app's terminal is the app's
+            start_new_session=True,  # keeps Ctrl-C in the app's terminal from the task
         )
         self._processes[id(task)] = process
         readers = [
@@ -209,7 +210,7 @@ class Tasks:
             if stream is not None
         ]
         code = await process.wait()
-        # Its last lines may still be on their way; a child that it left may hold the pipes.
+        # The last lines may still be in transit; a remaining child may keep the pipes open.
         for reader in (await asyncio.wait(readers, timeout=1))[1]:
             reader.cancel()
         return code
@@ -220,7 +221,7 @@ class Tasks:
         while True:
             try:
                 line = await stream.readline()
-            except ValueError:  # too long
+            except ValueError:  # line too long
                 continue
             if not line:
                 return
@@ -230,5 +231,5 @@ class Tasks:
 
 def _environment() -> dict[str, str]:
     more = {"GAITSIM_PROGRESS": "json", "NO_COLOR": "1", "PYTHONUNBUFFERED": "1"}
-    # What textual-serve sets is meant for this process alone.
+    # The variables set by textual-serve are only for this process.
     return {k: v for k, v in os.environ.items() if not k.startswith("TEXTUAL")} | more

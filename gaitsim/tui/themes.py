@@ -1,4 +1,4 @@
-"""The app's own themes, beside those that Textual brings."""
+"""The app's own themes, in addition to Textual's."""
 
 from typing import Any
 
@@ -11,10 +11,10 @@ def _theme(name: str, *, border: str, cursor: str = "", **colours: Any) -> Theme
     """Return a theme whose borders are primary and whose keys have the accent colour.
 
     Args:
-        name: of the theme.
-        border: the colour of a border without the focus.
-        cursor: the colour of text under a cursor on a light theme; '' makes the theme dark.
-        colours: the theme's other colours.
+        name: name of the theme.
+        border: colour of borders without the focus.
+        cursor: colour of text under the cursor in a light theme; '' makes the theme dark.
+        colours: other colours of the theme.
     """
     variables = {
         "footer-key-foreground": colours["accent"],
@@ -43,7 +43,7 @@ LIGHT = _theme(
     border="#C2CBC7", cursor="#FFFFFF",
 )  # fmt: skip
 
-# Okabe & Ito (2008): eight colours that people with any colour vision tell apart.
+# Okabe & Ito (2008): eight colours that people with any colour vision can distinguish.
 OKABE_ITO = _theme(
     "gaitsim-okabe-ito",
     primary="#56B4E9", secondary="#CC79A7", accent="#F0E442",
@@ -57,10 +57,10 @@ DEFAULT = DARK.name
 
 
 def check_theme(name: str, *, where: str, key: str = "") -> str:
-    """Return the name of a theme.
+    """Check and return the name of a theme.
 
     Raises:
-        GaitsimError: there is no such theme.
+        GaitsimError: the theme does not exist.
     """
     known = sorted([*(ours.name for ours in THEMES), *BUILTIN_THEMES])
     if name not in known:

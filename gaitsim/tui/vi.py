@@ -1,4 +1,4 @@
-"""The keys of vi in lists, tables and texts that scroll: j, k, g, G, Ctrl-D and Ctrl-U."""
+"""The keys of vi in lists, tables and scrolling texts: j, k, g, G, Ctrl-D and Ctrl-U."""
 
 from itertools import starmap
 from typing import ClassVar
@@ -10,7 +10,7 @@ from textual.events import Key
 from textual.widget import Widget
 from textual.widgets import DataTable, OptionList
 
-PREFIX = "list."  # of the ids
+PREFIX = "list."  # prefix of the ids
 # The actions of each kind of widget.
 _WAYS = ("down", "up", "first", "last", "page_down", "page_up")
 _LIST = ("cursor_down", "cursor_up", "first", "last", "page_down", "page_up")
@@ -33,9 +33,9 @@ def _binding(way: str, key: str) -> Binding:
 
 
 class ViKeys(App[None]):
-    """An app in which the keys of vi move, where nothing else has the key.
+    """An app in which the keys of vi move the focused list, unless a screen uses the key.
 
-    The keys of a screen and letters in a field come first.
+    Keys of a screen and letters in a field take precedence.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [*starmap(_binding, _KEYS.items())]
@@ -60,7 +60,7 @@ class ViKeys(App[None]):
         return super().check_action(action, parameters)
 
     def on_key(self, event: Key) -> None:
-        """Move in a dialog, too, where the keys of an app do not work."""
+        """Move in dialogs too, where the keys of an app are inactive."""
         if not self.screen.is_modal or event.key in self.screen.active_bindings:
             return
         for way, key in _KEYS.items():
@@ -70,8 +70,8 @@ class ViKeys(App[None]):
 
 
 def _moves(widget: Widget | None) -> dict[str, str]:
-    """Return the actions by which a widget moves, by their way; {} where it does not."""
-    if widget is None or widget.check_consume_key("j", "j"):  # it takes letters
+    """Return a widget's actions for each movement; {} if it has none."""
+    if widget is None or widget.check_consume_key("j", "j"):  # it accepts letters
         return {}
     if isinstance(widget, DataTable):
         return dict(zip(_WAYS, _TABLE, strict=True))

@@ -1,7 +1,7 @@
 """The terminal UI in a browser: a server on top of textual-serve's.
 
-It serves a page that loads nothing from elsewhere, to those who know its token, and takes a
-connection only from that page: any other site that a browser shows could else steer the app.
+It serves a page that loads no external resources, to clients that know its token, and accepts
+connections only from that page, so that no other site in the browser can control the app.
 """
 
 import asyncio
@@ -28,10 +28,10 @@ from gaitsim.tui.web_app import ServedApp, bounded
 PAGE = Path(__file__).parent / "page.html"
 LOCAL = "localhost"
 WINDOWS = 8
-LONGEST_MESSAGE = 1 << 20  # bytes; what is pasted comes as one message
-PATIENCE = 5.0  # seconds to wait for an app to end, as when a page is loaded again
+LONGEST_MESSAGE = 1 << 20  # bytes; a paste arrives as one message
+PATIENCE = 5.0  # seconds to wait for an app to end, such as after a reload
 
-# A refusal shows text and a form; the page itself needs more.
+# For refusals, which show text and a form; the page itself needs more.
 PLAIN_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
 HEADERS = {
     "Content-Security-Policy": PLAIN_POLICY,
@@ -44,20 +44,20 @@ POLICY = (
     "font-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-# A page that plays a gait runs its scripts, in an origin of its own: none of them reaches the app,
-# which shares the address, nor the network. The page's own policy allows only the viewer.
+# A page that plays a gait runs its scripts in an opaque origin, so that they reach neither the app
+# at the same address nor the network. The page's own policy allows only the viewer.
 SHOWN_POLICY = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; "
     "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
-MOST_SHOWN = 100  # pages; the oldest are forgotten
+MOST_SHOWN = 100  # pages; the oldest are dropped
 LARGEST_SHOWN = 1 << 27  # bytes
 NO_TOKEN = Template("""<!DOCTYPE html>
 <html lang="en">
   <meta charset="utf-8" /><title>gaitsim</title>
   <body style="font: 16px monospace; margin: 3em; background: #0f151b; color: #d7dee6">
-    <p>$wrong Open the address that gaitsim serve printed at its start, or type its token here:</p>
+    <p>$wrong Open the address printed by gaitsim serve, or enter its token:</p>
     <form><input name="token" type="password" autofocus /> <button>Open</button></form>
   </body>
 </html>
@@ -65,19 +65,19 @@ NO_TOKEN = Template("""<!DOCTYPE html>
 
 
 class WebServer(Server):
-    """Runs a command, which starts a Textual app, for each page that is opened.
+    """Runs a command, which starts a Textual app, for each open page.
 
     Args:
-        command: the command.
-        host: the address that it listens on.
-        token: what a page is asked for with, once.
-        windows: how many apps may run at a time.
+        command: command line of the app.
+        host: address to listen on.
+        token: secret that opens the page; a cookie replaces it afterwards.
+        windows: maximum number of apps that run at a time.
     """
 
     def __init__(self, command: str, host: str, token: str, windows: int = WINDOWS) -> None:
         super().__init__(command, host, title="gaitsim")
         self._token = token
-        self._cookie = secrets.token_urlsafe()  # not the token: other ports get cookies, too
+        self._cookie = secrets.token_urlsafe()  # not the token, as cookies reach other ports too
         self._windows = windows
         self._free = asyncio.Semaphore(windows)
         self._shown: dict[str, Path] = {}
@@ -92,7 +92,7 @@ class WebServer(Server):
         )
 
     def application(self) -> web.Application:
-        """Return the server's pages."""
+        """Return the web application with its routes."""
         app = web.Application(middlewares=[self._guard])
         app.add_routes(
             [
@@ -111,9 +111,9 @@ class WebServer(Server):
 
     @web.middleware
     async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        """Refuse requests without the token, and those that another site's page makes."""
+        """Refuse requests without the token, and requests from pages of other sites."""
         if not (self._is_ours(request) and _same_origin(request)):
-            raise web.HTTPForbidden(text="gaitsim serves its own page alone.")
+            raise web.HTTPForbidden(text="gaitsim accepts requests only from its own page.")
         cookie = f"gaitsim-{_port(request)}"
         token = request.query.get("token")
         if request.path == "/" and token and _equal(token, self._token):
@@ -127,16 +127,16 @@ class WebServer(Server):
         return await handler(request)
 
     def _is_ours(self, request: web.Request) -> bool:
-        """Return whether a host name is ours; any name is, unless only this machine may connect."""
+        """Return whether a host name is ours; on a public address any name is."""
         return not is_loopback(self.host) or is_loopback(_host(f"//{request.host}"))
 
     async def on_startup(self, app: web.Application) -> None:
-        """Print the address, with the token."""
+        """Print the address with the token."""
         any_address = self.host in ("0.0.0.0", "::")
         host = socket.gethostname() if any_address else self.host
         shown = f"[{host}]" if ":" in host else host
         address = f"http://{shown}:{self.port}/?token={quote(self._token, safe='')}"
-        print(f"gaitsim is at {address}\nCtrl-C stops it", flush=True)  # noqa: T201
+        print(f"gaitsim is at {address}\nPress Ctrl-C to stop it", flush=True)  # noqa: T201
 
     async def on_shutdown(self, app: web.Application) -> None:
         """Close the windows, which ends their apps."""
@@ -146,7 +146,7 @@ class WebServer(Server):
         await asyncio.gather(*self._ending)
 
     async def page(self, request: web.Request) -> web.Response:
-        """Return the page, filled for the address that it was asked by."""
+        """Return the page, filled in for the requested address."""
         scheme = "wss" if request.scheme == "https" else "ws"
         values = {
             "title": self.title,
@@ -161,7 +161,7 @@ class WebServer(Server):
         return web.Response(text=filled, content_type="text/html", headers=policy)
 
     def publish(self, path: Path) -> str:
-        """Serve a page that an app has written; return its address on this server."""
+        """Serve a page written by an app; return its address on this server."""
         key = secrets.token_urlsafe()
         self._shown[key] = path
         for oldest in [*self._shown][:-MOST_SHOWN]:
@@ -169,10 +169,12 @@ class WebServer(Server):
         return f"/pages/{key}"
 
     async def handle_shown(self, request: web.Request) -> web.Response:
-        """Return a page that an app has written, with a policy that keeps it apart."""
+        """Return a page written by an app, with a policy that isolates it."""
         path = self._shown.get(request.match_info["key"])
         if path is None:
-            raise web.HTTPNotFound(text="This page is not served any more: open it again.")
+            raise web.HTTPNotFound(
+                text="This page is no longer served. Open it again from the app."
+            )
         try:
             page = await asyncio.to_thread(read_regular, path, LARGEST_SHOWN)
         except OSError as error:
@@ -181,16 +183,16 @@ class WebServer(Server):
         return web.Response(body=page, content_type="text/html", charset="utf-8", headers=policy)
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
-        """Run an app for a page, until either ends."""
+        """Run an app for a page until either ends."""
         if "Origin" not in request.headers:
-            raise web.HTTPForbidden(text="gaitsim takes connections from its own page alone.")
+            raise web.HTTPForbidden(text="gaitsim accepts connections only from its own page.")
         websocket = web.WebSocketResponse(heartbeat=15, max_msg_size=LONGEST_MESSAGE)
         await websocket.prepare(request)
         try:
             async with asyncio.timeout(PATIENCE):
                 await self._free.acquire()
         except TimeoutError:
-            said = f"{self._windows} windows are open, and more are not allowed (--windows)."
+            said = f"{self._windows} windows are open, the maximum (--windows)."
             await websocket.close(code=WSCloseCode.TRY_AGAIN_LATER, message=said.encode())
             return websocket
         self._open.add(websocket)
@@ -200,7 +202,7 @@ class WebServer(Server):
             await app.start(*bounded(width, height))
             await _converse(websocket, app)
         finally:
-            # A request that is cancelled does not keep its app.
+            # The app ends even if the request was cancelled.
             ending = asyncio.create_task(self._end(app))
             self._ending.add(ending)
             ending.add_done_callback(self._ending.discard)
@@ -215,11 +217,11 @@ class WebServer(Server):
 
 
 async def _converse(websocket: web.WebSocketResponse, app: ServedApp) -> None:
-    """Pass the messages of a page to its app, until there are no more or one is malformed."""
+    """Pass the messages of a page to its app until it disconnects or a message is malformed."""
     async for message in websocket:
         try:
             if message.type is not WSMsgType.TEXT:
-                raise ValueError("not a text")
+                raise ValueError("not a text message")
             await app.obey(message.data)
         except ValueError:
             await websocket.close(
@@ -233,13 +235,13 @@ async def _dismiss(websocket: web.WebSocketResponse) -> None:
 
 
 async def _protect(request: web.Request, response: web.StreamResponse) -> None:
-    """Set the headers that keep an answer out of frames and its address to itself."""
+    """Set headers that prevent framing and hide the address from other sites."""
     for name, value in HEADERS.items():
         response.headers.setdefault(name, value)
 
 
 def _same_origin(request: web.Request) -> bool:
-    """Return whether a request comes from our page, if it names its page."""
+    """Return whether a request comes from our page, or does not name its origin."""
     origin = request.headers.get("Origin")
     return origin is None or origin.partition("://")[2] == request.host
 
@@ -252,13 +254,13 @@ def _host(url: str) -> str:
 
 
 def _port(request: web.Request) -> str:
-    """Return the port that the browser knows; a tunnel's is not the server's."""
+    """Return the port in the browser's address, which a tunnel may change."""
     port = request.host.rpartition(":")[2]
     return port if port.isdecimal() and port.isascii() else "80"
 
 
 def _equal(given: str, secret: str) -> bool:
-    """Return whether they are equal, in a time that does not tell how much of them is."""
+    """Return whether two strings are equal, in constant time."""
     return secrets.compare_digest(given.encode("utf-8", "replace"), secret.encode())
 
 
@@ -275,22 +277,22 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
     """Open a socket that listens on an address.
 
     Raises:
-        GaitsimError: there is no such address, or the port is taken.
+        GaitsimError: the address does not exist, or the port is in use.
     """
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         listener = socket.create_server((host, port), family=family)
     except (OSError, UnicodeError) as error:
         number = error.errno if isinstance(error, OSError) else None
-        # Python adds the address, which is said already.
+        # Python appends the address, which the message already has.
         reason = getattr(error, "strerror", None) or str(error)
         port_is_wrong = number in (errno.EADDRINUSE, errno.EACCES)
         raise GaitsimError(
             f"cannot listen on {host}, port {port}: {reason.partition(' (while')[0]}",
-            allowed="an address of this machine, such as 127.0.0.1, and a port that is free",
-            remedy=f"try another port, as --port {port + 1 if port < 65535 else 8000}"
+            allowed="an address of this machine, such as 127.0.0.1, and a free port",
+            remedy=f"try another port, such as --port {port + 1 if port < 65535 else 8000}"
             if port_is_wrong
-            else "leave out --host to listen on this machine alone",
+            else "omit --host to listen only on this machine",
         ) from None
     with listener:
         yield listener

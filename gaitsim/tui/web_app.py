@@ -1,4 +1,4 @@
-"""One app that is served: the process behind a browser's window."""
+"""A served app: the process behind a window of a browser."""
 
 import asyncio
 import json
@@ -15,23 +15,23 @@ from textual_serve.download_manager import DownloadManager
 
 MOST_COLUMNS = 500
 MOST_ROWS = 200
-FAILED = b"The app has failed. The terminal in which gaitsim serve runs shows why."
-GRACE = 15.0  # seconds; more than an app takes to end by itself, or to give up
+FAILED = b"The app has failed. See the reason in the terminal of gaitsim serve."
+GRACE = 15.0  # seconds; longer than an app takes to end by itself
 
 
 def bounded(width: int, height: int) -> tuple[int, int]:
-    """Return the size nearest to one asked for that an app is drawn at."""
+    """Return the allowed size nearest to the requested one."""
     return min(max(width, 1), MOST_COLUMNS), min(max(height, 1), MOST_ROWS)
 
 
 class ServedApp(AppService):
-    """A Textual app as a process, which ends with its window.
+    """A Textual app as a process that ends with its window.
 
     Args:
-        command: starts the app.
-        websocket: to the window.
-        downloads: those of the server.
-        publish: serves a page that gaitsim has written; returns its address on the server.
+        command: command line of the app.
+        websocket: connection to the window.
+        downloads: download manager of the server.
+        publish: function that serves a page and returns its address on the server.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class ServedApp(AppService):
         publish: Callable[[Path], str],
     ) -> None:
         async def write_bytes(data: bytes) -> None:
-            # An app whose window has gone is read until it ends: it could not, if it had to wait.
+            # Keep reading after the window has closed, so that the app never blocks on its output.
             with suppress(ConnectionError):
                 await websocket.send_bytes(data)
 
@@ -76,20 +76,20 @@ class ServedApp(AppService):
             stdout=PIPE,
             stderr=PIPE,
             env=self._build_environment(width, height),
-            start_new_session=True,  # Ctrl-C in the server's terminal is the server's
+            start_new_session=True,  # keeps Ctrl-C in the server's terminal from the app
         )
         self._stdin = self._process.stdin
         return self._process
 
     async def run(self) -> None:
-        """Pass on what the app writes until it ends; then close its window."""
+        """Forward the app's output until it ends; then close its window."""
         try:
             await super().run()
         except asyncio.CancelledError:
             task = asyncio.current_task()
             if task is None or task.cancelling():
                 raise
-            # The app ended at once: its errors' reader, which textual-serve cancels, never began.
+            # textual-serve's reader of standard error may not have started when the app ended.
             if self._process is not None and self._process.stderr is not None:
                 errors = await self._process.stderr.read()
                 sys.stdout.write(errors.decode("utf-8", "replace"))
@@ -100,7 +100,7 @@ class ServedApp(AppService):
             await self._websocket.close()
 
     async def on_meta(self, data: bytes) -> None:
-        """Do what the app asks the server for, or pass a colour or an address to the window."""
+        """Handle a request of the app, or pass a colour or an address to the window."""
         match json.loads(data):
             case {"type": "ground", "colour": str(colour)}:
                 await self.remote_write_str(json.dumps(["ground", colour]))
@@ -113,7 +113,7 @@ class ServedApp(AppService):
         """Pass a message of the page on to the app.
 
         Raises:
-            ValueError: it is not a message.
+            ValueError: the text is not a message.
         """
         match _decoded(text):
             case ["stdin", str(keys)]:
@@ -130,7 +130,7 @@ class ServedApp(AppService):
                 raise ValueError("not a message")
 
     async def stop(self) -> None:
-        """End the app: ask it to, and kill it if it does not."""
+        """Ask the app to end, and kill it if it does not."""
         process, task = self._process, self._task
         if process is None or task is None:
             return
@@ -147,7 +147,7 @@ class ServedApp(AppService):
             if process.returncode is None:
                 process.kill()
         await process.wait()
-        # A process that the app left behind may hold its pipes.
+        # A child of the app that still runs may keep its pipes open.
         await asyncio.wait([task], timeout=1)
         task.cancel()
 

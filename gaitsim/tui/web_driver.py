@@ -1,4 +1,4 @@
-"""Textual's driver for the browser, for an app that ends when its server does."""
+"""Textual's driver for the browser, which ends the app when its server ends."""
 
 import os
 from pathlib import Path
@@ -14,7 +14,7 @@ GRACE = 10.0  # seconds for an app to end by itself
 
 
 class PipeDriver(WebDriver):
-    """A web driver that ends its app when standard input closes, as when the server is killed."""
+    """A web driver that ends its app when standard input closes, such as with a killed server."""
 
     def __init__(self, app: App[Any], **options: Any) -> None:
         super().__init__(app, **options)
@@ -22,30 +22,30 @@ class PipeDriver(WebDriver):
         self._writing = Lock()
 
     def _write_whole(self, data: bytes) -> None:
-        """Write a packet: whole, and not between the parts of another thread's."""
+        """Write a whole packet, not interleaved with those of other threads."""
         with self._writing:
             try:
                 while data:
                     data = data[os.write(self.fileno, data) :]
             except BrokenPipeError:
-                pass  # the server is gone; standard input closes, too
+                pass  # the server has ended; standard input closes too
 
     def start_application_mode(self) -> None:
-        """Begin, and tell the page the colour of the ground now and whenever it is another."""
+        """Start, and send the page the background colour now and after each change."""
         super().start_application_mode()
-        self._tell_ground()
-        self._app.theme_changed_signal.subscribe(self._app, lambda _: self._tell_ground())
+        self._send_background()
+        self._app.theme_changed_signal.subscribe(self._app, lambda _: self._send_background())
 
-    def _tell_ground(self) -> None:
+    def _send_background(self) -> None:
         ground = Color.parse(self._app.theme_variables["background"])
         self.write_meta({"type": "ground", "colour": ground.hex6})
 
     def show_page(self, file: Path) -> None:
-        """Have the browser that shows the app open a page that gaitsim has written."""
+        """Open a page written by gaitsim in the browser that shows the app."""
         self.write_meta({"type": "page", "path": str(file.absolute())})
 
     def run_input_thread(self) -> None:
-        """Pass input on until it ends, and end the app then."""
+        """Forward input until it closes, then end the app."""
         super().run_input_thread()
         if not self.exit_event.is_set():
             self._app.post_message(ExitApp())

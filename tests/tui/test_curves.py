@@ -408,7 +408,7 @@ class TestExploring:
             assert frame.x.log
             assert frame.y.log
             await self.fill(shown, pilot, np.linspace(-1, 1, 100))
-            assert "no log: not all above 0" in legend(shown)
+            assert "no log: values ≤ 0" in legend(shown)
             assert not shown.query_one(CurvePlot).frame.y.log
 
         show(test)

@@ -324,7 +324,7 @@ class TestSortingAndFiltering:
         async def test(driver):
             await driver.press("slash")
             await driver.type("zebra[b]")
-            assert "None of 3 runs has the words “zebra[b]”" in driver.text("#empty")
+            assert "None of 3 runs matches “zebra[b]”" in driver.text("#empty")
             await driver.press("escape")
             assert len(names(driver)) == 3
             assert driver.app.focused is driver.screen.query_one("#runs")

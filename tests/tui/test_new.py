@@ -283,7 +283,7 @@ class TestChecking:
             await enter(driver, screen, field, "0.5")
             assert not field.has_class("-wrong")
             assert str(tab.label) == TITLES["fitness"]
-            assert "It can run" in said(screen)
+            assert "Ready to run" in said(screen)
 
         fill(test)
 
@@ -461,7 +461,7 @@ class TestLeaving:
         Path("runs/puppet-2").symlink_to("nowhere")
 
         async def test(driver, screen):
-            assert said(screen) == "✓ It can run, as runs/puppet-3"
+            assert said(screen) == "✓ Ready to run as runs/puppet-3"
             await driver.press("ctrl+r")
             live = await driver.at("Live")
             assert live.run == Path("runs/puppet-3")

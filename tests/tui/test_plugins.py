@@ -178,11 +178,11 @@ def test_the_check_tells_its_verdict(look, install, working, monkeypatch):
         assert "Checking …" in shown(driver)
         await go(driver, "organism odd")
         await driver.press("c")
-        await driver.until(lambda: "✗ It breaks its contract" in shown(driver))
+        await driver.until(lambda: "✗ The plugin violates its contract" in shown(driver))
         assert "expected: move() returns a gaitsim.contracts.Motion" in shown(driver)
         assert "actual: a str" in shown(driver)
         await go(driver, "mutation gaussian")
-        await driver.until(lambda: "✓ It keeps its contract" in shown(driver))
+        await driver.until(lambda: "✓ The plugin fulfils its contract" in shown(driver))
 
     look(test)
 

@@ -177,8 +177,8 @@ class TestHelp:
             row = cells[2].index("home.delete")
             assert cells[0][row] == "d del"
             assert cells[1][row] == "Delete: permanently, after a question"
-            assert cells[1][cells[2].index("app.help")] == "Help: what this screen can do"
-            assert cells[1][cells[2].index("home.mark")] == "Mark: for what works on several"
+            assert cells[1][cells[2].index("app.help")] == "Help: show keys and their use"
+            assert cells[1][cells[2].index("home.mark")] == "Mark it for actions on several runs"
             await driver.press("escape")
             await driver.at("Home")
 
@@ -245,7 +245,7 @@ class TestViKeys:
     def test_the_keys_of_screens_come_first(self, config):
         given = '[keys]\nhome.delete = "ctrl+d"\nlist.up = "n"'
         found = "\n".join(map(str, problems(config(given))))
-        assert "the key n is given to home.new and to list.up" in found
+        assert "the key n is assigned to home.new and to list.up" in found
         assert "ctrl+d" not in found
 
 
@@ -332,7 +332,7 @@ class TestPalette:
             await driver.press("enter")
             await driver.at("Live")
             await driver.until(lambda: driver.screen.snapshot.champion is not None)
-            assert "does not evolve here" in (await self.found(driver, "pause"))["Pause"].help
+            assert "is not evolving here" in (await self.found(driver, "pause"))["Pause"].help
             assert "At home" in (await self.found(driver, "compare"))["Compare"].help
 
         drive(two)
@@ -464,7 +464,7 @@ class TestKeys:
             told = driver.told()
             assert '• keys.app.quit: "" is not allowed; ' in told
             assert '• keys.home.export: there is no key "notakey"; ' in told
-            assert "• keys: the key n is given to home.new and to home.replay; " in told
+            assert "• keys: the key n is assigned to home.new and to home.replay; " in told
             await driver.press("x")
             await driver.at("Confirm")
             await driver.press("escape")
@@ -480,8 +480,10 @@ class TestKeys:
 
         async def test(driver):
             await driver.until(lambda: "given to" in driver.told())
-            assert "the key r is given to home.new and to home.replay" in driver.told()
-            assert "the key question_mark is given to app.help and to home.export" in driver.told()
+            assert "the key r is assigned to home.new and to home.replay" in driver.told()
+            assert (
+                "the key question_mark is assigned to app.help and to home.export" in driver.told()
+            )
             assert "live" not in driver.told()
             await driver.press("r")
             await driver.at("New")

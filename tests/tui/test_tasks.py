@@ -166,7 +166,7 @@ class TestTask:
         monkeypatch.setattr(sys, "executable", "/nowhere/python")
         task, _ = run("runs")
         assert task.state == "failed"
-        assert "cannot start it" in task.message
+        assert "cannot be started" in task.message
 
 
 class TestOpening:

@@ -130,7 +130,7 @@ class TestToken:
     def test_nothing_without_it(self, path, token):
         found, text = ask(path, token=token)
         assert found.status == 403
-        assert "gaitsim serve printed" in text
+        assert "printed by gaitsim serve" in text
 
     def test_no_app_without_it(self):
         async def go():

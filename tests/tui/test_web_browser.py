@@ -97,7 +97,7 @@ def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
         ground = f"getComputedStyle({place}).backgroundColor"
         window.until(lambda: window.page.evaluate(ground) == "rgb(247, 248, 246)")  # noqa: B023
     window.press("n")
-    window.see("It can run")
+    window.see("Ready to run")
     window.press("Control+l")
     window.see("Load the file")
     window.page.keyboard.type("long.toml")

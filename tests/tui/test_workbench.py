@@ -203,7 +203,7 @@ def test_steering(day, walk):
         await hand.do("c", "Change")
         await hand.at("ChangeDialog")
         await hand.write("pric")
-        await hand.sees("Type on")
+        await hand.sees("Continue typing")
         await hand.take("fitness.price")
         await hand.write("4")
         await hand.sees("now 4.0")

@@ -1,4 +1,4 @@
-"""A heat map of an archive with a cursor on one of its elites."""
+"""A heat map of an archive, with a cursor on an elite."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ _PARTS = ("axis", "empty", "pointer")
 
 
 class ArchiveMap(Cells, can_focus=True):
-    """Two axes of an archive, or its only one; arrow keys and clicks go from elite to elite.
+    """One or two axes of an archive; arrow keys and clicks move from elite to elite.
 
     Args:
-        message: shown where there is no elite.
+        message: message shown without an elite.
 
     Attributes:
-        view: the archive; None for none yet.
-        names: of the axes that are shown, one or two.
-        words_shown: the names of the axes with their units, and the score's.
-        marks: a character of one column on the cells of these members, by number.
+        view: view of the archive; None before the first.
+        names: names of the one or two axes shown.
+        words_shown: labels of the axes and the score, with units.
+        marks: one-column characters shown on the cells of members, by number.
     """
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"map--axis", "map--empty", "map--pointer"}
@@ -54,7 +54,7 @@ class ArchiveMap(Cells, can_focus=True):
 
     @dataclass
     class Moved(Message):
-        """Another elite is under the cursor, by its number; None where there are none."""
+        """Posted with the number of the elite under the cursor, or None without elites."""
 
         member: int | None
 
@@ -68,8 +68,8 @@ class ArchiveMap(Cells, can_focus=True):
         self._map: HeatMap | None = None
         self._drawn_at: tuple[int, int] | None = None
         self._place: Place | None = None
-        self._values: tuple[float, ...] = ()  # where the cursor is on the axes
-        self._wanted: int | None = None  # the member that it is to be on
+        self._values: tuple[float, ...] = ()  # position of the cursor on the axes
+        self._wanted: int | None = None  # the member to put the cursor on
 
     def show(
         self,
@@ -81,10 +81,10 @@ class ArchiveMap(Cells, can_focus=True):
         """Show axes of an archive, with the cursor on a member.
 
         Args:
-            view: the archive.
-            names: of the axes, one or two.
-            words: the names with units, as the axes have them, and the score.
-            member: a number; None stays at the values on the axes, or goes to the best.
+            view: view of the archive.
+            names: names of one or two axes.
+            words: labels of the axes and the score, with units.
+            member: number of the member; None keeps the position, or goes to the best.
         """
         if member is None and (names != self.names or not self._values):
             member = view.best
@@ -93,12 +93,12 @@ class ArchiveMap(Cells, can_focus=True):
         self.go_to(member)
 
     def say(self, message: str) -> None:
-        """Show a message in place of the map, or as long as there is no elite."""
+        """Show a message instead of the map, until there is an elite."""
         self._message = message
         self.redraw()
 
     def go_to(self, member: int | None) -> None:
-        """Go to the cell that a member is in; None stays."""
+        """Move to the cell of a member; None does nothing."""
         self._wanted, self._place = member, None
         self._find()
         self.redraw()
@@ -110,7 +110,7 @@ class ArchiveMap(Cells, can_focus=True):
         return None if found is None or self._place is None else int(found.numbers[self._place])
 
     def _find(self) -> HeatMap | None:
-        """Return the map at the size of the widget, with the cursor on an elite."""
+        """Return the map at the widget's size, with the cursor on an elite."""
         columns, rows = self.content_size
         if self.view is None or not columns or not rows:
             return None
@@ -127,7 +127,7 @@ class ArchiveMap(Cells, can_focus=True):
         return self._map
 
     def _point(self, found: HeatMap, place: Place | None) -> None:
-        """Put the cursor on a cell; None where all are empty."""
+        """Put the cursor on a cell; None if all cells are empty."""
         self._place, self._wanted = place, None
         self._values = () if place is None else found.middle_of(place)
         self.post_message(self.Moved(self.member))
@@ -140,7 +140,7 @@ class ArchiveMap(Cells, can_focus=True):
 
     def picture(self, columns: int, rows: int) -> Picture:
         found = self._find()
-        assert found is not None, "else there are words"
+        assert found is not None, "else words are shown"
         marks = {found.place_of(number): mark for number, mark in self.marks.items()}
         return found.draw(self._place, marks)
 
@@ -148,7 +148,7 @@ class ArchiveMap(Cells, can_focus=True):
         """Return the styles of axes, cursor, empty cells, and pairs of colours."""
         colours = [self.ink_style(f"map--{part}").color for part in _PARTS]
         names = [colour.name if colour is not None else "default" for colour in colours]
-        if self.app.no_color:  # the pointer's colour would be a dark grey
+        if self.app.no_color:  # the pointer's colour would become dark grey
             names[_PARTS.index("pointer")] = names[_PARTS.index("axis")]
         return [self.ink_style() + Style.parse(style) for style in styles(*names)]
 

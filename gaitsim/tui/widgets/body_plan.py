@@ -1,4 +1,4 @@
-"""The legs of a body from above, to be chosen and damaged."""
+"""A plan of a body's legs from above, to choose and damage them."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,12 +16,12 @@ from gaitsim.tui.widgets.cells import Cells, Picture
 
 
 class BodyPlan(Cells, can_focus=True):
-    """A plan of a body, one of whose legs is chosen. Arrow keys or a click choose another.
+    """A plan of a body with one chosen leg. Arrow keys or a click choose another leg.
 
     Attributes:
-        plan: the body; None shows that it is being read.
-        damage: of its legs and joints.
-        leg: the chosen leg; '' where there is no plan.
+        plan: plan of the body; None while it is being read.
+        damage: damage of its legs and joints.
+        leg: chosen leg; '' without a plan.
     """
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {
@@ -49,7 +49,7 @@ class BodyPlan(Cells, can_focus=True):
         Binding("right", "choose(0, -1)", "Leg to the right", show=False, id="plan.right",
                 tooltip="Choose the leg to the right"),
         Binding("enter,space", "remove", "Leg off/on", id="plan.remove",
-                tooltip="Remove the chosen leg, or put it back"),
+                tooltip="Remove or restore the chosen leg"),
     ]  # fmt: skip
 
     plan: reactive[Plan | None] = reactive(None, repaint=False, init=False)
@@ -58,7 +58,7 @@ class BodyPlan(Cells, can_focus=True):
 
     @dataclass
     class Removed(Message):
-        """A leg is to be removed, or put back."""
+        """Posted when the user removes or restores a leg."""
 
         leg: str
 
@@ -76,13 +76,13 @@ class BodyPlan(Cells, can_focus=True):
         return "" if self.plan is not None else "reading the body …"
 
     def picture(self, columns: int, rows: int) -> Picture:
-        assert self.plan is not None, "else there are words"
+        assert self.plan is not None, "else words are shown"
         lost = {one.part for one in self.damage if one.kind == "lost"}
         damaged = {one.part for one in self.damage if one.kind != "lost"}
         return drawing.draw_plan(self.plan, lost, damaged, self.leg, (columns, rows))
 
     def ink_styles(self) -> list[Style]:
-        """Of nothing, trunk and legs by state, then of the chosen leg's label by state."""
+        """Return the styles of blank, trunk, legs by state, and the chosen leg's label."""
         parts = [*map(self.ink_style, ("plan--trunk", "plan--lost", "plan--leg", "plan--damaged"))]
         bold = Style(bold=True)
         return [self.ink_style(), *parts, *(part + bold for part in parts)]
@@ -96,7 +96,7 @@ class BodyPlan(Cells, can_focus=True):
             self.post_message(self.Removed(self.leg))
 
     def on_click(self, event: events.Click) -> None:
-        """Choose a leg; remove it if it is chosen already."""
+        """Choose a leg; remove or restore it if it is already chosen."""
         at = event.get_content_offset(self)
         if self.plan is None or at is None:
             return

@@ -1,4 +1,4 @@
-"""A body that moves, drawn in braille dots."""
+"""A moving body, drawn in braille dots."""
 
 import time
 from collections.abc import Callable
@@ -20,24 +20,24 @@ from gaitsim.render.terminal.view import Viewpoint
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 FPS = 20
-TURN = 10.0  # degrees a key
-DRAG = 3.0, 5.0  # degrees a column and a row that the mouse is dragged
-CLOSER = 1.25  # a key, or a notch of the mouse wheel
-FOG = 0.55, 0.25, 0.0  # how much limbs take of the background, the far ones first
+TURN = 10.0  # degrees per key press
+DRAG = 3.0, 5.0  # degrees per column and row of a mouse drag
+CLOSER = 1.25  # zoom factor per key press or notch of the mouse wheel
+FOG = 0.55, 0.25, 0.0  # shares of the background in the limbs' colours, farthest first
 _SIDES = ("middle", "left", "right")
 
 
 class BodyCanvas(Cells, can_focus=True):
     """A skeleton in motion, seen by a camera that can be turned around it.
 
-    Drag to turn, roll to zoom; keys when it has the focus. It runs in real time times
-    `speed`, over and over, and stands still while another screen is shown.
+    Drag to turn and scroll to zoom, or use keys when it has the focus. The motion repeats at
+    `speed` times real time, and pauses while another screen is shown.
 
     Args:
-        skeleton: to begin with; None shows `message`.
-        message: shown where there is no body.
-        fps: pictures a second, at most.
-        clock: seconds that pass, for tests.
+        skeleton: first skeleton; None shows `message`.
+        message: message shown without a body.
+        fps: maximum frames per second.
+        clock: function that returns the time in seconds, for tests.
     """
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {
@@ -67,19 +67,19 @@ class BodyCanvas(Cells, can_focus=True):
         Binding("right", "turn(-1, 0)", "Turn right", show=False, id="canvas.right",
                 tooltip="Turn the body to the right"),
         Binding("up", "turn(0, 1)", "Higher", show=False, id="canvas.up",
-                tooltip="Look from higher up"),
+                tooltip="Raise the camera"),
         Binding("down", "turn(0, -1)", "Lower", show=False, id="canvas.down",
-                tooltip="Look from lower down"),
+                tooltip="Lower the camera"),
         Binding("plus,equals_sign", "zoom(1)", "Closer", show=False, id="canvas.closer",
                 tooltip="Zoom in"),
         Binding("minus", "zoom(-1)", "Farther", show=False, id="canvas.farther",
                 tooltip="Zoom out"),
         Binding("f", "follow", "Follow", id="canvas.follow",
-                tooltip="Go with the body, or show its whole way"),
+                tooltip="Follow the body, or show its whole path"),
         Binding("v", "next_view", "View", id="canvas.view",
                 tooltip="From the corner, the side, above, or the front"),
         Binding("0", "reset", "Reset view", show=False, id="canvas.reset",
-                tooltip="Look as in the beginning"),
+                tooltip="Reset the camera"),
     ]  # fmt: skip
 
     seconds: reactive[float] = reactive(0.0, repaint=False, init=False)
@@ -90,13 +90,13 @@ class BodyCanvas(Cells, can_focus=True):
 
     @dataclass
     class Moved(Message):
-        """Another moment is shown."""
+        """Posted when another frame is shown."""
 
         canvas: "BodyCanvas"
 
     @dataclass
     class ViewChanged(Message):
-        """The camera was moved."""
+        """Posted when the camera has moved."""
 
         view: Viewpoint
 
@@ -119,9 +119,9 @@ class BodyCanvas(Cells, can_focus=True):
             self.set_skeleton(skeleton)
 
     def set_skeleton(self, skeleton: Skeleton | None, message: str = "no body yet") -> None:
-        """Show another body from here on; camera and moment stay, as far as it has that moment.
+        """Show another body; keep the camera, and the time modulo its duration.
 
-        One that cannot be drawn shows why.
+        If the body cannot be drawn, show the reason.
         """
         self._body, self._message = None, message
         if skeleton is not None:
@@ -134,14 +134,14 @@ class BodyCanvas(Cells, can_focus=True):
         self.redraw()
 
     def say(self, message: str) -> None:
-        """Show a message as long as there is no body, such as what is being read."""
+        """Set the message that is shown without a body, such as 'reading the run …'."""
         self._message = message
         if self._body is None:
             self.redraw()
 
     @property
     def skeleton(self) -> Skeleton | None:
-        """What is shown."""
+        """The skeleton shown; None without one."""
         return self._body.skeleton if self._body else None
 
     @property
@@ -151,20 +151,20 @@ class BodyCanvas(Cells, can_focus=True):
 
     @property
     def frames(self) -> int:
-        """How many there are."""
+        """The number of frames."""
         return len(self._body.skeleton.segments) if self._body else 0
 
     @property
     def frame(self) -> int:
-        """The frame that is shown, or the one that was before."""
+        """The frame at the current time, rounded down."""
         if self._body is None:
             return 0
-        # A moment that is a frame's but for rounding is that frame's.
+        # Tolerate rounding errors in the time of a frame.
         at = int(self.seconds * self._body.skeleton.frame_rate + 1e-6)
         return min(at, self.frames - 1)
 
     def show_frame(self, frame: int) -> None:
-        """Show a frame; those outside of the motion are its ends."""
+        """Show a frame, clipped to the motion."""
         if self._body is not None:
             frame = min(max(frame, 0), self.frames - 1)
             self.seconds = frame / self._body.skeleton.frame_rate
@@ -176,7 +176,7 @@ class BodyCanvas(Cells, can_focus=True):
     def _tick(self) -> None:
         now = self._clock()
         elapsed, self._then = now - self._then, now
-        # A tick may have been due when it was paused.
+        # A tick may have been due when the motion was paused.
         if not (self.playing and self.duration) or self.screen is not self.app.screen:
             return
         self.seconds = (self.seconds + elapsed * self.speed) % self.duration
@@ -206,11 +206,11 @@ class BodyCanvas(Cells, can_focus=True):
         return "" if self._body else self._message
 
     def picture(self, columns: int, rows: int) -> Picture:
-        assert self._body is not None, "else there are words"
+        assert self._body is not None, "else words are shown"
         return body.picture(self._body, self.seconds, self.view, columns, rows, ground=self.ground)
 
     def ink_styles(self) -> list[Style]:
-        """Of ground, track, limbs by shade and side, damage, feet by side, labels."""
+        """Return the styles of ground, track, limbs by shade and side, damage, feet, and labels."""
         parts = [f"canvas--{side}" for side in _SIDES]
         return [
             self.ink_style(),

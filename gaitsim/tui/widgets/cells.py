@@ -1,4 +1,4 @@
-"""The base class of pictures made of characters; only changed rows are sent."""
+"""The base class of pictures drawn with characters; only changed rows are sent."""
 
 from abc import abstractmethod
 from typing import Any
@@ -18,12 +18,12 @@ Picture = tuple[NDArray[np.uint32], Inks]
 
 
 class Cells(Widget):
-    """A widget that is a grid of characters, each in an ink.
+    """A widget that shows a grid of characters, each in an ink.
 
     A subclass provides the cells and the style of each ink, and calls `redraw` after changes.
     """
 
-    ALLOW_SELECT = False  # else a drag that turns a body selects the texts that it passes
+    ALLOW_SELECT = False  # else dragging a body would select texts under the mouse
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
@@ -41,14 +41,14 @@ class Cells(Widget):
 
     @abstractmethod
     def ink_styles(self) -> list[Style]:
-        """Return the style of each ink, 0 being no ink."""
+        """Return the style of each ink; ink 0 is blank."""
 
     def ink_style(self, part: str = "", fog: float = 0.0) -> Style:
         """Return the style of a component class, on this widget's background.
 
         Args:
-            part: the class; '' is the background alone.
-            fog: how much its colour takes of the background, 0 to 1.
+            part: component class; '' for the background alone.
+            fog: share of the background in the colour, 0 to 1.
         """
         background = self.background_colors[1]
         ground = background.rich_color if background.a else None
@@ -60,7 +60,7 @@ class Cells(Widget):
         return Style(color=colour.rich_color, bgcolor=ground)
 
     def forget_styles(self) -> None:
-        """Ask for the styles of the inks again when next drawn."""
+        """Discard the cached styles of the inks until the next drawing."""
         self._styles = None
 
     def redraw(self) -> None:
@@ -70,7 +70,7 @@ class Cells(Widget):
             return
         words = self.words()
         if words:
-            self._drawn, self._strips = None, self._said(words, columns, rows)
+            self._drawn, self._strips = None, self._message_rows(words, columns, rows)
             self.refresh()
             return
         codes, inks = self.picture(columns, rows)
@@ -92,23 +92,23 @@ class Cells(Widget):
     def render_line(self, y: int) -> Strip:
         """Return a row."""
         if self._drawn is not None and self._drawn[0].shape != self.content_size[::-1]:
-            self.redraw()  # the news of another size is still on its way
+            self.redraw()  # the resize event has not arrived yet
         if y < len(self._strips):
             return self._strips[y]
         return Strip.blank(self.content_size.width, self.rich_style)
 
     def notify_style_update(self) -> None:
-        """Take the colours of another theme."""
+        """Adopt the colours of another theme."""
         super().notify_style_update()
         self.forget_styles()
         self.call_later(self.redraw)
 
     def on_resize(self) -> None:
-        """Draw at the new size."""
+        """Redraw at the new size."""
         self.redraw()
 
-    def _said(self, words: str, columns: int, rows: int) -> list[Strip]:
-        """Return centred, wrapped text, cut to the size."""
+    def _message_rows(self, words: str, columns: int, rows: int) -> list[Strip]:
+        """Return centred, wrapped text, clipped to the size."""
         style = self.ink_style() + Style(color=self.rich_style.color)
         lines = Text(words).wrap(self.app.console, max(columns - 2, 1))
         above = max((rows - len(lines)) // 2, 0)
@@ -122,7 +122,7 @@ class Cells(Widget):
 
     def _strip(self, row: int) -> Strip:
         drawn, styles = self._drawn, self._styles
-        assert drawn is not None, "redraw has drawn"
-        assert styles is not None, "redraw has asked for them"
+        assert drawn is not None, "set by redraw"
+        assert styles is not None, "set by redraw"
         codes, inks = drawn[0][row], drawn[1][row]
         return Strip([Segment(text, styles[ink]) for text, ink in runs(codes, inks)], len(codes))

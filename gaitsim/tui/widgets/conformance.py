@@ -15,9 +15,9 @@ COMMAND = ("plugins", "check")
 
 
 async def checked(kind: str, name: str) -> dict[str, Any]:
-    """Return the JSON report of the check of a plugin; 'failure' where the check failed.
+    """Return the JSON report of a plugin's check; {'failure': reason} if the check failed.
 
-    Cancelling it terminates the process, which terminates its children.
+    Cancelling the coroutine terminates the process, which terminates its children.
     """
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "gaitsim", *COMMAND, name, "--json"),
@@ -37,24 +37,26 @@ async def checked(kind: str, name: str) -> dict[str, Any]:
         report: dict[str, Any] = json.loads(line)
         if report["kind"] == kind:
             return report
-    return {"failure": errors.decode(errors="replace").strip() or "the check ended"}
+    return {
+        "failure": errors.decode(errors="replace").strip() or "the check ended without a report"
+    }
 
 
 def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -> Text:
-    """Return the verdict and each finding; None is a check in progress."""
+    """Return the verdict and all findings; a report of None is a check in progress."""
     if report is None:
         return Text("Checking …", colours["secondary"])
     if "failure" in report:
         return Text(visible_lines(report["failure"]), colours["error"])
     text = Text()
     if report["ok"]:
-        text.append("✓ It keeps its contract", colours["success"])
+        text.append("✓ The plugin fulfils its contract", colours["success"])
     else:
-        text.append("✗ It breaks its contract", colours["error"])
+        text.append("✗ The plugin violates its contract", colours["error"])
     rate = report["figures"].get("individuals_per_second")
     if rate:
         number = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
-        text.append(f"  {number} individuals a second", "dim")
+        text.append(f"  {number} individuals per second", "dim")
     for finding in report["findings"]:
         colour = colours["error" if finding["level"] == "error" else "warning"]
         text.append(f"\n{finding['level']}: {finding['rule']}", f"bold {colour}")

@@ -1,4 +1,4 @@
-"""The legend of curves: names, or values at the cursor, and tools for the mouse."""
+"""The legend of curves: names, or values at the cursor, and mouse tools."""
 
 import math
 from collections.abc import Iterator
@@ -10,17 +10,17 @@ from gaitsim.render.terminal.curve_view import Series, nearest
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 
-TOOL = "tool"  # the key of a tool's action in the meta data of its style
+TOOL = "tool"  # key of a tool's action in the metadata of its style
 TOOLS = (("+", "zoom(1)"), ("−", "zoom(-1)"), ("all", "reset"), ("log", "log_y"),
          ("smooth", "smooth"))  # fmt: skip
-TOOLED = 60  # columns from which the tools stand beside the legend
+TOOLED = 60  # minimum columns for tools beside the legend
 
 
 def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
-    """Return the legend of a picture in as many rows of a width as its names need.
+    """Return the legend of a plot, in as many rows as its names need at a width.
 
-    With a cursor it has as many rows as without, so that the curves keep their size under the
-    mouse: where there is no room for names and values, values stand behind the markers alone.
+    A cursor does not change the number of rows, so that the curves keep their size under the
+    mouse. If names and values do not fit, only the markers and values are shown.
     """
     if not plot.series:
         return Text()
@@ -53,7 +53,7 @@ def _value(series: Series, x: float) -> str:
 
 
 def short(value: float) -> str:
-    """Return a number as 12, 1.2346 or 1.235e−7; a dash where it is not finite."""
+    """Return a number such as 12, 1.2346 or 1.235e−7; a dash if it is not finite."""
     if not math.isfinite(value):
         return "–"
     if value == round(value) and abs(value) < 1e9:
@@ -62,20 +62,20 @@ def short(value: float) -> str:
 
 
 def _manners(plot: CurvePlot) -> Iterator[str]:
-    """Yield in words how the curves are shown."""
+    """Yield descriptions of how the curves are shown."""
     view, frame = plot.view, plot.frame
     if view.smooth > 1:
         yield f"median of {view.smooth}"
     if view.zoomed:
         yield "zoomed"
     if frame is not None and view.log_y:
-        yield "log" if frame.y.log else "no log: not all above 0"
+        yield "log" if frame.y.log else "no log: values ≤ 0"
     if frame is not None and view.log_x:
-        yield f"log {plot.x_label}" if frame.x.log else f"no log {plot.x_label}: not all above 0"
+        yield f"log {plot.x_label}" if frame.x.log else f"no log {plot.x_label}: values ≤ 0"
 
 
 def _rows(parts: list[Text], tools: Text, width: int) -> list[Text]:
-    """Return the parts in rows, and the tools at the end of the first."""
+    """Return the parts in rows, with the tools at the end of the first row."""
     rows = [Text()]
     for part in parts:
         room = width - (tools.cell_len if len(rows) == 1 else 0)

@@ -1,4 +1,4 @@
-"""The picture of curves: what is drawn, its colours, and the mouse on it."""
+"""The plot of curves: drawing, colours and mouse events."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -12,33 +12,33 @@ from gaitsim.render.terminal import curves
 from gaitsim.render.terminal.curve_view import Frame, Series, View, frame_of, smoothed
 from gaitsim.tui.widgets.cells import Cells, Picture
 
-# Okabe & Ito (2008), as in plots; darker on light ground, where theirs are hardly seen.
+# Okabe & Ito (2008), as in plots; darker on a light background, for contrast.
 DARK = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00", "#FFFFFF")
 LIGHT = ("#0072B2", "#B84F00", "#00785A", "#A34E82", "#7A6200", "#B3261E", "#1C242B")
 
 
 class CurvePlot(Cells):
-    """Curves in braille dots with axes, a cursor, and an axis below that the mouse moves.
+    """Curves in braille dots with axes, a cursor, and an x axis that the mouse moves.
 
     Attributes:
-        series: the curves, in front the first.
-        marks: places on the axis below where something begins.
-        x_label: what that axis shows.
-        message: shown where there are no curves.
-        view: what of the curves is shown.
-        cursor: a place on the axis below, with a line; None for none.
+        series: curves; the first is in front.
+        marks: x values marked by dotted lines, such as starts of stages.
+        x_label: label of the x axis.
+        message: message shown without curves.
+        view: visible part of the curves, and how they are shown.
+        cursor: x value of the cursor line; None for none.
     """
 
     @dataclass
     class Pointed(Message):
-        """The mouse is over a place of the axis below, or has left (None); or it was clicked."""
+        """Posted when the mouse is over or clicks an x value, or has left (None)."""
 
         x: float | None
         clicked: bool = False
 
     @dataclass
     class Turned(Message):
-        """The wheel was turned, 1 forwards or −1 backwards; `tall` with Ctrl or Shift."""
+        """Posted when the wheel turns, 1 forwards or −1 backwards; `tall` with Ctrl or Shift."""
 
         x: float
         way: int
@@ -46,7 +46,7 @@ class CurvePlot(Cells):
 
     @dataclass
     class Dragged(Message):
-        """The curves were dragged by a share of the axis below."""
+        """Posted when the curves are dragged by a share of the x axis."""
 
         share: float
 
@@ -79,7 +79,7 @@ class CurvePlot(Cells):
 
     @property
     def smoothed(self) -> list[Series]:
-        """The curves as they are drawn: smoothed, as far as they go."""
+        """The curves after smoothing."""
         key = self.series, self.view.smooth
         if key != self._smoothed[0]:
             self._smoothed = key, [smoothed(one, self.view.smooth) for one in self.series]
@@ -87,25 +87,25 @@ class CurvePlot(Cells):
 
     @property
     def frame(self) -> Frame | None:
-        """The axes; None where there are no curves."""
+        """The axes; None without curves."""
         return frame_of(self.smoothed, self.view)
 
     @property
     def whole_frame(self) -> Frame | None:
-        """The axes that show all, even a few scores that lie far below the others."""
+        """The axes that show all values, even scores far below the others."""
         return frame_of(self.smoothed, replace(self.view.reset(), whole=True))
 
     def words(self) -> str:
         return "" if frame_of(self.series) else self.message
 
     def picture(self, columns: int, rows: int) -> Picture:
-        view = replace(self.view, smooth=1)  # they are already
+        view = replace(self.view, smooth=1)  # the curves are already smoothed
         return curves.plot(
             self.smoothed, columns, rows, self.x_label, self.marks, view, self.cursor
         )
 
     def ink_styles(self) -> list[Style]:
-        """Return the styles of no ink, axes, cursor, and the curves, the last one first."""
+        """Return the styles of blank, axes, cursor, and the curves, last curve first."""
         return [
             self.ink_style(),
             self.ink_style("curves--axis"),
@@ -119,13 +119,13 @@ class CurvePlot(Cells):
         return self.ink_style("curves--axis" if apart else f"curves--{index % len(DARK) + 1}")
 
     def sample(self, index: int) -> Text:
-        """Return a piece of a curve, as a legend shows it."""
+        """Return a sample of a curve for a legend."""
         plain = self.series[index].apart or len(self.series) == 1  # without markers
         piece = "───" if plain else curves.sample(index)
         return Text(piece, Style(color=self.style_of(index).color))
 
     def place(self, column: int) -> float | None:
-        """Return the place on the axis below that a column shows."""
+        """Return the x value of a column."""
         area = curves.area_of(self.smoothed, *self.content_size, self.view)
         return None if area is None else area.frame.x.value(area.share(column))
 

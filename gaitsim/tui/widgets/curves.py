@@ -1,4 +1,4 @@
-"""Curves over generations, evaluations or seconds, in braille dots, that can be explored."""
+"""Interactive curves over generations, evaluations or seconds, in braille dots."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,21 +18,21 @@ from gaitsim.tui.widgets.curve_plot import CurvePlot
 
 __all__ = ["Curves", "Series", "View"]
 
-STEP = 1.5  # by how much a key or a notch of the wheel zooms
-FAR = 10  # points of a wide step of the cursor
-FEWEST = 4  # points of the longest curve, from which on it is not zoomed any further
+STEP = 1.5  # zoom factor per key press or notch of the wheel
+FAR = 10  # points per wide step of the cursor
+FEWEST = 4  # minimum points of the longest curve in view
 
 
 class Curves(Widget, can_focus=True):
-    """Several curves with axes and a legend, redrawn only when there is new data.
+    """Several curves with axes and a legend, redrawn only for new data.
 
-    They differ by colour, dashes and markers. The first is drawn over the others. A cursor, or
-    the mouse, shows the values at a place of the axis below.
+    Curves differ in colour, dashes and markers. The first is drawn over the others. A cursor, or
+    the mouse, shows the values at a point of the x axis.
 
     Args:
-        x_label: what the axis below shows.
-        message: shown while there are no curves.
-        whole: whether the vertical axis holds even a few points that lie far below the others.
+        x_label: label of the x axis.
+        message: message shown without curves.
+        whole: whether the y axis includes single points far below the others.
     """
 
     DEFAULT_CSS = """
@@ -44,33 +44,33 @@ class Curves(Widget, can_focus=True):
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("plus,equals_sign", "zoom(1)", "Zoom", key_display="+", id="curves.zoom-in",
-                tooltip="See less of the axis below, about the cursor"),
+                tooltip="Zoom in on the x axis, around the cursor"),
         Binding("minus", "zoom(-1)", "Zoom out", show=False, id="curves.zoom-out",
-                tooltip="See more of the axis below"),
-        Binding("0", "reset", "All", id="curves.all", tooltip="See the whole of every curve"),
-        Binding("l", "log_y", "Log", id="curves.log", tooltip="Logarithmic scores, or plain ones"),
-        Binding("L", "log_x", "Log below", show=False, id="curves.log-below",
-                tooltip="A logarithmic axis below, or a plain one"),
+                tooltip="Zoom out on the x axis"),
+        Binding("0", "reset", "All", id="curves.all", tooltip="Show all curves in full"),
+        Binding("l", "log_y", "Log", id="curves.log", tooltip="Toggle the logarithmic y axis"),
+        Binding("L", "log_x", "Log x", show=False, id="curves.log-below",
+                tooltip="Toggle the logarithmic x axis"),
         Binding("m", "smooth", "Smooth", id="curves.smooth",
-                tooltip="Medians of 5, 25 or 125 neighbouring points, or all points"),
+                tooltip="Medians of 5, 25 or 125 neighbouring points, or no smoothing"),
         Binding("left", "step(-1)", "Cursor back", show=False, id="curves.back",
-                tooltip="Values one point before"),
+                tooltip="Values one point back"),
         Binding("right", "step(1)", "Cursor on", show=False, id="curves.on",
-                tooltip="Values one point on"),
+                tooltip="Values one point forward"),
         Binding("shift+left,pageup", f"step({-FAR})", "Far back", show=False,
-                id="curves.far-back", tooltip="Values ten points before"),
+                id="curves.far-back", tooltip="Values ten points back"),
         Binding("shift+right,pagedown", f"step({FAR})", "Far on", show=False,
-                id="curves.far-on", tooltip="Values ten points on"),
+                id="curves.far-on", tooltip="Values ten points forward"),
         Binding("home", "end(0)", "First", show=False, id="curves.first", tooltip="First values"),
         Binding("end", "end(1)", "Last", show=False, id="curves.last", tooltip="Last values"),
         Binding("ctrl+left,less_than_sign", "pan(-0.25)", "Pan back", show=False,
-                id="curves.pan-back", tooltip="Move back along the axis below"),
+                id="curves.pan-back", tooltip="Move back along the x axis"),
         Binding("ctrl+right,greater_than_sign", "pan(0.25)", "Pan on", show=False,
-                id="curves.pan-on", tooltip="Move on along the axis below"),
+                id="curves.pan-on", tooltip="Move forward along the x axis"),
         Binding("up", "stretch(1)", "Stretch", show=False, id="curves.stretch",
-                tooltip="See fewer scores, about those at the cursor"),
+                tooltip="Zoom in on the y axis, around the cursor"),
         Binding("down", "stretch(-1)", "Press", show=False, id="curves.press",
-                tooltip="See more scores"),
+                tooltip="Zoom out on the y axis"),
         Binding("shift+up", "lift(0.25)", "Up", show=False, id="curves.up",
                 tooltip="Move to higher scores"),
         Binding("shift+down", "lift(-0.25)", "Down", show=False, id="curves.down",
@@ -91,7 +91,7 @@ class Curves(Widget, can_focus=True):
         self._said: Text | None = None
         self._whole = whole
         self._y_label = ""
-        self._cursor: float | None = None  # chosen by a key or a click
+        self._cursor: float | None = None  # set by a key or a click
         self._hover: float | None = None  # under the mouse
 
     def compose(self) -> ComposeResult:
@@ -107,14 +107,14 @@ class Curves(Widget, can_focus=True):
         y_label: str | None = None,
         message: str | None = None,
     ) -> None:
-        """Show other curves; the zoom stays where the axes show the same as before.
+        """Show other curves; keep the zoom if the axes show the same quantities.
 
         Args:
-            series: to show; none of them shows the message.
-            marks: where on the axis below something begins, such as a stage.
-            x_label: what that axis shows; None as before.
-            y_label: what the vertical axis shows, at the head of the legend; None as before.
-            message: shown where there are no curves; None as before.
+            series: curves to show; without any, the message is shown.
+            marks: x values to mark, such as starts of stages.
+            x_label: label of the x axis; None keeps it.
+            y_label: label of the y axis, at the start of the legend; None keeps it.
+            message: message shown without curves; None keeps it.
         """
         plot = self._plot
         if len(series) != len(plot.series):
@@ -136,12 +136,12 @@ class Curves(Widget, can_focus=True):
 
     @property
     def marks(self) -> tuple[float, ...]:
-        """Places on the axis below where something begins."""
+        """The marked x values."""
         return self._plot.marks
 
     @property
     def view(self) -> View:
-        """What of the curves is shown."""
+        """The visible part of the curves, and how they are shown."""
         return self._plot.view
 
     @view.setter
@@ -151,11 +151,11 @@ class Curves(Widget, can_focus=True):
 
     @property
     def cursor(self) -> float | None:
-        """The place on the axis below whose values are shown; None where none are."""
+        """The x value whose curve values are shown; None for none."""
         return self._cursor if self._hover is None else self._hover
 
     def sample(self, index: int) -> Text:
-        """Return a piece of a curve, as a legend shows it."""
+        """Return a sample of a curve for a legend."""
         return self._plot.sample(index)
 
     def _redraw(self) -> None:
@@ -164,7 +164,7 @@ class Curves(Widget, can_focus=True):
         self._explain()
 
     def _explain(self) -> None:
-        """Write the legend, if it has changed."""
+        """Update the legend if it has changed."""
         if not self.is_mounted:
             return
         said = legend(self._plot, self._y_label, self.content_size.width)
@@ -220,7 +220,7 @@ class Curves(Widget, can_focus=True):
         self.view = replace(self.view, log_x=not self.view.log_x)
 
     def action_step(self, steps: int) -> None:
-        """Move the cursor by points of the longest curve; begin at its end."""
+        """Move the cursor by points of the longest curve, starting at its end."""
         longest = max(self.series, key=lambda one: len(one.x), default=None)
         if longest is None or not len(longest.x):
             return
@@ -236,7 +236,7 @@ class Curves(Widget, can_focus=True):
             self._point_at(whole.x.value(last))
 
     def _point_at(self, x: float) -> None:
-        """Put the cursor on a place; move along the axis below to where it is seen."""
+        """Put the cursor on an x value, and move the view if necessary."""
         self._cursor, self._hover = x, None
         frame = self._plot.frame
         if frame is not None:
@@ -246,7 +246,7 @@ class Curves(Widget, can_focus=True):
         self._redraw()
 
     def _snapped(self, x: float) -> float:
-        """Return the nearest place that has a point."""
+        """Return the x value of the nearest point."""
         places = [float(one.x[at]) for one in self.series if (at := nearest(one, x)) is not None]
         return min(places, key=lambda place: abs(place - x), default=x)
 
@@ -265,12 +265,12 @@ class Curves(Widget, can_focus=True):
         self.view = replace(self.view, left=left, right=right)
 
     def _show_y(self, ends: Scale | None) -> None:
-        """Show some of the scores; None shows all, even a few that lie far below the others."""
+        """Show a range of scores; None shows all, even single ones far below the others."""
         bottom, top = (ends.low, ends.high) if ends else (None, None)
         self.view = replace(self.view, bottom=bottom, top=top, whole=self.view.whole or not ends)
 
     async def on_click(self, event: events.Click) -> None:
-        """Do what a tool says."""
+        """Run the action of a clicked tool."""
         action = event.style.meta.get(TOOL)
         if action:
             await self.run_action(action)

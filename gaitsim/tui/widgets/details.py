@@ -1,4 +1,4 @@
-"""A run in a few lines, or the reason why none is shown."""
+"""Details of a run in a few lines, or the reason why no run is shown."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,15 +11,15 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.overview import Overview
 from gaitsim.tui.formatting import duration
 
-LINES = 3  # of a note
+LINES = 3  # maximum lines of a note
 
 
 def details(run: Overview, colours: Mapping[str, str]) -> Text:
-    """Return name, description, note, plugins, seed, stage and time of a run, or its problems.
+    """Return the name, description, note, plugins, seed, stage and time of a run, or its problems.
 
     Args:
         run: the run.
-        colours: by the name of the theme's variable.
+        colours: colours by the name of the theme's variable.
     """
     name = Text.assemble((visible(run.name), "bold"), "  ", (visible(run.description), ""))
     lines = [name, *(Text(visible(line), style="italic") for line in _beginning(run.note))]
@@ -49,20 +49,20 @@ def no_runs(
     """Return the reason why no run is shown.
 
     Args:
-        folder: the folder of runs.
-        count: the number of runs.
-        words: the filter.
-        problem: why the folder cannot be read.
-        colours: by the name of the theme's variable.
+        folder: folder of runs.
+        count: number of runs.
+        words: words of the filter.
+        problem: reason why the folder cannot be read; None if it can.
+        colours: colours by the name of the theme's variable.
     """
     if problem is not None:
         return Text(visible_lines(str(problem)), style=colours["error"])
     if count:
-        return Text(f"None of {count} runs has the words “{words}”.")
+        return Text(f"None of {count} runs matches “{words}”.")
     return Text.assemble(
         (f"No runs in {folder} yet.\n\n", "bold"),
         "Press ",
         ("n", "bold"),
-        " to assemble one, or in a terminal:\n\ngaitsim run spider",
+        " to create one, or in a terminal:\n\ngaitsim run spider",
         justify="center",
     )

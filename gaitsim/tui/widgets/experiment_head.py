@@ -1,4 +1,4 @@
-"""The first row of a new run: the preset to begin with, the name and the seed."""
+"""The first row of a new run: the preset, the name and the seed."""
 
 from collections.abc import Collection, Sequence
 
@@ -17,7 +17,7 @@ class ExperimentHead(Horizontal):
     """A choice of presets, and two inputs whose ids are the keys of their options."""
 
     def compose(self) -> ComposeResult:
-        yield Label("begin with ")
+        yield Label("start from ")
         yield Select[str]([], prompt="…", compact=True, id="preset")
         yield Label(" name ")
         yield Input(compact=True, id="name")
@@ -25,7 +25,7 @@ class ExperimentHead(Horizontal):
         yield Input(compact=True, id="seed", type="text")
 
     def fill_presets(self, known: Sequence[str], chosen: str) -> None:
-        """Offer presets, and choose one or a file."""
+        """Offer presets, and select one or a file."""
         names = known if chosen in known else [*known, chosen]
         select = self.query_one("#preset", Select)
         with self.prevent(Select.Changed):
@@ -40,6 +40,6 @@ class ExperimentHead(Horizontal):
                 self.query_one(f"#{key}", Input).value = text
 
     def show_problems(self, keys: Collection[str]) -> None:
-        """Mark the inputs that are wrong."""
+        """Mark the invalid inputs."""
         for key in KEYS:
             self.query_one(f"#{key}").set_class(key in keys, "-wrong")

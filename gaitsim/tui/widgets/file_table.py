@@ -1,4 +1,4 @@
-"""Tables of rows that Enter, or a click on the highlighted one, opens."""
+"""Tables whose rows are opened by Enter, or by a click on the highlighted row."""
 
 import os
 import stat
@@ -16,10 +16,10 @@ from gaitsim.tui.opener import hand_over
 
 
 class OpenTable(DataTable[Text]):
-    """A table that offers Enter while the action `open` of its screen works."""
+    """A table that offers Enter while the screen's action `open` is available."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "select_cursor", "Open", id="files.open", tooltip="Open it"),
+        Binding("enter", "select_cursor", "Open", id="files.open", tooltip="Open the file"),
     ]
 
     def __init__(self, **settings: Any) -> None:
@@ -47,7 +47,7 @@ class FileTable(OpenTable):
             self.add_column(name, width=width)
 
     def list_folder(self, folder: Path, now: float) -> None:
-        """Show the files in a folder; the cursor stays on its file."""
+        """Show the files in a folder, and keep the cursor on its file."""
         chosen = self.chosen
         found = _files_in(folder)
         self._files = [*found]
@@ -74,11 +74,11 @@ class FileTable(OpenTable):
 
 
 def _files_in(folder: Path) -> dict[Path, os.stat_result]:
-    """Return the files in a folder, the latest first; links are left out: they lead anywhere."""
+    """Return the files in a folder, the latest first, without links, which may lead anywhere."""
     try:
         paths = [] if folder.is_symlink() else [*folder.iterdir()]
         found = {path: path.lstat() for path in paths if not path.name.startswith(".")}
-    except OSError:  # there is no folder, or it is being deleted
+    except OSError:  # the folder does not exist, or is being deleted
         return {}
     files = [(path, state) for path, state in found.items() if stat.S_ISREG(state.st_mode)]
     return dict(sorted(files, key=lambda file: (-file[1].st_mtime, file[0].name)))

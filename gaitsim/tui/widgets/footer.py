@@ -11,14 +11,14 @@ from textual.binding import Binding
 from textual.widgets._footer import FooterKey
 
 MORE = "More"
-_ALWAYS = {"screen.back", "app.help"}  # the ways out
+_ALWAYS = {"screen.back", "app.help"}  # keys that are never omitted
 _LINE = 1  # cell before the key of the palette
 
 
 class Item(NamedTuple):
-    """A key of the footer: as it is shown, its description, and how it is drawn.
+    """A key of the footer: its binding, displayed key, description, state and tooltip.
 
-    The first of two keys with the same description, such as `[` and `]`, has none.
+    The first of two keys with the same description, such as `[` and `]`, has no description.
     """
 
     binding: Binding
@@ -29,20 +29,20 @@ class Item(NamedTuple):
 
     @property
     def width(self) -> int:
-        """The cells that it takes, with those between it and its neighbours."""
+        """The width in cells, including the gap to its neighbours."""
         return cell_len(self.key) + (cell_len(self.text) + 3 if self.text else 1)
 
 
 def fitting(items: Sequence[Item], palette: Item | None, width: int) -> list[Item]:
     """Return the items that fit a width, the palette's last.
 
-    Where some do not fit, the last of them are left out, and the key of the help, or else of
-    the palette, which both list them, says so.
+    If some do not fit, the last ones are omitted, and the key of the help, or else of the palette,
+    which list all keys, is labelled accordingly.
 
     Args:
-        items: in the order of their importance.
-        palette: the key of the command palette.
-        width: in cells.
+        items: items in the order of importance.
+        palette: item of the command palette.
+        width: width of the footer, cells.
     """
     ends = [] if palette is None else [palette]
     width -= _LINE * len(ends)
@@ -56,7 +56,7 @@ def fitting(items: Sequence[Item], palette: Item | None, width: int) -> list[Ite
     if not has_help:
         ends = [_more(end) for end in ends]
     while _width([*kept, *ends]) > width and (least := _least(kept)):
-        # Keys that share a description go together.
+        # Keys that share a description are omitted together.
         kept = [
             item for item in kept if item.binding.description != least or item.binding.id in _ALWAYS
         ]
@@ -64,7 +64,7 @@ def fitting(items: Sequence[Item], palette: Item | None, width: int) -> list[Ite
 
 
 def _least(items: Sequence[Item]) -> str:
-    """Return the description of the last key that may be left out."""
+    """Return the description of the last key that may be omitted."""
     others = (item for item in reversed(items) if item.binding.id not in _ALWAYS)
     return next((item.binding.description for item in others), "")
 
@@ -78,11 +78,11 @@ def _width(items: Sequence[Item]) -> int:
 
 
 class Footer(widgets.Footer):
-    """A footer that shows keys whole, or leaves them out and says where they are.
+    """A footer that shows keys in full, or omits them and refers to the help.
 
-    It makes its keys again only if others are offered, or others are enabled. Textual's footer
-    does so whenever the bindings are checked, as after each change of the focus; that was a
-    quarter of the processor time of the replay screen's tests.
+    It rebuilds its keys only if the offered or enabled keys have changed. Textual's footer does so
+    whenever bindings are checked, such as after each change of the focus, which took a quarter of
+    the processor time of the replay screen's tests.
     """
 
     DEFAULT_CSS: ClassVar[str] = """
@@ -92,7 +92,7 @@ class Footer(widgets.Footer):
     _shown: list[Item] | None = None
 
     def _items(self) -> list[Item]:
-        """Return the keys to show, as far as they fit."""
+        """Return the keys that fit."""
         active = self.screen.active_bindings
         chosen = {}
         for _, binding, enabled, tooltip in active.values():
@@ -113,7 +113,7 @@ class Footer(widgets.Footer):
         return fitting(items, palette, self.app.size.width)
 
     def compose(self) -> ComposeResult:
-        """Make a widget for each key that is offered now."""
+        """Compose a widget for each offered key."""
         self._shown = None
         if not self._bindings_ready:
             return
@@ -132,10 +132,10 @@ class Footer(widgets.Footer):
             yield key if palette else key.data_bind(compact=Footer.compact)
 
     async def recompose(self) -> None:
-        """Make the keys again if these are others, unless its screen has been left."""
+        """Rebuild the keys if they have changed, unless the screen has been closed."""
         if self.is_attached and (self._items() != self._shown or not self.children):
             await super().recompose()
 
     def on_resize(self) -> None:
-        """Show as many keys as fit now."""
+        """Show as many keys as fit."""
         self.call_after_refresh(self.recompose)

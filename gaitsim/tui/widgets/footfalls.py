@@ -1,4 +1,4 @@
-"""The footfall diagram, in step with a moving body."""
+"""The footfall diagram, synchronised with a moving body."""
 
 from typing import Any, ClassVar
 
@@ -13,8 +13,8 @@ from gaitsim.render.colours import sides
 from gaitsim.render.terminal.footfalls import strip
 from gaitsim.tui.widgets.cells import Cells, Picture
 
-SHARE = 0.36  # of the terminal's height, at most
-TIMED = 30  # rows of a terminal from which on the seconds stand below
+SHARE = 0.36  # maximum share of the terminal's height
+TIMED = 30  # minimum rows of a terminal for a time axis below
 
 
 class FootfallStrip(Cells):
@@ -74,7 +74,7 @@ class FootfallStrip(Cells):
         self.redraw()
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
-        """Return a row for each foot, or for two where room is short, and one for the time."""
+        """Return a row per foot, or per two feet if space is short, and one for the time."""
         most = max(int(SHARE * viewport.height), 2)
         rows = min(self.feet if self.feet <= most else -(-self.feet // 2), most)
         return rows + (self.feet <= most and viewport.height >= TIMED)
@@ -85,11 +85,11 @@ class FootfallStrip(Cells):
         )
 
     def ink_styles(self) -> list[Style]:
-        """Return the styles of swing, the moment, bars by side, and the time."""
+        """Return the styles of swing, the current frame, bars by side, and the time."""
         parts = ("swing", "moment", "middle", "left", "right", "time")
         return [self.ink_style(), *(self.ink_style(f"footfalls--{part}") for part in parts)]
 
 
 def _plain(name: str) -> str:
-    """Replace characters that may not be one column wide."""
+    """Replace characters that are not one column wide."""
     return "".join(char if char.isascii() and char.isprintable() else "?" for char in name)

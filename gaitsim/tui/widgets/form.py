@@ -1,4 +1,4 @@
-"""A form made of a plugin's own options: bounds, units and meaning from their declaration."""
+"""A form of options, with bounds, units and descriptions from their declarations."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -38,7 +38,7 @@ class Field(Vertical):
 
     @dataclass
     class Changed(Message):
-        """The text of an option has changed; None is that of the preset."""
+        """Posted when the text of an option has changed; None is the preset's text."""
 
         key: str
         text: str | None
@@ -84,13 +84,13 @@ class Field(Vertical):
         return Text(visible(" · ".join(parts)))
 
     def show_problem(self, problem: GaitsimError | None) -> None:
-        """Show below what is wrong, in short, or what the option means."""
+        """Show a short form of the problem below the input, or the option's description."""
         self.set_class(problem is not None, "-wrong")
         about = self._about() if problem is None else Text(f"✗ {visible(self._in_short(problem))}")
         self.query_one(".field-about", Static).update(about)
 
     def _in_short(self, problem: GaitsimError) -> str:
-        """Return what the option takes, or the words of a validator."""
+        """Return the allowed values of the option, or the message of a validator."""
         allowed = problem.allowed
         if allowed == options.allowed(self.option.field):
             return allowed
@@ -100,20 +100,20 @@ class Field(Vertical):
     @on(Input.Changed)
     def _typed(self, event: Input.Changed) -> None:
         event.stop()
-        self._tell(event.value or _empty(self.option))
+        self._post(event.value or _empty(self.option))
 
     @on(Select.Changed)
     def _chosen(self, event: Select.Changed) -> None:
         event.stop()
-        self._tell(str(event.value))
+        self._post(str(event.value))
 
-    def _tell(self, text: str) -> None:
+    def _post(self, text: str) -> None:
         changed = text != self.option.preset
         self.set_class(changed, "-changed")
         self.post_message(self.Changed(self.option.key, text if changed else None))
 
 
 def _empty(option: Option) -> str:
-    """Return what an empty input means: that the option is not set, or is as in the preset."""
+    """Return the meaning of an empty input: not set, or the preset's value."""
     unset = options.optional(option.field) and not option.long
     return options.NOT_SET if unset else option.preset

@@ -1,4 +1,4 @@
-"""The title at the head of a screen."""
+"""The title bar of a screen."""
 
 from contextlib import suppress
 
@@ -9,9 +9,9 @@ from textual.widgets._header import HeaderTitle
 
 
 class Header(widgets.Header):
-    """A header of a screen that may be closed while it is being mounted.
+    """A header that tolerates its screen being closed while it is mounted.
 
-    Textual's looks for its title then, in vain, and the app ends with a traceback.
+    Textual's header then fails to find its title, and the app ends with a traceback.
     """
 
     def on_mount(self, event: Mount) -> None:

@@ -1,4 +1,4 @@
-"""Lines of text; only changed lines are redrawn."""
+"""Lines of text, of which only changed ones are redrawn."""
 
 from collections.abc import Sequence
 from itertools import zip_longest
@@ -12,7 +12,7 @@ from textual.widget import Widget
 
 
 class Lines(Widget):
-    """Lines, each cut at the right edge; as high as their number, or as the styles demand."""
+    """Lines clipped at the right edge, as high as their number unless styles set a height."""
 
     DEFAULT_CSS = "Lines { width: 1fr; height: auto; }"
 
@@ -22,7 +22,7 @@ class Lines(Widget):
         self._strips: dict[int, Strip] = {}
 
     def show(self, lines: Sequence[Text]) -> None:
-        """Show other lines."""
+        """Replace the lines."""
         before, self._lines = self._lines, list(lines)
         height = self.styles.height
         if len(before) != len(lines) and (height is None or height.is_auto):

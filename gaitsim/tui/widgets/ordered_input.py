@@ -1,4 +1,4 @@
-"""A field in which keys that arrive at once have their effect one after the other."""
+"""A text field that processes keys strictly in the order of arrival."""
 
 from typing import Any
 
@@ -6,17 +6,17 @@ from textual.binding import Binding
 from textual.events import Key
 from textual.widgets import Input
 
-_ASKS = {"enter", "tab"}  # keys whose effect needs what is being read
+_ASKS = {"enter", "tab"}  # keys that need the data being read
 
 
 class OrderedInput(Input):
-    """A field that does what a letter or a key of its own does before it takes the next one.
+    """A field that completes the effect of each key before it processes the next one.
 
-    Textual hands a key that is not a letter on to the parents of a field before its binding runs.
-    Letters that arrive with it, as in a paste, would come first.
+    Textual passes a key that is not a letter to the parents of a field before its binding runs, so
+    letters that arrive with it, as in a paste, would take effect first.
 
     Attributes:
-        reading: whether Enter and Tab, and the keys behind them, wait for `catch_up`.
+        reading: whether Enter and Tab, and the keys after them, wait for `catch_up`.
     """
 
     def __init__(self, *values: Any, reading: bool = False, **settings: Any) -> None:
@@ -35,9 +35,9 @@ class OrderedInput(Input):
             await self._do(event)
 
     async def catch_up(self) -> None:
-        """Do what the keys that waited do."""
+        """Process the waiting keys."""
         self.reading = False
-        while self._held:  # until then, later keys wait as well
+        while self._held:  # until then, later keys wait too
             await self._do(self._held[0])
             del self._held[0]
 
@@ -49,7 +49,7 @@ class OrderedInput(Input):
 
     def _own(self, event: Key) -> Binding | None:
         """Return the field's own binding of a key."""
-        if not self.has_focus:  # it has gone on meanwhile
+        if not self.has_focus:  # the focus has moved in the meantime
             return next(iter(self._bindings.key_to_bindings.get(event.key, ())), None)
         found = self.screen.active_bindings.get(event.key)
         return found.binding if found and found.node is self else None

@@ -1,4 +1,4 @@
-"""One part of an experiment: which plugin, and its options."""
+"""A part of an experiment: the choice of a plugin, and its options."""
 
 import asyncio
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from gaitsim.tui.widgets.form import Field
 
 
 class Part(VerticalScroll):
-    """The form of a section, built once for each plugin; after that only its problems change."""
+    """The form of a section, rebuilt only for another plugin; otherwise only problems change."""
 
     @dataclass
     class PluginChosen(Message):
-        """Another plugin is chosen, of that name, for a section of the experiment."""
+        """Posted when a user chooses a plugin for a section."""
 
         section: str
         name: str
@@ -74,18 +74,18 @@ class Part(VerticalScroll):
         if form.problem is not None:
             parts.append(Static(Text(visible_lines(str(form.problem))), classes="problem"))
         elif not form.options:
-            parts.append(Static("It has no options.", classes="about"))
+            parts.append(Static("This part has no options.", classes="about"))
         with self.prevent(Select.Changed, Input.Changed):
             await self.mount_all([*parts, *map(Field, form.options)])
         self._show_problems()
         self.focus_on(self._asked)
 
     def focus_on(self, key: str, *, later: bool = False) -> None:
-        """Put the focus on an option, or on the plugin where the key is the plugin's.
+        """Focus an option, or the choice of the plugin for that key.
 
         Args:
-            key: of the option.
-            later: whether to wait for another plugin's form.
+            key: key of the option.
+            later: whether to wait for the form of another plugin.
         """
         self._asked = ""
         fields = {} if later else {field.option.key: field for field in self.query(Field)}
@@ -94,7 +94,7 @@ class Part(VerticalScroll):
         elif key.endswith(".plugin") and self.query(".plugin"):
             self.query(".plugin").first().focus()
         else:
-            self._asked = key  # it may be there once the form is built
+            self._asked = key  # retried once the form is built
 
     @on(Select.Changed, ".plugin")
     def _chosen(self, event: Select.Changed) -> None:

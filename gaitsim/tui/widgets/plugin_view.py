@@ -1,4 +1,4 @@
-"""A plugin in full: its documentation, its options, and what works with it."""
+"""A plugin in full: its documentation, its options, and compatible plugins."""
 
 import re
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.catalogue import Catalogue
 from gaitsim.tui.widgets.toml_view import coloured
 
-TABLE = 76  # cells from which options stand in a table
+TABLE = 76  # minimum cells for options in a table
 
 
 def plugin_view(
@@ -28,7 +28,7 @@ def plugin_view(
     plugin = catalogue.classes[kind].get(name)
     if plugin is None:
         return Text(visible_lines(str(catalogue.failure(kind, name))), style=colours["error"])
-    # Lines of a paragraph become one, which is wrapped at the width that there is.
+    # Join the lines of each paragraph, to be wrapped at the available width.
     about = re.sub(r"(?<!\n)\n(?=[^\s*-])", " ", catalogue.about(kind, name))
     parts: list[RenderableType] = [Text(visible_lines(about) + "\n")]
     parts.append(OptionTable(plugin, colours))
@@ -42,7 +42,7 @@ def plugin_view(
 
 
 def described(kind: str, name: str, catalogue: Catalogue) -> str:
-    """Return what is said of a plugin or a preset, its options too, for a search."""
+    """Return the searchable text of a plugin or a preset, including its options."""
     plugin = catalogue.classes.get(kind, {}).get(name)
     if plugin is not None:
         told = [f"{one} {options.meaning(field)}" for one, field in plugin.model_fields.items()]
@@ -58,20 +58,20 @@ def _facts(
         found += [(name, str(channel)) for name, channel in plugin.channels.items()]
         found += [(name, str(one)) for name, one in usual_conditions(plugin).items()]
         offered = catalogue.offered(name, None)
-        found.append(("fitness", ", ".join(offered["fitness"]) or "none that is installed"))
+        found.append(("fitness", ", ".join(offered["fitness"]) or "none installed"))
     if issubclass(plugin, Fitness):
         found.append(("reads", ", ".join(plugin.needs)))
     if issubclass(plugin, Fitness | Crossover | Mutation):
         bodies = [
             b for b in catalogue.classes["organism"] if name in catalogue.offered(b, None)[kind]
         ]
-        found.append(("works with", ", ".join(bodies) or "no body that is installed"))
+        found.append(("works with", ", ".join(bodies) or "no installed body"))
     return found
 
 
 @dataclass(frozen=True)
 class OptionTable:
-    """The options of a plugin: a table, or where words would break in it, one below the other."""
+    """The options of a plugin as a table, or as a list if words would break in the table."""
 
     plugin: type[Plugin]
     colours: Mapping[str, str]
@@ -83,7 +83,7 @@ class OptionTable:
         ]
         head = f"bold {self.colours['primary']}"
         if not rows:
-            yield Text("It has no options.", style="dim")
+            yield Text("The plugin has no options.", style="dim")
         elif settings.max_width < TABLE:
             for name, default, allowed, meaning in rows:
                 line = Text.assemble((visible(name), head), " = ", visible(default))
@@ -101,7 +101,7 @@ class OptionTable:
 
 
 def preset_view(name: str, catalogue: Catalogue, colours: Mapping[str, str]) -> RenderableType:
-    """Return the description and file of a preset."""
+    """Return the description and the file of a preset."""
     preset = next((preset for preset in catalogue.presets if preset.name == name), None)
     about = Text((visible(preset.description) if preset else "") + "\n")
     try:

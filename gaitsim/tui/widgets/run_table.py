@@ -1,4 +1,4 @@
-"""The table of runs: columns that fit the width, sorted, filtered, only what changed redrawn."""
+"""The table of runs: columns that fit, sorting, filtering, and updates of changed cells only."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ _ORDER = list(STATES)
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its key and title, least width in cells, sort key, and alignment to the right."""
+    """A column: its key and title, minimum width in cells, sort key, and right alignment."""
 
     name: str
     width: int
@@ -54,41 +54,45 @@ COLUMNS = {
     "changed": Column("changed", 8, lambda run: run.changed, right=True),
 }
 NARROW = ("run", "body", "generation", "best", "curve", "state", "changed")
-WIDE = 110  # columns from which the fitness is shown, too
+WIDE = 110  # minimum columns for the fitness
 _sparkline = lru_cache(maxsize=1024)(sparkline)  # a third of a row's cost
 MARK, NO_MARK = "◆ ", "◇ "
-FALLING = {"generation", "best", "curve", "changed"}  # sorted from the largest at first
+FALLING = {"generation", "best", "curve", "changed"}  # columns first sorted from the largest
 
 
 def columns(width: int) -> list[tuple[Column, int]]:
-    """Return the columns for a table of that width, and the width of each."""
+    """Return the columns for a table of a width, and the width of each."""
     names = [*COLUMNS] if width >= WIDE else [*NARROW]
     shown = [COLUMNS[name] for name in names]
     left = max(0, width - 1 - sum(column.width + 2 for column in shown))
-    # The name gets what is left, up to a point; the curve the rest.
+    # The name gets part of the remaining width, the curve the rest.
     for_name = min(left, 16)
     more = {"run": for_name, "curve": min(left - for_name, 40)}
     return [(column, column.width + more.get(column.name, 0)) for column in shown]
 
 
 class RunTable(DataTable[Text]):
-    """A table of runs. The run under the cursor stays under it when others come and go.
+    """A table of runs. The cursor stays on its run when others appear or vanish.
 
     Attributes:
-        order: the name of the column that it is sorted by.
-        falling: whether the largest comes first.
-        marked: the runs that are marked.
-        shown: the runs in the order of the rows.
+        order: name of the column to sort by.
+        falling: whether the order is descending.
+        marked: marked runs.
+        shown: runs in the order of the rows.
     """
 
     class Marked(Message):
         """The marked runs have changed."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "select_cursor", "Open", id="home.open", tooltip="Watch it, or go on"),
-        Binding("space", "mark", "Mark", id="home.mark", tooltip="For what works on several"),
-        Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="By the next column"),
-        Binding("S", "turn", "Turn", show=False, id="home.turn", tooltip="The other way round"),
+        Binding(
+            "enter", "select_cursor", "Open", id="home.open", tooltip="Watch or continue the run"
+        ),
+        Binding(
+            "space", "mark", "Mark", id="home.mark", tooltip="Mark it for actions on several runs"
+        ),
+        Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="Sort by the next column"),
+        Binding("S", "turn", "Turn", show=False, id="home.turn", tooltip="Reverse the order"),
     ]
 
     def __init__(self, **options: Any) -> None:
@@ -108,7 +112,7 @@ class RunTable(DataTable[Text]):
         return self.shown[row] if 0 <= row < len(self.shown) else None
 
     def show(self, runs: Iterable[Overview], words: str, now: float) -> None:
-        """Show the runs that have all of `words`; `now` is the time in seconds since 1970."""
+        """Show the runs that match all of `words`; `now` is the time in seconds since 1970."""
         found = list(runs)
         self._asked = (found, words, now)
         self.marked &= {run.path for run in found}
@@ -123,10 +127,10 @@ class RunTable(DataTable[Text]):
         self.shown, self._cells = wanted, cells
 
     def sort_by(self, name: str) -> None:
-        """Sort by a column; by the same one again, the other way round."""
+        """Sort by a column; if it is the current one, reverse the order."""
         self.falling = not self.falling if name == self.order else name in FALLING
         self.order = name
-        self._layout = []  # titles carry the arrow
+        self._layout = []  # titles contain the arrow
         self.show(*self._asked)
 
     def on_data_table_header_selected(self, event: DataTable.HeaderSelected) -> None:
@@ -134,7 +138,7 @@ class RunTable(DataTable[Text]):
         self.sort_by(str(event.column_key.value))
 
     def on_click(self, event: Click) -> None:
-        """Mark by a click on the mark, or with Ctrl; open the highlighted run by a click."""
+        """Mark on a click on the mark or with Ctrl; open the highlighted run on a click."""
         row = event.style.meta.get("row", -1)
         if not 0 <= row < len(self.shown):  # a title, or below the last row
             return
@@ -156,7 +160,7 @@ class RunTable(DataTable[Text]):
         self.sort_by(self.order)
 
     def action_mark(self) -> None:
-        """Mark the run under the cursor, or take its mark away; go to the next one."""
+        """Mark or unmark the run under the cursor, and move to the next one."""
         if self.run is not None:
             self._mark(self.run.path)
             self.action_cursor_down()
@@ -167,14 +171,14 @@ class RunTable(DataTable[Text]):
         self.post_message(self.Marked())
 
     def moved(self, old: Path, new: Path) -> None:
-        """Keep mark and cursor on a run whose folder has another name now."""
+        """Keep the mark and the cursor on a renamed run."""
         self.shown = [replace(run, path=new) if run.path == old else run for run in self.shown]
         if old in self.marked:
             self.marked = self.marked - {old} | {new}
         self._layout = []  # rows are keyed by path
 
     def _update(self, cells: dict[Path, list[Text]]) -> None:
-        """Draw the cells that have changed, and add rows below."""
+        """Update the changed cells, and append new rows."""
         for path, row in cells.items():
             if path not in self._cells:
                 self.add_row(*row, key=str(path))

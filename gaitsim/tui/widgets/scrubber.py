@@ -1,4 +1,4 @@
-"""A slider along frames or generations."""
+"""A slider over frames or generations."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from textual.message import Message
 from textual.reactive import reactive
 from textual.widget import Widget
 
-FAR = 10  # steps of a wide key
+FAR = 10  # steps of a wide move
 
 
 class Scrubber(Widget, can_focus=True):
-    """A whole number between two others, chosen by mouse or keys.
+    """A whole number in a range, chosen by mouse or keys.
 
     Args:
-        label: the text before the slider, which may change.
-        first: the lowest number.
-        last: the highest.
-        value: the first number.
-        say: formats the number after the slider.
+        label: text before the slider, which may change.
+        first: lowest number.
+        last: highest number.
+        value: initial number.
+        say: function that formats the number after the slider.
     """
 
     ALLOW_SELECT = False
@@ -45,11 +45,11 @@ class Scrubber(Widget, can_focus=True):
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("left", "step(-1)", "Back", show=False, id="scrubber.back", tooltip="One back"),
-        Binding("right", "step(1)", "On", show=False, id="scrubber.on", tooltip="One on"),
+        Binding("right", "step(1)", "Forward", show=False, id="scrubber.on", tooltip="One forward"),
         Binding("shift+left,pageup", f"step({-FAR})", "Far back", show=False,
                 id="scrubber.far-back", tooltip="Ten back"),
         Binding("shift+right,pagedown", f"step({FAR})", "Far on", show=False,
-                id="scrubber.far-on", tooltip="Ten on"),
+                id="scrubber.far-on", tooltip="Ten forward"),
         Binding("home", "end(False)", "First", show=False, id="scrubber.first",
                 tooltip="To the first"),
         Binding("end", "end(True)", "Last", show=False, id="scrubber.last",
@@ -63,7 +63,7 @@ class Scrubber(Widget, can_focus=True):
 
     @dataclass
     class Changed(Message):
-        """A user chose another number."""
+        """Posted when the user chooses another number."""
 
         scrubber: "Scrubber"
         value: int
@@ -89,16 +89,16 @@ class Scrubber(Widget, can_focus=True):
         self.set_reactive(Scrubber.value, min(max(value, first), last))
 
     def validate_value(self, value: int) -> int:
-        """Keep it between the ends."""
+        """Clip the value to the range."""
         return min(max(value, self.first), self.last)
 
     def set_range(self, first: int, last: int) -> None:
-        """Set other ends; keep the value between them."""
+        """Set the range, and clip the value to it."""
         self.first, self.last = first, last
         self.value = min(max(self.value, first), last)
 
     def choose(self, value: int) -> None:
-        """Take a number as if a user had chosen it."""
+        """Set the value as if the user had chosen it."""
         before = self.value
         self.value = value
         if self.value != before:
@@ -119,7 +119,7 @@ class Scrubber(Widget, can_focus=True):
         return text
 
     def _bar(self) -> tuple[int, int]:
-        """Return the column and width of the slider, which stay the same for all numbers."""
+        """Return the column and width of the slider, which are the same for all numbers."""
         start = len(self.label) + 1 if self.label else 0
         number = max(len(self._say(end)) for end in (self.first, self.last, self.value))
         return start, max(self.content_size.width - start - number - 1, 1)

@@ -1,4 +1,4 @@
-"""The sections of an experiment: a tab and a form for each, and the file that they make."""
+"""The sections of an experiment: a tab and a form for each, and the experiment file."""
 
 from textual import on
 from textual.app import ComposeResult
@@ -24,14 +24,14 @@ TITLES |= {kind: kind.capitalize() for kind in KINDS[1:]} | {FILE: "File"}
 
 
 class Sections(Vertical):
-    """Tabs over the whole width; below, the form of one section and the experiment file."""
+    """Tabs in full width; below them, the form of one section and the experiment file."""
 
     def __init__(self, id: str) -> None:
         super().__init__(id=id)
         self._validation: Validation | None = None
 
     def compose(self) -> ComposeResult:
-        """Compose the tabs, a form for each, the file as the last one, and beside them."""
+        """Compose the tabs, a form for each section, and the file."""
         yield Tabs(*(Tab(title, id=name) for name, title in TITLES.items()), id="sections")
         with Horizontal():
             with ContentSwitcher(id="parts", initial=f"part-{SECTIONS[0]}"):
@@ -42,7 +42,7 @@ class Sections(Vertical):
 
     @property
     def active(self) -> str:
-        """The name of the section that is shown."""
+        """The name of the visible section."""
         return self.query_one(Tabs).active
 
     @active.setter
@@ -50,7 +50,7 @@ class Sections(Vertical):
         self.query_one(Tabs).active = name
 
     def turn(self, by: int) -> None:
-        """Show the section that stands so many tabs further."""
+        """Show the section `by` tabs further."""
         used = self._validation.used if self._validation else SECTIONS
         names = [name for name in TITLES if name in (*used, FILE)]
         self.active = names[(names.index(self.active) + by) % len(names)]
@@ -79,7 +79,7 @@ class Sections(Vertical):
         self.follow(self.active)
 
     def _show_part(self) -> None:
-        """Update the visible form: those that are not seen cost time."""
+        """Update only the visible form, as updates are slow."""
         if self._validation is not None and self.active in self._validation.used:
             self.part(self.active).show(self._validation)
 
@@ -92,6 +92,6 @@ class Sections(Vertical):
                 self.follow(f"{self.active}.plugin")
 
     def follow(self, key: str) -> None:
-        """Mark the line of an option in the file, and bring it in sight."""
+        """Mark the line of an option in the file, and scroll to it."""
         for view in self.query(TomlView):
             view.follow(key)

@@ -1,4 +1,4 @@
-"""A steered body, seen from behind, and its way from above."""
+"""A steered body, seen from behind, and its path from above."""
 
 from typing import ClassVar
 
@@ -12,15 +12,15 @@ from gaitsim.steering import Drive
 from gaitsim.tui.widgets.canvas import CLOSER, BodyCanvas
 from gaitsim.tui.widgets.cells import Cells, Picture
 
-CALM = 0.15  # share of the way to the body's heading that the camera turns in a picture
+CALM = 0.15  # share of the angle to the body's heading that the camera turns per frame
 
 
 class SteeredBody(BodyCanvas, can_focus=False):
-    """A body under command, now, by a camera that turns with it.
+    """A steered body, seen by a camera that turns with it.
 
     Attributes:
-        chosen: the camera, one of `gaitsim.render.terminal.chase.VIEWS`.
-        zoom: 1 for the usual distance.
+        chosen: camera, one of `gaitsim.render.terminal.chase.VIEWS`.
+        zoom: zoom factor; 1 for the default distance.
     """
 
     def __init__(self, message: str) -> None:
@@ -31,11 +31,11 @@ class SteeredBody(BodyCanvas, can_focus=False):
         self._turned = self._looking = 0.0
 
     def show(self, drive: Drive, turned: float) -> None:
-        """Show a body as it is now.
+        """Show the current state of a body.
 
         Args:
-            drive: the body.
-            turned: its heading to the left of that at the start, radians.
+            drive: simulated body.
+            turned: heading relative to that at the start, positive to the left, radians.
         """
         self._turned = turned
         away = (turned - self._looking + np.pi) % (2 * np.pi) - np.pi
@@ -45,24 +45,24 @@ class SteeredBody(BodyCanvas, can_focus=False):
         self.redraw()
 
     def look_ahead(self) -> None:
-        """Look along the heading at the start at once."""
+        """Turn the camera to the initial heading immediately."""
         self._looking = 0.0
 
     def picture(self, columns: int, rows: int) -> Picture:
         clip = self._body
-        assert clip is not None, "else there are words"
+        assert clip is not None, "else words are shown"
         pose = clip.at(clip.seconds)
         eye = chase(self.chosen, self._looking, pose.aim, self._length, self.zoom, columns, rows)
         return drawn_by(eye, clip, pose, self._turned, columns, rows)
 
     def next_camera(self) -> None:
-        """Look from the next side."""
+        """Switch to the next camera."""
         names = [*VIEWS]
         self.chosen = names[(names.index(self.chosen) + 1) % len(names)]
         self.redraw()
 
     def closer(self, steps: int) -> None:
-        """Zoom in, or out by negative steps."""
+        """Zoom in, or out for negative steps."""
         self.zoom = min(max(self.zoom * CLOSER**steps, 0.25), 4.0)
         self.redraw()
 
@@ -71,7 +71,7 @@ class SteeredBody(BodyCanvas, can_focus=False):
 
 
 class PathPlan(Cells):
-    """The way of a steered body from above."""
+    """The path of a steered body from above."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"path--way", "path--body", "path--scale"}
     DEFAULT_CSS = """
@@ -89,7 +89,7 @@ class PathPlan(Cells):
         self._turned, self._length = 0.0, 1.0
 
     def show(self, drive: Drive, turned: float) -> None:
-        """Show where a body is and was; `turned` as in `SteeredBody.show`."""
+        """Show the path of a body; `turned` as in `SteeredBody.show`."""
         self._path, self._turned = drive.path, turned
         self._length = drive.size
         self.redraw()
@@ -98,6 +98,6 @@ class PathPlan(Cells):
         return plan(self._path, self._turned, self._length, columns, rows)
 
     def ink_styles(self) -> list[Style]:
-        """Return the styles of nothing, way, body and scale."""
+        """Return the styles of blank, path, body and scale."""
         parts = ("path--way", "path--body", "path--scale")
         return [self.ink_style(), *map(self.ink_style, parts)]

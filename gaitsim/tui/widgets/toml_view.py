@@ -1,4 +1,4 @@
-"""An experiment file with its sections, keys and comments in colours."""
+"""An experiment file with coloured sections, keys and comments."""
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -6,11 +6,11 @@ from textual.containers import ScrollableContainer
 from textual.geometry import Region
 from textual.widgets import Static
 
-AROUND = 2  # lines above and below the marked one that are seen with it
+AROUND = 2  # minimum lines shown above and below the marked one
 
 
 class TomlView(ScrollableContainer):
-    """An experiment file in which one line is marked and in sight."""
+    """An experiment file with one marked line, which is kept visible."""
 
     DEFAULT_CSS = """
     TomlView { scrollbar-size: 0 1; }
@@ -23,10 +23,10 @@ class TomlView(ScrollableContainer):
         self._toml = self._key = ""
 
     def compose(self) -> ComposeResult:
-        yield Static("Once all is right.")
+        yield Static("The file appears here once there are no problems.")
 
     def show(self, toml: str) -> None:
-        """Show a file; '' dims the former one, as the experiment has problems."""
+        """Show a file; '' dims the previous one, as the experiment has problems."""
         self.set_class(not toml, "-stale")
         if toml and toml != self._toml:
             self._toml = toml
@@ -53,7 +53,7 @@ class TomlView(ScrollableContainer):
 
 
 def line_of(toml: str, key: str) -> int | None:
-    """Return the line of an option such as 'mutation.rate', or of its section; None for none."""
+    """Return the line of an option such as 'mutation.rate', or of its section, or None."""
     section, _, name = key.rpartition(".")
     here, found = "", None
     for number, line in enumerate(toml.splitlines()):
@@ -67,12 +67,12 @@ def line_of(toml: str, key: str) -> int | None:
 
 
 def coloured(toml: str, section: str, key: str) -> Text:
-    """Return the text with its sections and keys in these colours, comments dim."""
+    """Return the text with sections and keys in the given colours, and comments dim."""
     whole = Text(no_wrap=True)
     for line in toml.splitlines():
         text = Text(line)
         name, equals, value = line.partition(" = ")
-        # A comment after a value. A value that holds ' # ' itself is dimmed too early, no more.
+        # A comment after a value. A value that contains ' # ' is dimmed too early.
         comment = len(line) if line.startswith("#") else value.find(" # ")
         if line.startswith("["):
             text.stylize(f"bold {section}")
