@@ -479,7 +479,7 @@ class TestKeys:
         walk()
 
         async def test(driver):
-            await driver.until(lambda: "given to" in driver.told())
+            await driver.until(lambda: "assigned to" in driver.told())
             assert "the key r is assigned to home.new and to home.replay" in driver.told()
             assert (
                 "the key question_mark is assigned to app.help and to home.export" in driver.told()

@@ -340,7 +340,7 @@ class TestMaking:
             await driver.until(lambda: "No program to open it" in driver.told())
             monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ("true",))
             await hand_over(driver.app, page)  # one that came with a run
-            await driver.until(lambda: "not made here" in driver.told())
+            await driver.until(lambda: "may contain scripts" in driver.told())
             assert "Opened" not in driver.told()
             assert driver.app.clipboard == str(page.absolute())
             shown = []
@@ -366,7 +366,7 @@ class TestMaking:
             assert screen.query_one("#files").row_count == 1
             file.unlink()
             await driver.press("enter")
-            await driver.until(lambda: "is gone" in driver.told())
+            await driver.until(lambda: "file not found" in driver.told())
             await driver.press("e")
             await driver.at("ExportDialog")
             await driver.press("escape")
