@@ -310,7 +310,7 @@ class TestMaking:
             assert driver.app.clipboard == line[2:]
             assert "tasks.stop" not in driver.offered()
             await driver.press("enter")
-            await driver.until(lambda: "No program to open it" in driver.told())
+            await driver.until(lambda: "No program to open the file" in driver.told())
             assert driver.app.clipboard == str(file.absolute())
             with monkeypatch.context() as browser:
                 sent = []
@@ -337,7 +337,7 @@ class TestMaking:
         async def test(driver):
             task = Task(("export",), state="done", files=[page], opens=True)
             driver.app._task_changed(task)
-            await driver.until(lambda: "No program to open it" in driver.told())
+            await driver.until(lambda: "No program to open the file" in driver.told())
             monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ("true",))
             await hand_over(driver.app, page)  # one that came with a run
             await driver.until(lambda: "may contain scripts" in driver.told())
