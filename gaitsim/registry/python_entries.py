@@ -44,8 +44,13 @@ class PythonEntry(Entry):
 
     @property
     def argument(self) -> str:
-        """The argument that passes it to `gs.evolve`, such as `fitness=forward`."""
-        return f"{ARGUMENTS.get(self.kind, self.kind)}={self.label}"
+        """The argument that passes it to `gs.evolve`, such as `fitness=forward`.
+
+        A name from a file can be any text, such as code that runs where a reader pastes it, so
+        the argument contains only an identifier.
+        """
+        given = self.label if self.label.isidentifier() else "…"
+        return f"{ARGUMENTS.get(self.kind, self.kind)}={given}"
 
     @property
     def remedy(self) -> str:

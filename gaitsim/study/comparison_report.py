@@ -31,14 +31,17 @@ def methods(findings: Findings) -> str:
     """Return a paragraph for the methods section of a paper."""
     pairs, tests = len(findings.pairs), len(findings.target_tests)
     targets = ", ".join(map(_exact, findings.ert_targets))
-    digits = "" if findings.targets_given else f" to {DIGITS} digits of their range"
+    digits = ""
+    if not findings.targets_given:
+        digits = f" to {DIGITS} digits of their range (numpy.quantile, method 'inverted_cdf')"
     warning = f" Warning: {findings.warning}" if findings.warning else ""
     return (
         f"Each of the {len(findings.samples)} experiments was repeated {findings.repeats} times "
         f"with {findings.evaluations:,} evaluations from independent random populations (gaitsim "
         f"{version('gaitsim')}); a score counts once its generation is finished. The outcome of a "
         f"repeat is its best score. We report medians with {CONFIDENCE:.0%} percentile bootstrap "
-        f"confidence intervals ({RESAMPLES:,} resamples of the repeats) and quartiles. Pairs were "
+        f"confidence intervals ({RESAMPLES:,} resamples of the repeats) and quartiles "
+        "(interpolated linearly). Pairs were "
         f"compared with two-sided Mann–Whitney U tests ({_exactness(findings)}), corrected for "
         f"{_counted(pairs)} with Holm's procedure, and the Vargha–Delaney A12 as "
         "effect size (Arcuri and Briand 2011). The ECDF of runtimes is the share of pairs of a "
