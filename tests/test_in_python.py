@@ -12,6 +12,8 @@ import pytest
 import gaitsim as gs
 from gaitsim.contracts import Array, Channel, Genomes, Skeleton, option
 from gaitsim.registry import python_entries
+from gaitsim.registry.python_entries import find_given
+from gaitsim.render.terminal.explanation import explanation
 from gaitsim.runs.snapshot import RunSnapshot
 
 SPACE = gs.RealSpace(np.full(3, -5.0), np.full(3, 5.0))
@@ -211,6 +213,8 @@ def test_only_the_score_is_missing_where_only_the_fitness_is(
     assert champion.scored_terms == champion.terms
     with pytest.raises(gs.GaitsimError, match="fitness 'height' is not stored"):
         champion.replayed_terms  # noqa: B018
+    warnings = [part.warning for part in explanation(champion, gs.load(tmp_path / "up").history)]
+    assert "fitness 'height'" in warnings[0]
 
 
 def test_nobody_could_verify_a_code_of_a_function(tmp_path: Path) -> None:
@@ -332,3 +336,9 @@ def test_genomes_are_scored_for_any_optimiser() -> None:
             gs.evaluate(experiment, given, repair=False)
     with pytest.raises(gs.GaitsimError, match="uint8"):
         gs.evaluate("millipede", np.full(36, 0.5))
+
+
+def test_a_name_in_a_file_is_not_offered_as_code_to_paste() -> None:
+    remedy = find_given("fitness", "python:f(print(6 * 7))@12345678").missing.remedy
+    assert "fitness=…" in remedy
+    assert "print" not in remedy

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, MissingFunctionError
 from gaitsim.gait import GaitAnalysis, transferred
 from gaitsim.gait.changed import engine_of
 from gaitsim.gait.quantities import quantities
@@ -52,7 +52,11 @@ def explanation(
     Raises:
         PluginError: the body or the fitness fails.
     """
-    yield _over_time(individual)
+    try:
+        yield _over_time(individual)
+    except MissingFunctionError as error:  # the recorded terms are known without the fitness
+        title = f"Why it scored {number(individual.score, 4)}"
+        yield Passage(title, warning=f"Terms over time are not available: {error.what}")
     if individual.best_of:
         yield _over_generations(individual, history)
     sentences = summarise(individual.scored_terms, history, individual.best_of)
