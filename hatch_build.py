@@ -1,4 +1,4 @@
-"""The long description of the package: README.md without what works only beside its sources."""
+"""The long description of the package: README.md without relative links and pictures."""
 
 import re
 from pathlib import Path
@@ -11,12 +11,12 @@ _LINK = re.compile(r"\[([^\]]+)\]\((?!https?:)[^)\s]+\)")
 
 
 class Readme(MetadataHookInterface):
-    """Set `readme` when a wheel or an sdist is built."""
+    """Build hook that sets `readme` in the metadata of the wheel and the sdist."""
 
     def update(self, metadata: dict[str, Any]) -> None:
-        """Drop pictures with relative paths, and turn relative links into their words.
+        """Remove pictures with relative paths, and replace relative links by their text.
 
-        A package index shows the text alone: it would look for both on its own site.
+        A package index would resolve both against its own site.
         """
         text = (Path(self.root) / "README.md").read_text(encoding="utf-8")
         text = _LINK.sub(r"\1", _PICTURE.sub("", text))

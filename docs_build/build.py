@@ -1,7 +1,7 @@
-"""Build the documentation's site: `python docs_build/build.py`; the pages are then in site/.
+"""Build the documentation's site in site/: `python docs_build/build.py`.
 
-The pages in docs/ are read on code hosts, too. So those that are made, and those that lie outside
-docs/, are put beside copies of them in build/docs, and links to them are bent there.
+Code hosts show the pages of docs/ directly, so that folder is not changed. The script copies it to
+build/docs, adds the generated pages and the pages from outside docs/, and adapts the links.
 """
 
 import os
@@ -22,7 +22,7 @@ OUTSIDE = {
     "../data/SOURCES.md": "sources.md",
     "../README.md": "index.md",
 }
-"""Files outside docs/ that its pages link to, and what they are called on the site."""
+"""Files outside docs/ that its pages link to, and their file names on the site."""
 
 API = {
     "api.md": (
@@ -85,7 +85,7 @@ API = {
         ],
     ),
 }
-"""Pages made from docstrings: their headings, and whose."""
+"""Pages generated from docstrings: file name, heading and documented objects."""
 
 
 def stage() -> None:
@@ -93,7 +93,7 @@ def stage() -> None:
     shutil.rmtree(STAGE, ignore_errors=True)
     shutil.copytree(ROOT / "docs", STAGE)
     for page in STAGE.glob("*.md"):
-        page.write_text(_bent(page.read_text()))
+        page.write_text(_with_links_to_copies(page.read_text()))
     for source, name in OUTSIDE.items():
         if name != "index.md":
             page = ROOT / source.removeprefix("../")
@@ -106,15 +106,18 @@ def stage() -> None:
         (STAGE / name).write_text("\n\n".join([heading, *(f"::: {one}" for one in objects)]) + "\n")
 
 
-def _bent(text: str) -> str:
-    """A page of docs/ whose links to files outside go to their copies."""
+def _with_links_to_copies(text: str) -> str:
+    """Return a page of docs/ with links to outside files redirected to their copies."""
     for source, name in OUTSIDE.items():
         text = text.replace(f"]({source}", f"]({name}")
     return text
 
 
 def inward(text: str, folder: Path) -> str:
-    """A page from outside docs/: links into docs/ lose the folder, others become plain text."""
+    """Return the text of a page from outside docs/, with links that work on the site.
+
+    Links into docs/ lose the folder; other relative links become plain text.
+    """
 
     def link(found: re.Match[str]) -> str:
         words, target = found.groups()
@@ -129,7 +132,7 @@ def inward(text: str, folder: Path) -> str:
 
 
 def main() -> int:
-    """Stage and build; the exit code of the builder, which a warning makes 1."""
+    """Stage and build; return the builder's exit code, which is 1 after a warning."""
     stage()
     shutil.rmtree(ROOT / "site", ignore_errors=True)
     builder = [sys.executable, "-m", "zensical", "build", "--strict", "--clean"]

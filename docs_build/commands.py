@@ -1,4 +1,4 @@
-"""The command reference, made of the commands themselves."""
+"""The command reference, generated from the commands' signatures and help texts."""
 
 import html
 import inspect
@@ -17,15 +17,15 @@ from gaitsim.cli.help import LazyGroup
 
 HEAD = """# Commands
 
-Made from the commands themselves; `gaitsim COMMAND --help` says the same in the terminal. A mistake
-ends with one message that says what was wrong, where, what is allowed and what to do, and with
-exit code 2. Ctrl-C ends with 130.
+This page is generated from the commands; `gaitsim COMMAND --help` prints the same text. After an
+invalid command, one message gives the error, its place, the allowed values and a remedy, and the
+exit code is 2. After Ctrl-C it is 130.
 """
 TYPES = {int: "N", float: "NUMBER", Path: "PATH", str: "TEXT"}
 
 
 def page() -> str:
-    """The page in Markdown: every command with its arguments, options, defaults and examples."""
+    """Return the page in Markdown: all commands with arguments, options, defaults and examples."""
     parts = [HEAD]
     group = get_command(app)
     assert isinstance(group, LazyGroup)
@@ -35,7 +35,7 @@ def page() -> str:
 
 
 def commands(group: LazyGroup, name: str) -> Iterator[tuple[str, Callable[..., Any]]]:
-    """Every command of a group and of the groups in it: its words, and its function."""
+    """Yield the full name and the function of each command in a group and its subgroups."""
     for word in group.lines:
         command = group.load(word)
         if isinstance(command, LazyGroup):
@@ -52,12 +52,12 @@ def _command(name: str, function: Callable[..., Any]) -> Iterator[str]:
     usage = [name, *(["[OPTIONS]"] if options else []), *(row.metavar for row in arguments)]
     yield f"## {name}\n\n{_plain(about)}\n\n```text\n{' '.join(usage)}\n```\n"
     if arguments:
-        yield "| argument | what it is |\n| --- | --- |"
+        yield "| argument | meaning |\n| --- | --- |"
         yield from (f"| {_code(row.metavar)} | {row.meaning} |" for row in arguments)
         yield ""
     if options:
         defaults = any(row.default for row in options)
-        yield "| option | what it does |" + (" default |" if defaults else "")
+        yield "| option | meaning |" + (" default |" if defaults else "")
         yield "| --- | --- |" + (" --- |" if defaults else "")
         for row in options:
             yield f"| {row.names} | {row.meaning} |" + (f" {row.default} |" if defaults else "")
@@ -91,7 +91,7 @@ class _Row:
 
     @property
     def names(self) -> str:
-        # Typer keeps the first name that is declared where a default could stand.
+        # Typer stores the first declared name as the default.
         declared = [self.info.default, *(self.info.param_decls or ())]
         names = [name for name in declared if isinstance(name, str)]
         flag = self._type is bool
@@ -116,14 +116,14 @@ class _Row:
 
 
 def _bare(annotation: Any) -> Any:
-    """The type of one value: of `list[str] | None` it is str."""
+    """Return the type of a single value: str for `list[str] | None`."""
     if typing.get_origin(annotation) in (typing.Union, types.UnionType):
         annotation = next(one for one in typing.get_args(annotation) if one is not type(None))
     return typing.get_args(annotation)[0] if typing.get_origin(annotation) is list else annotation
 
 
 def _plain(text: str) -> str:
-    """A help text without Rich's markup."""
+    """Return a help text without Rich's markup."""
     return re.sub(r"\[/?(bold|italic|dim)\]", "", text).strip()
 
 

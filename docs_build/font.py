@@ -1,9 +1,9 @@
-"""Cut the font of the equations to what they may need: `python docs_build/font.py FONT.woff`.
+"""Subset the font of the equations: `python docs_build/font.py FONT.woff`.
 
-The whole font is `files/stix-two-math-latin-400-normal.woff` of the npm package
-`@fontsource/stix-two-math` 5.3.0. It becomes docs_build/fonts/stix-two-math.woff: letters, Greek,
-operators, arrows, brackets and alphabets, the brackets in all sizes and the pieces of still larger
-ones. Subsetters keep the same glyphs for the same characters, so the file can be made again.
+The input is `files/stix-two-math-latin-400-normal.woff` of the npm package
+`@fontsource/stix-two-math` 5.3.0. The output, docs_build/fonts/stix-two-math.woff, keeps letters,
+Greek, operators, arrows, mathematical alphabets, and brackets in all sizes with the pieces of
+larger ones. The same input gives the same glyphs, so the file is reproducible.
 """
 
 import html
@@ -31,7 +31,7 @@ KEPT = (
     (0x27C2, 0x27FF),  # brackets, long arrows
     (0x2A00, 0x2A0C),  # large operators
     (0x1D400, 0x1D4CF),  # bold, italic and script letters
-    (0x1D538, 0x1D56B),  # ℂ and its like
+    (0x1D538, 0x1D56B),  # double-struck letters: ℂ
     (0x1D6A4, 0x1D6E1),  # dotless letters, bold Greek
     (0x1D6E2, 0x1D71B),  # italic Greek
 )
@@ -41,13 +41,13 @@ ITALIC = {"h": "ℎ"} | {
     for code in (*range(0x1D434, 0x1D468), *range(0x1D6E2, 0x1D71C))
     if unicodedata.decomposition(chr(code))
 }
-"""The character as which a browser draws a variable of one letter."""
+"""Letter of a variable -> the italic character that browsers draw for it."""
 
 
 def cut(source: Path) -> None:
-    """Write the part of a font that is shipped."""
+    """Write the shipped subset of a font."""
     font = TTFont(source, recalcTimestamp=False)
-    # Without hints and small letters for scripts other than the default ones.
+    # `ssty` has the glyphs of subscripts and superscripts; the others place accents.
     options = Options(layout_features=["ssty", "mkmk", "ccmp"], hinting=False, notdef_outline=True)
     subsetter = Subsetter(options)
     subsetter.populate(unicodes=[one for first, last in KEPT for one in range(first, last + 1)])
@@ -57,7 +57,7 @@ def cut(source: Path) -> None:
 
 
 def missing(mathml: str) -> str:
-    """The characters of an equation in MathML that the font does not have."""
+    """Return the characters of an equation in MathML that the font lacks."""
     text = LETTER.sub(lambda found: ITALIC.get(found[1], found[1]), mathml)
     drawn = set(html.unescape(re.sub(r"<[^>]*>|\s", "", text)))
     return "".join(sorted(drawn - set(map(chr, known()))))
@@ -65,7 +65,7 @@ def missing(mathml: str) -> str:
 
 @cache
 def known() -> frozenset[int]:
-    """The characters that the shipped font has."""
+    """Return the code points in the shipped font."""
     with TTFont(FONT) as font:
         return frozenset(font.getBestCmap())
 

@@ -1,4 +1,4 @@
-"""Equations for the site: ```math blocks become MathML, which browsers draw by themselves."""
+"""Equations for the site: convert ```math blocks to MathML, which browsers draw natively."""
 
 import re
 from typing import Any
@@ -11,16 +11,16 @@ NARROW = '<mspace width="0.17em"></mspace>'
 NAME = "(?<!<msub>)<m[io]>(sin|cos|tanh|clip|rms|arg|min)</m[io]>"
 SIGN = "<m[io]>([−±∓])</m[io]>"
 BETTER = (
-    # A bar that grows with what is below it, and dots that are near their letter.
+    # A bar as wide as the expression below it, and dots close to their letter.
     ('<mo accent="true">―', '<mo stretchy="true">‾'),
     ("<mover>(<mi>.</mi>|<mrow><mi>.</mi></mrow>)<mo>", r'<mover accent="true">\1<mo>'),
     ("<mi>~</mi>", "<mo>∼</mo>"),
-    # A factor, a function and a variable have space between them, a function and "(" none.
+    # Space on both sides of a function name, except before "(".
     (f"{NAME}(?!<mo)", rf"{NARROW}<mi>\1</mi>{NARROW}"),
     (f"{NAME}(?=<mo)", rf"{NARROW}<mi>\1</mi>"),
-    # What minimises stands below.
+    # The variable of a minimum is set below "min".
     ("<msub><mo>min</mo>(.*?)</msub>", rf"<munder><mi>min</mi>\1</munder>{NARROW}"),
-    # A sign belongs to what is after it, where nothing is before it that it could follow.
+    # A sign without a left operand is a prefix.
     (
         rf"(<mo[^>]*>[(\[=,←]</mo>(?:<mspace[^>]*>)?|<mrow>|<mtd>){SIGN}",
         r'\1<mo form="prefix" lspace="0" rspace="0">\2</mo>',
@@ -29,20 +29,26 @@ BETTER = (
     ("<mo>=</mo></mtd>", '<mo form="infix">=</mo></mtd>'),
     ('<mo stretchy="false">[|]', '<mo stretchy="false" lspace="0" rspace="0">|'),
 )
-"""What browsers would draw otherwise than a typesetter does, and what they draw as it does."""
+"""Pattern -> replacement for MathML that browsers space or stretch badly."""
 
 
 def block(
     source: str, language: str, css_class: str, options: dict[str, Any], md: Any, **more: Any
 ) -> str:
-    """The HTML of a fenced block that holds LaTeX; as Python-Markdown asks for it."""
+    """Return the HTML of a fenced block of LaTeX; a formatter for pymdownx.superfences.
+
+    Raises:
+        SuperFencesException: the LaTeX cannot be converted, or needs a character outside the font.
+    """
     made = convert(source, display="block")
     made = re.sub("&#x(?!0003C|0003E|00026)(.{5});", lambda code: chr(int(code[1], 16)), made)
     for pattern, replacement in BETTER:
         made = re.sub(pattern, replacement, made)
     if "\\" in made:
-        # Of other errors there would only be a block of code where the equation should be.
-        raise SuperFencesException(f"LaTeX that cannot be set: {source}")
+        # Any other exception would silently show the block as code.
+        raise SuperFencesException(f"unsupported LaTeX: {source}")
     if missing := font.missing(made):
-        raise SuperFencesException(f"not in the font of docs_build/font.py: {missing} in {source}")
+        raise SuperFencesException(
+            f"not in the font, see docs_build/font.py: {missing} in {source}"
+        )
     return f'<div class="equation">{made}</div>'

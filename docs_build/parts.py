@@ -1,4 +1,4 @@
-"""The reference of all installed plugins and their options, made of their declarations."""
+"""The reference of the installed plugins and their options, generated from their classes."""
 
 import html
 from collections.abc import Iterator
@@ -11,9 +11,9 @@ from gaitsim.registry import KINDS, entries, load_class, options
 
 HEAD = """# Plugins and their options
 
-Made from the plugins that gaitsim ships; `gaitsim plugins show NAME` says the same in the terminal.
-An option stands in an experiment's section of the plugin's kind, or after `--set`, as in
-`--set mutation.rate=0.1`.
+This page is generated from the plugins in the gaitsim package; `gaitsim plugins show NAME` prints
+the same text. Set an option in the section of the experiment file that is named after the plugin's
+kind, or with `--set`, as in `--set mutation.rate=0.1`.
 """
 TITLES = {
     "organism": "Bodies",
@@ -26,7 +26,7 @@ TITLES = {
 
 
 def page() -> str:
-    """The page in Markdown: every plugin, by kind, with a table of its options."""
+    """Return the page in Markdown: all plugins by kind, each with a table of its options."""
     parts = [HEAD, "## Every run: `evolution`", "", *_table(Evolution)]
     for kind in KINDS:
         parts += [f"## {TITLES[kind]}: `{kind}`", ""]
@@ -44,7 +44,7 @@ def page() -> str:
 
 
 def _channels(body: type[Organism]) -> Iterator[str]:
-    yield "| channel | what it is | axes | unit |\n| --- | --- | --- | --- |"
+    yield "| channel | meaning | axes | unit |\n| --- | --- | --- | --- |"
     for name, channel in body.channels.items():
         yield f"| `{name}` | {channel.help} | {channel.shape} | {channel.units} |"
     yield ""
@@ -54,7 +54,7 @@ def _table(model: type[BaseModel]) -> Iterator[str]:
     if not model.model_fields:
         yield "No options.\n"
         return
-    yield "| option | what it is | allowed | default |\n| --- | --- | --- | --- |"
+    yield "| option | meaning | allowed | default |\n| --- | --- | --- | --- |"
     for name, field in model.model_fields.items():
         words = (options.meaning(field), options.allowed(field))
         meaning, allowed = (html.escape(one, quote=False).replace("|", "&#124;") for one in words)

@@ -1,7 +1,7 @@
-"""Make the pictures of the documentation anew: `python docs_build/pictures.py`, a few minutes.
+"""Regenerate the pictures of the documentation: `python docs_build/pictures.py`, a few minutes.
 
-Each is made by gaitsim itself, of runs that are evolved for it: the same pictures every time, but
-for the times on the screens of the terminal UI.
+The script evolves the runs it needs, with fixed seeds, and draws them with gaitsim. Only the times
+on the screens of the terminal UI differ from one execution to the next.
 """
 
 import asyncio
@@ -29,16 +29,16 @@ from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.replay import Replay
 
 HERE = Path(__file__).parents[1] / "docs" / "pictures"
-SCREEN = 190  # dots an inch: plots are 3.4 inches wide, so that letters are sharp on a page
+SCREEN = 190  # dots per inch, for sharp letters: plots are 3.4 inches wide
 FONTS = re.compile(r"@font-face\s*\{[^}]*\}")
 
 
 def evolve() -> None:
-    """The runs that are shown, in the folder runs/."""
+    """Evolve the runs to show, in the folder runs/."""
     for name, preset, seed, more in RUNS:
         for _ in gs.evolve(preset, seed=seed, out=f"runs/{name}", set=more):
             pass
-    # One that goes on on the live screen.
+    # The live screen continues this run.
     for generation in gs.evolve("spider", seed=1, out=LIVE):
         if generation.number == 20:
             break
@@ -58,7 +58,7 @@ LIVE = Path("runs/spider-1")
 
 
 def plots() -> None:
-    """Plots as `gaitsim plot` makes them."""
+    """Draw the plots, as `gaitsim plot` does."""
     spider, fly = gs.load("spider"), gs.load("fly")
     kinds = (
         "fitness",
@@ -92,7 +92,7 @@ def _plot(figure: object, name: str) -> None:
 
 
 def _smaller(image: Image.Image, path: Path) -> None:
-    """Write a picture with few colours, which it hardly shows; those of marks stay."""
+    """Write a picture with a reduced palette that keeps the exact colours of marks."""
     pixels = np.asarray(image.convert("RGB"))
     white = np.full((1, 3), 255, dtype=np.uint8)
     colours, indices = palette([pixels], np.concatenate([THEMES["light"].exact, white]))
@@ -102,7 +102,7 @@ def _smaller(image: Image.Image, path: Path) -> None:
 
 
 def bodies() -> None:
-    """Stills and short films of the champions."""
+    """Draw stills and short films of the champions."""
     for name, seconds in (("spider", 4.2), ("millipede", 0.75), ("quadruped", 2.2)):
         still = gs.picture(gs.load(name).champion, seconds, size=(640, 360))
         _smaller(still, HERE / f"{name}.png")
@@ -125,7 +125,7 @@ def bodies() -> None:
 
 
 def _film(run: str, settings: RenderSettings, pictures: int) -> None:
-    """The first pictures of a champion's video."""
+    """Write the first pictures of a champion's video as a GIF."""
     made = list(islice(Video(RunSnapshot(Path("runs") / run), (), settings).pictures(), pictures))
     encode(
         made,
@@ -139,7 +139,7 @@ def _film(run: str, settings: RenderSettings, pictures: int) -> None:
 
 
 def screens() -> None:
-    """Screens of the terminal UI."""
+    """Write screens of the terminal UI."""
 
     async def home(app: GaitsimApp, press: Press) -> None:
         await press("down")
@@ -188,14 +188,14 @@ async def _visit(visit: Callable[[GaitsimApp, Press], Awaitable[None]], lines: i
 
 
 def _screen(app: GaitsimApp, name: str) -> None:
-    """Write the screen as SVG, without the fonts that it would fetch from elsewhere."""
+    """Write the screen as SVG, without web fonts."""
     drawn = FONTS.sub("", app.export_screenshot(title="gaitsim tui"))
     drawn = drawn.replace("Fira Code", "DejaVu Sans Mono")
     (HERE / f"{name}.svg").write_text(drawn)
 
 
 def main() -> None:
-    """Make all of them."""
+    """Regenerate all pictures."""
     HERE.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
