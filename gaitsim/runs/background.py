@@ -1,15 +1,15 @@
-"""Processes that evolve runs in the background, as a private folder of the user shows them.
+"""Processes that evolve runs in the background, listed in a private folder of the user.
 
 Each process has files there, named by a hash of the real path of its run:
 
-    KEY.lock     locked as long as the process lives, however it ends
-    KEY.json     the process's number and what it does; left behind by a process that is killed
-    KEY.failure  why the last one failed, until the run is evolved again
-    KEY.sock     where it takes commands and reports
-    KEY.log      what plugins and libraries print there
+    KEY.lock     locked while the process lives, however it ends
+    KEY.json     process ID and state; left behind by a killed process
+    KEY.failure  why the last process failed, until the run is evolved again
+    KEY.sock     socket for commands and reports
+    KEY.log      output of plugins and libraries
 
 The folder is `/tmp/gaitsim-UID`, or `GAITSIM_RUNTIME_DIR`. It is not `XDG_RUNTIME_DIR`, which is
-removed when its user logs out: a run in the background outlives that.
+removed at logout, while background runs continue.
 """
 
 import hashlib
@@ -32,14 +32,14 @@ from gaitsim.runs.files.folder import command
 VARIABLE = "GAITSIM_RUNTIME_DIR"
 STATUS, FAILURE, LOCK, SOCKET, LOG = ".json", ".failure", ".lock", ".sock", ".log"
 LARGEST = 2**20  # bytes of a status or an error
-END_OF_LOG = 10_000  # bytes in which its last line is looked for
+END_OF_LOG = 10_000  # bytes that are searched for the last line
 
 BackgroundState = Literal["preparing", "queued", "running", "paused"]
-# What a run does in such a state, in the background.
+# The predicate of a message about a background run, by state.
 DOES: Mapping[str, str] = {
     "preparing": "is being prepared",
     "queued": "is queued",
-    "running": "evolves",
+    "running": "is evolving",
     "paused": "is paused",
 }
 
@@ -49,9 +49,9 @@ class BackgroundProcess:
     """A process that evolves a run in the background.
 
     Attributes:
-        run: the absolute path of its run.
-        pid: its number.
-        state: what it does.
+        run: absolute path of the run.
+        pid: process ID.
+        state: state of the process.
     """
 
     run: Path
@@ -60,17 +60,17 @@ class BackgroundProcess:
 
 
 def runtime_folder() -> Path:
-    """Return where the folder of the user's background processes is, whether it exists or not."""
+    """Return the path of the folder for the user's background processes, which may not exist."""
     given = os.environ.get(VARIABLE)
     # os.getuid is missing on Windows, where nothing runs in the background.
     return Path(given) if given else Path("/tmp") / f"gaitsim-{getattr(os, 'getuid', int)()}"
 
 
 def make_runtime_folder() -> Path:
-    """Return that folder; create it if it is missing.
+    """Return the folder for the user's background processes; create it if it is missing.
 
     Raises:
-        GaitsimError: it cannot be created, belongs to someone else, or is open to others.
+        GaitsimError: the folder cannot be created, belongs to another user, or is open to others.
     """
     folder = runtime_folder()
     reason = ""
@@ -83,10 +83,10 @@ def make_runtime_folder() -> Path:
         reason = f"it cannot be created: {error.strerror}"
     if reason:
         raise GaitsimError(
-            f"no run can evolve in the background: {reason}",
+            f"cannot evolve runs in the background: {reason}",
             where=str(folder),
-            allowed="a folder that belongs to you alone, with the permissions 0700",
-            remedy=f"correct it, or name another folder in the variable {VARIABLE}",
+            allowed="a folder that only you own and can open, with permissions 0700",
+            remedy=f"correct it, or set the environment variable {VARIABLE} to another folder",
         )
     return folder
 
@@ -95,16 +95,16 @@ def _distrust(folder: Path) -> str:
     """Return why a folder cannot be trusted, or ''.
 
     Raises:
-        OSError: there is none.
+        OSError: the folder does not exist.
     """
     if not folder.is_absolute():
-        return "its path must begin with /, so that it is the same folder everywhere"
+        return "its path must be absolute"
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode):
         return "it is not a folder"
     if found.st_uid != os.getuid():
         return "it belongs to another user"
-    return "others may open it" if stat.S_IMODE(found.st_mode) & 0o077 else ""
+    return "other users can open it" if stat.S_IMODE(found.st_mode) & 0o077 else ""
 
 
 def runtime_file(run: Path, kind: str, folder: Path | None = None) -> Path:
@@ -122,7 +122,7 @@ def runtime_names() -> frozenset[str]:
 
 
 def identity(run: Path) -> list[int] | None:
-    """Return what distinguishes a run folder from a later one of the same path; None where gone."""
+    """Return a key that tells a run folder from a later one at its path; None if it is missing."""
     try:
         found = run.stat()
     except (OSError, ValueError):
@@ -131,13 +131,13 @@ def identity(run: Path) -> list[int] | None:
 
 
 def background_process(run: Path) -> BackgroundProcess | None:
-    """Return the process that evolves a run in the background, or waits to; None without one."""
+    """Return the process that evolves a run in the background, or is waiting to; else None."""
     data = _read(runtime_file(run, STATUS))
     return None if data is None else _alive(data, runtime_file(run, LOCK))
 
 
 def background_processes() -> list[BackgroundProcess]:
-    """Return all processes that evolve runs in the background, by the paths of their runs."""
+    """Return all processes that evolve runs in the background, sorted by run path."""
     folder = runtime_folder()
     with suppress(OSError):
         found = [
@@ -150,9 +150,9 @@ def background_processes() -> list[BackgroundProcess]:
 
 
 def last_failure(run: Path) -> GaitsimError | None:
-    """Return why the run's last background process failed; None where it did not.
+    """Return the error of the run's last background process; None if it did not fail.
 
-    A run that has been evolved since, here or anywhere, has not failed.
+    A run that has been evolved since then, in any process, has not failed.
     """
     data = _read(runtime_file(run, FAILURE))
     killed = None if data else _read(runtime_file(run, STATUS))
@@ -166,7 +166,7 @@ def last_failure(run: Path) -> GaitsimError | None:
 
 
 def died(run: Path) -> GaitsimError:
-    """Return the error of a background process that ended without a word."""
+    """Return the error of a background process that ended without reporting one."""
     said = ""
     with suppress(OSError):
         log = runtime_file(run, LOG)
@@ -174,33 +174,33 @@ def died(run: Path) -> GaitsimError:
             file.seek(max(log.stat().st_size - END_OF_LOG, 0))
             lines = file.read(END_OF_LOG).decode(errors="replace").splitlines()
         said = next((line.strip() for line in reversed(lines) if line.strip()), "")
-    what = "the process that evolved it in the background was killed or crashed"
+    what = "the background process of the run was killed or crashed"
     return RunError(
         f"{what}: {said}" if said else what,
         where=str(run),
-        remedy=f"the run is whole; continue with: {command('resume', run)}",
+        remedy=f"the run is intact; continue with: {command('resume', run)}",
     )
 
 
 def forget_failure(run: Path) -> None:
-    """Forget why the run's last background process failed, as the run is evolved again."""
+    """Delete the failure of the run's last background process, as the run is evolved again."""
     with suppress(OSError):
         runtime_file(run, FAILURE).unlink(missing_ok=True)
         if runtime_file(run, STATUS).exists():
-            with FileLock(runtime_file(run, LOCK), timeout=0):  # else it is of a living process
+            with FileLock(runtime_file(run, LOCK), timeout=0):  # fails if the process is alive
                 for kind in (STATUS, LOG):
                     runtime_file(run, kind).unlink(missing_ok=True)
 
 
 def check_not_elsewhere(run: Path, patience: float = 0.5) -> None:
-    """Check that no other process evolves a run in the background, or waits to.
+    """Check that no other process evolves a run in the background, or is waiting to.
 
     Args:
-        run: its folder.
-        patience: seconds in which a process that has just closed the run may end.
+        run: folder of the run.
+        patience: seconds to wait for the end of a process that has just closed the run.
 
     Raises:
-        RunError: one does.
+        RunError: another process does.
     """
     end = time.monotonic() + patience
     while (found := background_process(run)) is not None and found.pid != os.getpid():
@@ -218,7 +218,7 @@ def in_background(run: Path, found: BackgroundProcess) -> RunError:
 
 
 def _read(path: Path) -> Mapping[str, Any] | None:
-    """Return the object in a file of the folder; None without one, and in a foreign folder."""
+    """Return the object in a runtime file; None if it is missing, damaged or not trusted."""
     try:
         data = read_regular(path, LARGEST)
         found = None if _distrust(path.parent) else json.loads(data)

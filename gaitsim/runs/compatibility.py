@@ -1,4 +1,4 @@
-"""Whether genomes that were evolved for one body are genomes of another."""
+"""Compatibility of genomes with the body of another experiment, and versions of packages."""
 
 import hashlib
 import sys
@@ -17,7 +17,7 @@ from gaitsim.registry.python_entries import OUTSIDE
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 
-ENGINES = ("mujoco", "pymunk")  # engines of which another version computes another motion
+ENGINES = ("mujoco", "pymunk")  # engines whose versions compute different motions
 LIBRARIES = ("numpy", *ENGINES)
 _installed = cache(version)  # reading it takes a millisecond
 
@@ -26,14 +26,14 @@ def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose
     """Return why genomes do not fit an experiment's body, or ''.
 
     Args:
-        experiment: whose body they are to be for.
-        genomes: (individuals, genes).
-        source: the experiment that they were evolved under, as TOML. Where its body
-            cannot be made any longer, its labels are not compared.
-        whose: the genomes, as messages name them: 'the population'.
+        experiment: experiment whose body should accept the genomes.
+        genomes: genomes, (individuals, genes).
+        source: TOML of the experiment that evolved the genomes. The gene labels are not compared
+            if its body can no longer be created.
+        whose: name of the genomes in messages, such as 'the population'.
 
     Raises:
-        PluginError: the body cannot say what its genomes are.
+        PluginError: the body cannot describe its genomes.
     """
     space = experiment.space()
     wrong = ""
@@ -53,18 +53,18 @@ def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose
 
 
 def out_of_bounds(experiment: Experiment, genomes: Genomes, whose: str) -> str:
-    """Return which gene leaves the bounds of an experiment's body, or ''.
+    """Return which gene is outside the bounds of an experiment's body, or ''.
 
     Args:
-        experiment: whose body it is.
-        genomes: (individuals, genes).
-        whose: the genomes, as messages name them: 'the population'.
+        experiment: experiment of the body.
+        genomes: genomes, (individuals, genes).
+        whose: name of the genomes in messages, such as 'the population'.
 
     Raises:
-        PluginError: the body cannot say what its genomes are.
+        PluginError: the body cannot describe its genomes.
     """
     space = experiment.space()
-    with plugin_errors(experiment.entries["organism"], "looking at genomes"):
+    with plugin_errors(experiment.entries["organism"], "checking genomes"):
         fits = space.contains(genomes)
     return "" if fits else f"{whose} leaves the bounds of the genes{_first_outside(space, genomes)}"
 
@@ -94,15 +94,15 @@ def _first_outside(space: GenomeSpace, genomes: Genomes) -> str:
 
 
 def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path) -> None:
-    """Check that the population of a checkpoint is one of the experiment beside it.
+    """Check that the population of a checkpoint fits the experiment in the run's folder.
 
     Args:
-        experiment: as `experiment.toml` says now.
-        checkpoint: of the run.
-        path: the run's folder.
+        experiment: experiment in the current `experiment.toml`.
+        checkpoint: checkpoint of the run.
+        path: folder of the run.
 
     Raises:
-        CheckpointError: it is not.
+        CheckpointError: the population does not fit.
     """
     population, genomes = experiment.individuals, checkpoint.genomes
     number = experiment.islands.number
@@ -119,16 +119,16 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
             f"{path / CHECKPOINT} does not belong to the experiment beside it: {reason}",
             where=str(path / EXPERIMENT),
             allowed=f"a population of {population} with {expected_genomes(experiment)}",
-            remedy="take back what was changed in the experiment, or begin a new run with it",
+            remedy="undo the changes of the experiment, or start a new run with it",
         )
 
 
 def versions(experiment: Experiment) -> dict[str, str]:
-    """Return what a run depends on: gaitsim, the libraries in use, each plugin's package."""
+    """Return the versions that a run depends on: gaitsim, libraries, and packages of plugins."""
     found = {"gaitsim": _installed("gaitsim"), "numpy": np.__version__}
     for name in ENGINES:
         if name in sys.modules:
-            own = getattr(sys.modules[name], "__version__", None)  # its package has another name
+            own = getattr(sys.modules[name], "__version__", None)  # its package may be renamed
             found[name] = str(own or _installed(name))
     for kind, entry in experiment.entries.items():
         found[f"{kind} {entry.name}"] = entry.source
@@ -136,11 +136,11 @@ def versions(experiment: Experiment) -> dict[str, str]:
 
 
 def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
-    """Return an error for each plugin that is not installed, by the versions of a checkpoint."""
+    """Return an error for each plugin that is not installed, given the versions of a checkpoint."""
     known = {f"{kind} {name}" for kind in KINDS for name in entries(kind)}
     return [
         GaitsimError(
-            f"the {key} of this run came with the package {package}",
+            f"the {key} of this run is from the package {package}",
             remedy=f"install it: pip install {'=='.join(package.split())}",
         )
         for key, package in found.items()

@@ -1,4 +1,4 @@
-"""The contents of a run folder, read without any plugin. Each file is read once."""
+"""The contents of a run folder, read once per file, without loading plugins."""
 
 import os
 from dataclasses import dataclass
@@ -49,16 +49,16 @@ from gaitsim.runs.stages import RunStage, changes, stages_of
 
 @dataclass(frozen=True)
 class RunFiles:
-    """The contents of a run folder; its files are as safe to open as text files.
+    """The contents of a run folder, whose files are as safe to open as text files.
 
-    A file is read at its first use, and kept. The run may grow meanwhile: records after the
-    generation of the checkpoint are left out. They belong to a generation that is being
-    written, or that a killed process left incomplete.
+    Each file is read at its first use and cached. Records after the generation of the checkpoint
+    are left out: they belong to a generation that is still being written, or that a killed process
+    left incomplete.
 
     Attributes:
-        path: the run's folder.
-        keep_damaged: whether a damaged checkpoint is renamed, so that the next one does not
-            replace it; for the writer of the run.
+        path: folder of the run.
+        keep_damaged: whether to rename a damaged checkpoint, so that the next one does not
+            replace it. Only for the writer of the run.
     """
 
     path: Path
@@ -74,7 +74,7 @@ class RunFiles:
             reason = getattr(error, "strerror", None) or "it is not a text file in UTF-8"
             raise RunError(
                 f"cannot read {path}: {reason}",
-                remedy="restore it from a copy of the run; the checkpoint holds its text, too",
+                remedy="restore it from a copy of the run; the checkpoint also contains its text",
             ) from None
 
     @property
@@ -100,21 +100,21 @@ class RunFiles:
         """The latest undamaged checkpoint; None before the first generation.
 
         Raises:
-            CheckpointError: all are damaged.
+            CheckpointError: all checkpoints are damaged.
         """
         return self._found[0]
 
     @property
     def warning(self) -> str:
-        """Why `checkpoint` is the previous one, or ''."""
+        """The reason why `checkpoint` is the previous one, or ''."""
         return self._found[1]
 
     @cached_property
     def _previous(self) -> tuple[Checkpoint | None, str]:
-        """The checkpoint of the generation before, and why it cannot be read."""
+        """The checkpoint of the generation before the last, and why it cannot be read."""
         path = self.path / PREVIOUS
-        # A run of one generation and a copy by `gaitsim fork` have none. Where the last one is
-        # damaged, the previous one replaces it.
+        # A run of one generation and a copy by `gaitsim fork` have none. If the last checkpoint
+        # is damaged, the previous one already replaces it.
         if self.warning or not os.path.lexists(path):
             return None, ""
         try:
@@ -129,28 +129,28 @@ class RunFiles:
         return found, ""
 
     def _foreign(self, previous: Checkpoint) -> str:
-        """Return why the checkpoint of the generation before is not of this run, or ''."""
+        """Return why a previous checkpoint does not belong to this run, or ''."""
         now, genomes = self.finished.genomes, previous.genomes
         if (genomes.shape, genomes.dtype) != (now.shape, now.dtype):
-            return f"its population is of the shape {genomes.shape}, not {now.shape}"
+            return f"its population has the shape {genomes.shape}, not {now.shape}"
         stage = next(stage for stage in self.stages if previous.generation <= stage.last)
         if changes(read_outline(previous.experiment, PREVIOUS), stage.outline):
-            return "its experiment is another"
+            return "its experiment differs"
         return ""
 
     @property
     def previous(self) -> Checkpoint | None:
-        """The checkpoint of the generation before the last one; None where it cannot be read."""
+        """The checkpoint of the generation before the last; None if missing or unreadable."""
         return self._previous[0]
 
     @property
     def damaged(self) -> tuple[str, ...]:
-        """Messages about checkpoints that cannot be read: which, and why."""
+        """One message for each checkpoint that cannot be read."""
         return tuple(text for text in (self.warning, self._previous[1]) if text)
 
     @property
     def finished(self) -> Checkpoint:
-        """The checkpoint of a run that has one.
+        """The latest undamaged checkpoint, which must exist.
 
         Raises:
             RunError: no generation is finished yet.
@@ -161,7 +161,7 @@ class RunFiles:
 
     @property
     def generation(self) -> int:
-        """The last generation; 0 before the first one."""
+        """The last generation; 0 before the first."""
         return self.checkpoint.generation if self.checkpoint else 0
 
     @cached_property
@@ -188,10 +188,10 @@ class RunFiles:
 
     @cached_property
     def history(self) -> dict[str, NDArray[np.float64]]:
-        """The columns of the history by name, each (generations,); {} before the first one.
+        """The columns of the history by name, each (generations,); {} before the first row.
 
         Raises:
-            RunError: it is damaged, or ends before the checkpoint.
+            RunError: the history is damaged, or ends before the checkpoint.
         """
         if self.checkpoint is None:
             return {}
@@ -203,7 +203,7 @@ class RunFiles:
         for name in terms:
             if name not in terms_of(columns):
                 raise damaged(self.path / HISTORY, f"it lacks the term {name!r} of the checkpoint")
-        # Without columns of a stage whose first generation was not finished.
+        # Leave out the columns of a stage whose first generation was never finished.
         return {
             name: columns[name] for name in header(used_terms(columns, terms), figures_of(columns))
         }
@@ -218,7 +218,7 @@ class RunFiles:
     def islands(self) -> NDArray[np.float64]:
         """The best score of each island by generation, (generations, islands).
 
-        For a run of one population these are the best scores of the history.
+        For a run of one population, these are the best scores of the history.
 
         Raises:
             RunError: the file is damaged, or ends before the checkpoint.
@@ -232,16 +232,16 @@ class RunFiles:
 
     @cached_property
     def checksums(self) -> NDArray[Any]:
-        """Each generation's checksums; fewer where the last ones were lost.
+        """The checksums of each generation, without any lost at the end.
 
         Raises:
-            RunError: they cannot be read.
+            RunError: the file cannot be read.
         """
         return read_records(self.path / CHECKSUMS, RECORD, self.generation)
 
     @cached_property
     def start(self) -> Champion | None:
-        """The individual that the run began with; None where it began at random.
+        """The individual that the run started from; None if it started at random.
 
         Raises:
             CheckpointError: its file is damaged or hostile.
@@ -251,25 +251,25 @@ class RunFiles:
 
     @cached_property
     def note(self) -> str:
-        """The user's note; '' where there is none.
+        """The user's note; '' without one.
 
         Raises:
-            RunError: it cannot be read.
+            RunError: the note cannot be read.
         """
         return read_note(self.path)
 
     def _check_no_generation(self) -> None:
         """Check that a run without a checkpoint never had one.
 
-        A row of the history is written before its checkpoint, so there may be one.
+        The history may have one row, as a row is written before its checkpoint.
 
         Raises:
-            CheckpointError: there was one.
+            CheckpointError: the run has lost its checkpoints.
             RunError: the history cannot be read.
         """
         if len(line_ends(self.path / HISTORY, 2)) > 2:
             raise CheckpointError(
-                f"{CHECKPOINT} and {PREVIOUS} are gone, but {HISTORY} holds generations",
+                f"{CHECKPOINT} and {PREVIOUS} are missing, but {HISTORY} has generations",
                 where=str(self.path),
                 remedy="restore them from a copy; to start again: "
                 + command("run", self.path / EXPERIMENT),

@@ -1,4 +1,4 @@
-"""Follow a run while a process writes it: what has changed, and what was added."""
+"""Follow a run while a process writes it: detect changes, and read new rows."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,17 +12,17 @@ from gaitsim.runs.files.tables import Columns, opened, read_head, read_rows
 from gaitsim.runs.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
-"""Rows of a history as columns by name, (rows,) each."""
+"""Rows of a history as columns by name, each (rows,)."""
 Stamp = tuple[int, int, int]
-"""When a file changed, its size, and its number."""
+"""Time of modification, size and inode of a file."""
 
 
 class RunFollower:
-    """A run folder, read again only when its files have changed.
+    """A run folder that is re-read only when its files have changed.
 
     Attributes:
-        path: the folder.
-        modified: when a file last changed, seconds since 1970; 0 where there is none.
+        path: path of the folder.
+        modified: time of the last change of a file, seconds since 1970; 0 without files.
     """
 
     def __init__(self, path: Path) -> None:
@@ -32,7 +32,7 @@ class RunFollower:
         self._head, self._row, self._offset, self._next = b"", b"", 0, 1
 
     def poll(self) -> RunSnapshot | None:
-        """Return the run as it is now; None where no file has changed since the last call."""
+        """Return the current run; None if no file has changed since the last call."""
         stamp = _stamps(self.path)
         if stamp == self._stamp:
             return None
@@ -41,9 +41,9 @@ class RunFollower:
         return RunSnapshot(self.path)
 
     def read_rows(self, run: RunSnapshot) -> Rows:
-        """Return the rows of the history that were added, up to the generation of a run.
+        """Return the new rows of the history, up to the generation of a run.
 
-        Where the file was rewritten, all rows come again, from generation 1 on.
+        If the file was rewritten, all rows are returned, from generation 1.
 
         Raises:
             RunError: the history cannot be read, is damaged, or ends before the checkpoint.
@@ -54,7 +54,7 @@ class RunFollower:
             head = read_head(path, file)
             file.seek(max(self._offset - len(self._row), 0))
             if head != self._head or file.read(len(self._row)) != self._row:
-                # Rewritten, with columns for other terms or from an older checkpoint.
+                # The file was rewritten, with new columns or from an older checkpoint.
                 self._head, self._row, self._offset, self._next = head, b"", len(head), 1
                 file.seek(len(head))
             left = max(last + 1 - self._next, 0)
@@ -65,13 +65,13 @@ class RunFollower:
             self._next += rows.count(b"\n")
             self._row = rows[rows.rfind(b"\n", 0, -1) + 1 :] or self._row
         if self._next <= last:
-            self._head = b""  # what was read is not returned: read it again
+            self._head = b""  # re-read the rows at the next call, as they are not returned now
             raise ends_early(run.path, HISTORY, self._next - 1, last)
         return columns
 
 
 def modified(run: Path) -> float:
-    """Return when a file of a run last changed, in seconds since 1970; 0 where there is none."""
+    """Return the time of the last change of a run's files, seconds since 1970; 0 without files."""
     return _latest(_stamps(run))
 
 
@@ -84,7 +84,7 @@ def _latest(stamps: tuple[Stamp | None, ...]) -> float:
 
 
 def _stamp(path: Path) -> Stamp | None:
-    """Return what differs once a file has changed; None where there is no file."""
+    """Return the stamp of a file; None if it does not exist."""
     try:
         found = path.stat()
     except OSError:
@@ -93,10 +93,10 @@ def _stamp(path: Path) -> Stamp | None:
 
 
 class HistoryBuffer:
-    """A run's history in memory, to which rows are added in constant time.
+    """A run's history in memory, to which rows are added in constant amortised time.
 
     Args:
-        rows: to begin with, from generation 1 on.
+        rows: initial rows, from generation 1.
     """
 
     def __init__(self, rows: Rows | None = None) -> None:
@@ -109,7 +109,7 @@ class HistoryBuffer:
         return self._length
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """A column, (generations,); not to be written to."""
+        """Return a column, (generations,), which must not be modified."""
         return self._columns[name][: self._length]
 
     def __contains__(self, name: object) -> bool:
@@ -117,7 +117,7 @@ class HistoryBuffer:
 
     @property
     def terms(self) -> list[str]:
-        """The names of the terms, in the order in which they came."""
+        """The names of the terms, in order of appearance."""
         return [name for name in self._columns if MEAN + name in self._columns]
 
     @property
@@ -126,10 +126,10 @@ class HistoryBuffer:
         return figures_of(self._columns)
 
     def extend(self, rows: Rows) -> bool:
-        """Add rows, without those that are here already; those from generation 1 on replace all.
+        """Add new rows, skipping known ones. Rows that start at generation 1 replace all.
 
         Returns:
-            Whether they follow those that are here. If not, nothing is added: rows are missing.
+            Whether the rows are contiguous with the known ones. If not, nothing is added.
         """
         numbers = rows.get(COLUMNS[0])
         if numbers is None or not len(numbers):

@@ -1,4 +1,4 @@
-"""Fork a run: copy it as of its checkpoint, to continue it under other options."""
+"""Fork a run: copy it up to its checkpoint, to continue the copy with other options."""
 
 from pathlib import Path
 
@@ -33,27 +33,28 @@ def fork_run(
     generations: int | None = None,
     any_version: bool = False,
 ) -> Path:
-    """Copy a run as of its checkpoint, with its champions but without its exports.
+    """Copy a run up to its checkpoint, with its champions but without its exports.
 
-    The copy appears at one stroke, with the changed experiment. Another process may write the
-    run meanwhile: what it adds after the checkpoint is left out.
+    The copy is created atomically, with the changed experiment. Another process may be writing
+    the run; records after the checkpoint are left out.
 
     Args:
-        path: the run to copy.
-        out: the folder to create; None numbers the run's own name. A taken name gets a number.
-        overrides: options of the copy's experiment to change, by key; a stage begins with them.
-        generations: the last generation of the copy to evolve; None as planned.
+        path: folder of the run to copy.
+        out: folder to create; None adds a number to the run's name. An existing name gets a
+            number.
+        overrides: options to change in the copy's experiment, by key; they start a stage.
+        generations: last generation of the copy; None as planned.
         any_version: whether to accept other versions of packages than before.
 
     Returns:
-        The copy's folder.
+        The folder of the copy.
 
     Raises:
         ExperimentError: the experiment has problems, or would have them with the overrides.
         RunError: the run is damaged, or the copy cannot be created or resumed.
     """
     run = RunSnapshot(path)
-    # The plan reads the checkpoint first: the other files contain all its records by then.
+    # The plan reads the checkpoint first, so that the files read later have all its records.
     plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
     changed = bool(overrides) or generations is not None
     files: dict[str, str | bytes] = {

@@ -1,4 +1,4 @@
-"""A run's note: a text of its user in the run's folder."""
+"""The note of a run: a text by the user, stored in the run's folder."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ LARGEST = 50_000  # bytes
 
 
 def read_note(run: Path) -> str:
-    """Return the note of a run; '' where it has none.
+    """Return the note of a run; '' without one.
 
     Raises:
         RunError: the note cannot be read.
@@ -29,17 +29,18 @@ def read_note(run: Path) -> str:
 
 
 def write_note(run: Path, text: str) -> None:
-    """Replace the note of a run, which may evolve meanwhile; '' removes it.
+    """Replace the note of a run, which may be evolving; '' removes the note.
 
     Raises:
-        RunError: there is no such run; the note is too long or no text; or it cannot be written.
+        RunError: the run does not exist; or the note is too long, not valid text, or cannot be
+            written.
     """
     path = find_run(str(run)) / NOTE
     text = "\n".join(text.splitlines()).strip()
     try:
         data = f"{text}\n".encode()
     except UnicodeEncodeError:
-        raise RunError("the note has characters that no text has", allowed="UTF-8") from None
+        raise RunError("the note has invalid characters", allowed="UTF-8") from None
     if len(data) > LARGEST:
         raise RunError(
             f"the note is too long: {len(data):,} bytes", allowed=f"up to {LARGEST:,} bytes"

@@ -1,4 +1,4 @@
-"""Runs at a glance, cheap enough to read once a second while other processes write them."""
+"""Overviews of runs, cheap enough to read once a second while other processes write the runs."""
 
 import math
 import os
@@ -30,7 +30,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 POINTS = 256
 """Maximum number of points of a run's curve; a longer run has at least half as many."""
 PATIENCE = 10
-"""Time between two readings of a run, as a multiple of the time that reading takes."""
+"""Minimum time between two reads of a run, as a multiple of the duration of a read."""
 
 State = Literal[
     "running",
@@ -47,28 +47,28 @@ State = Literal[
 
 @dataclass(frozen=True)
 class Overview:
-    """A run at a glance.
+    """An overview of a run.
 
     Attributes:
-        path: its folder.
-        state: running (a process evolves it now), queued or paused (a process in the background
-            waits), stopped (it can be resumed), failed (likewise, but its process in the
-            background failed), finished (a stop condition holds), older or newer format (of
-            another gaitsim), or damaged.
-        plugins: the name of each plugin by kind.
-        description: of its experiment.
-        seed: of its experiment.
-        generation: the last finished generation.
-        generations: the number of planned generations.
-        best: the best score comparable with the last generation; None before the first, and
-            where all individuals failed.
-        stage: the number of the current stage, from 1.
-        seconds: the time that its evolution took.
-        changed: the time of its last change, in seconds since 1970.
-        curve: the best score over the generations, thinned; NaN where all failed.
-        problem: why it cannot be read.
-        failure: why its process in the background failed.
-        note: its user's note, or why that cannot be read.
+        path: folder of the run.
+        state: running (a process is evolving it), queued or paused (a background process is
+            waiting), stopped (it can be resumed), failed (it can be resumed, but its background
+            process failed), finished (a stop condition holds), older or newer format (of another
+            gaitsim), or damaged.
+        plugins: name of each plugin by kind.
+        description: description of the experiment.
+        seed: seed of the experiment.
+        generation: last finished generation.
+        generations: number of planned generations.
+        best: best score comparable with the last generation; None before the first, or if all
+            individuals failed.
+        stage: number of the current stage, counted from 1.
+        seconds: duration of the evolution.
+        changed: time of the last change, in seconds since 1970.
+        curve: best score over the generations, thinned; NaN where all failed.
+        problem: reason why the run cannot be read.
+        failure: reason why its background process failed.
+        note: note of the user, or why it cannot be read.
     """
 
     path: Path
@@ -89,20 +89,20 @@ class Overview:
 
     @property
     def name(self) -> str:
-        """The name of its folder."""
+        """The name of the run's folder."""
         return self.path.name
 
     @property
     def evolves(self) -> bool:
-        """Whether a process evolves it, or waits to."""
+        """Whether a process is evolving the run, or waiting to."""
         return self.state in ("running", "paused", "queued")
 
 
 class Curve:
-    """The best score over the generations of a history that grows.
+    """The best score over the generations of a growing history.
 
     Attributes:
-        seconds: how long the generations took.
+        seconds: duration of the generations.
     """
 
     def __init__(self) -> None:
@@ -111,14 +111,14 @@ class Curve:
 
     @property
     def points(self) -> tuple[float, ...]:
-        """The best score of every `stride` generations; NaN where all failed."""
+        """The best score of each group of consecutive generations; NaN where all failed."""
         stride = 1
         while len(self._best) >= POINTS * stride:
             stride *= 2
         return tuple(np.fmax.reduceat(self._best, np.arange(0, len(self._best), stride)).tolist())
 
     def extend(self, rows: Rows) -> None:
-        """Add rows of the history; rows from generation 1 on replace all."""
+        """Add rows of the history; rows that start at generation 1 replace all."""
         if not rows or not len(rows["generation"]):
             return
         if rows["generation"][0] == 1:
@@ -129,10 +129,10 @@ class Curve:
 
 
 class RunsWatcher:
-    """The runs in a folder, each read again only when it has changed.
+    """The runs in a folder, each re-read only when it has changed.
 
     Args:
-        root: the folder.
+        root: path of the folder.
     """
 
     def __init__(self, root: Path) -> None:
@@ -142,14 +142,14 @@ class RunsWatcher:
     def look(
         self, progress: Callable[[Sequence[Overview], int], object] | None = None
     ) -> list[Overview]:
-        """Return the runs there are now, oldest first.
+        """Return the current runs, oldest first.
 
         Args:
-            progress: called after each run with those that were read, the latest change first,
-                and the number of all.
+            progress: callback after each run, which receives the runs read so far, most recently
+                changed first, and the number of all runs.
 
         Raises:
-            RunError: `root` is not a folder, or may not be read.
+            RunError: `root` is not a folder, or cannot be read.
         """
         paths = list_runs(self._root)
         self._watched = {path: self._watched.get(path) or _Watched(path) for path in paths}
@@ -165,7 +165,7 @@ class RunsWatcher:
 
 
 def overview(path: Path) -> Overview | None:
-    """Return one run at a glance; None where it is gone."""
+    """Return the overview of a run; None if it no longer exists."""
     return _Watched(path).look(runtime_names())
 
 
@@ -182,7 +182,7 @@ class _Watched:
         self._background = {runtime_file(path, kind).name for kind in (STATUS, FAILURE)}
 
     def look(self, names: Collection[str]) -> Overview | None:
-        """Return the run as it is now, given the names of the files of background processes."""
+        """Return the current overview, given the names of all files of background processes."""
         if not os.path.lexists(self._path / EXPERIMENT):
             return None
         now = time.monotonic()
@@ -243,7 +243,10 @@ class _Watched:
 
 
 def _foreign_format(run: RunSnapshot) -> GaitsimError | None:
-    """Return the error of a checkpoint of another format, whose experiment may be unknown, too."""
+    """Return the error of a checkpoint in another format; None for other checkpoints.
+
+    It takes precedence over errors of the experiment, which may be in another format, too.
+    """
     try:
         _ = run.checkpoint
     except SchemaVersionError as error:

@@ -1,4 +1,4 @@
-"""A run folder is deleted: out of the list at one stroke, then file by file."""
+"""Delete a run folder: first atomically from the list, then file by file."""
 
 import shutil
 from pathlib import Path
@@ -13,11 +13,11 @@ from gaitsim.runs.files.lock import RunLock
 
 
 def delete_run(path: Path) -> None:
-    """Delete a run with all that was made of it; links in it are removed, not their targets.
+    """Delete a run with all its exports; links in it are removed, but not their targets.
 
     Raises:
-        RunError: it is not a run, or a link to one; another process writes it; or it cannot be
-            deleted.
+        RunError: the path is not a run, or is a link to one; another process is writing the run;
+            or it cannot be deleted.
     """
     path = own_run(path, "delete")
     sweep(path.parent)
@@ -30,12 +30,14 @@ def delete_run(path: Path) -> None:
         forget_failure(path)
         try:
             remove(gone)
-            if is_folder(gone):  # again, for the reason
+            if is_folder(gone):  # repeat it to get the reason
                 shutil.rmtree(gone)
         except (OSError, RecursionError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "its folders are too deep"
+            nested = "its folders are nested too deeply"
+            reason = error.strerror if isinstance(error, OSError) else nested
             raise RunError(
-                f"the run {path.name} is gone, but some of its files cannot be deleted: {reason}",
+                f"the run {path.name} is removed, but some of its files cannot be deleted: "
+                f"{reason}",
                 where=str(gone),
                 remedy="delete that folder by hand",
             ) from None

@@ -1,4 +1,4 @@
-"""Rename a run: its folder gets another name in the same place."""
+"""Rename a run's folder, in the same place."""
 
 import os
 from pathlib import Path
@@ -13,8 +13,8 @@ def rename_run(path: Path, name: str) -> Path:
     """Rename a run; return the new path of its folder.
 
     Raises:
-        RunError: it is not a run, or a link to one; another process writes it; the name is
-            invalid or taken; or the folder cannot be renamed.
+        RunError: the path is not a run, or is a link to one; another process is writing the run;
+            the name is invalid or taken; or the folder cannot be renamed.
     """
     here = own_run(path, "rename")
     check_name(here, name)
@@ -30,15 +30,15 @@ def rename_run(path: Path, name: str) -> Path:
 
 
 def check_name(run: Path, name: str) -> None:
-    """Check that the folder of a run can get a name.
+    """Check a new name for the folder of a run.
 
     Raises:
         RunError: the name is invalid or taken.
     """
     if not name or name.startswith((".", "-")) or not name.isprintable() or {*name} & {*"/\\"}:
         raise RunError(
-            f"{name!r} is not a name for a run",
-            allowed="a name without / and \\, that does not begin with a dot or a hyphen",
+            f"invalid name for a run: {name!r}",
+            allowed="a name without / and \\ that does not begin with a dot or a hyphen",
         )
     if os.path.lexists(run.with_name(name)):
-        raise RunError(f"{name} exists already in {run.parent}", allowed="a free name")
+        raise RunError(f"{name} already exists in {run.parent}", allowed="an unused name")

@@ -1,8 +1,8 @@
-"""Resume plan: what a run folder needs to continue, checked, and changed on request.
+"""Plan how a run continues: check its files, and apply changes of options.
 
-Nothing is written here. A change that matters begins a stage with the next generation. Until
-that generation is written, the stage is only the difference between `experiment.toml` and the
-checkpoint. It survives a killed process, and another change replaces it.
+This module writes nothing. A change that affects the evolution starts a stage with the next
+generation. Until that generation is written, the stage is only a difference between
+`experiment.toml` and the checkpoint. It survives a killed process, and a later change replaces it.
 """
 
 from collections.abc import Sequence
@@ -33,16 +33,17 @@ POPULATION = "evolution.population"
 
 @dataclass(frozen=True, eq=False)
 class ResumePlan:
-    """How a run continues.
+    """A plan of how a run continues.
 
     Attributes:
-        experiment: of the generations to come.
-        last: the last generation, with the progress that the next one starts from; None
-            before the first.
-        start: the genome that the initial population is made of, (genes,); None draws it.
-        stages: the stages that have ended, including the one that `changes` end.
-        changes: the changes that begin a stage; () where none begins.
-        warning: problems found with the run that do not prevent it from continuing, or ''.
+        experiment: experiment of the coming generations.
+        last: last generation, with the progress that the next one starts from; None before the
+            first.
+        start: genome from which the initial population is built, (genes,); None draws it at
+            random.
+        stages: stages that have ended, including the one ended by `changes`.
+        changes: changes that start a stage; () if there are none.
+        warning: problems of the run that do not prevent it from continuing, or ''.
     """
 
     experiment: Experiment
@@ -68,14 +69,14 @@ def plan_resume(
     """Plan how a run continues, without writing anything.
 
     Args:
-        run: the run, locked or not.
-        overrides: values of options by key.
-        generations: the last generation to evolve; None as planned.
+        run: run, locked or not.
+        overrides: changed options by key.
+        generations: last generation to evolve; None as planned.
         any_version: whether to accept other versions of packages than before.
 
     Raises:
-        ExperimentError: the experiment has problems, or would have them with the overrides.
-        RunError: the run is damaged, was made with other versions, or would evolve nothing.
+        ExperimentError: the experiment has problems, or would have with the overrides.
+        RunError: the run is damaged, was evolved with other versions, or would not evolve.
     """
     further = {} if generations is None else {"evolution.generations": generations}
     given = {**further, **(overrides or {})}
@@ -87,7 +88,7 @@ def plan_resume(
         return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "")
     experiment = _changed(run, checkpoint, given)
     _check_state(run, experiment, checkpoint)
-    _ = run.history, run.islands  # raises where they are damaged
+    _ = run.history, run.islands  # raises an error if they are damaged
     warnings = [run.warning] if run.warning else []
     other_library = _compare_versions(run, experiment, checkpoint, any_version=any_version)
     found = pending(checkpoint, experiment)
@@ -100,21 +101,21 @@ def plan_resume(
         reason = stop_reason(experiment.evolution, last.number, progress, len(last.genomes))
         if overrides and reason:
             raise RunError(
-                f"no generation would be evolved under these changes: {reason}",
+                f"no generation would be evolved with these changes: {reason}",
                 where=f"{run.path}, at generation {last.number}",
-                remedy=f"raise the limit, as by evolution.generations={last.number + 100}",
+                remedy=f"raise the limit, for instance evolution.generations={last.number + 100}",
             )
         if not overrides:
             warnings.append(
                 f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
-                f"({', '.join(map(str, found))}): the run continues under the new options"
+                f"({', '.join(map(str, found))}): the run continues with the new options"
             )
     warnings += [other_library] if other_library else []
     return ResumePlan(experiment, last, None, stages, found, "; ".join(warnings))
 
 
 def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
-    """Return the experiment after the overrides, and refuse what the population does not allow."""
+    """Return the experiment with the overrides, after checking that the population fits it."""
     number = run.stages[-1].outline.islands.number
     population = len(checkpoint.genomes) // number
     if not overrides:
@@ -143,7 +144,7 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
                 f"{wrong}; a resumed run keeps its genomes",
                 where="command line, options of organism",
                 allowed=expected_genomes(experiment),
-                remedy="begin a run of its own with 'gaitsim run'",
+                remedy="start a new run with 'gaitsim run'",
             )
         )
     if problems:
@@ -151,27 +152,27 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
     done, generations = checkpoint.generation, experiment.evolution.generations
     if generations < done:
         raise RunError(
-            f"the run {run.path} is at generation {done} already",
+            f"the run {run.path} is already at generation {done}",
             allowed=f"evolution.generations of {done} or more",
-            remedy=f"leave it, or begin a new one: {command('run', run.path / EXPERIMENT)}",
+            remedy=f"start a new run instead: {command('run', run.path / EXPERIMENT)}",
         )
     return experiment
 
 
 def _check_state(run: RunSnapshot, experiment: Experiment, checkpoint: Checkpoint) -> None:
-    """Refuse a state that the search with its options, perhaps changed, cannot continue from."""
+    """Check that the search, with its possibly changed options, can continue from its state."""
     if wrong := state_mismatch(experiment, checkpoint.state, checkpoint.generation):
         name = experiment.entries["search"].name
         raise RunError(
             f"the search {name!r} cannot continue from the state of the run {run.path}: {wrong}",
             where=str(run.path / CHECKPOINT),
-            remedy="resume it with the options of the search that it was made with, or begin a "
-            "run of its own with 'gaitsim run'; --from starts it from this one",
+            remedy="resume it with the original options of the search, or start a new run with "
+            "'gaitsim run', possibly --from this one",
         )
 
 
 def _asked_size(overrides: Overrides, population: int) -> list[GaitsimError]:
-    """Return the problem of a changed population size in overrides that have other problems."""
+    """Return the problem of a changed population size, if the overrides have one."""
     asked = overrides.get(POPULATION, population)
     if isinstance(asked, Typed):
         asked = options.parse_value(asked)
@@ -189,16 +190,19 @@ def _kept(what: str, key: str, allowed: str) -> GaitsimError:
         what,
         where=f"command line, key {key}",
         allowed=allowed,
-        remedy="begin a run of its own with 'gaitsim run'; --from starts it from this one",
+        remedy="start a new run with 'gaitsim run', possibly --from this one",
     )
 
 
 def _compare_versions(
     run: RunSnapshot, experiment: Experiment, checkpoint: Checkpoint, *, any_version: bool
 ) -> str:
-    """Refuse other versions of the packages in use; return a warning, or ''.
+    """Check the versions of the packages in use; return a warning, or ''.
 
-    Packages that only former stages used make no difference.
+    Packages used only in former stages are ignored.
+
+    Raises:
+        RunError: the version of gaitsim or of a plugin's package differs.
     """
     now = versions(experiment)
     changed = {
@@ -209,9 +213,9 @@ def _compare_versions(
     libraries = [changed.pop(name) for name in LIBRARIES if name in changed]
     if changed and not any_version:
         raise RunError(
-            f"the run {run.path} was made with other versions: " + "; ".join(changed.values()),
-            remedy="install those versions, or resume with these by --any-version: "
-            "the rest may then not be what it would have been",
+            f"the run {run.path} was evolved with other versions: " + "; ".join(changed.values()),
+            remedy="install those versions, or resume with --any-version, which may give other "
+            "results",
         )
     return (
         f"another version of {', of '.join(libraries)}: the results may differ" if libraries else ""
@@ -243,19 +247,19 @@ def restored(checkpoint: Checkpoint) -> Generation:
 def next_progress(
     checkpoint: Checkpoint, evolution: Evolution, begins: Sequence[Change]
 ) -> Progress:
-    """Return the progress with which the generation after a checkpoint starts.
+    """Return the progress that the generation after a checkpoint starts from.
 
     Args:
-        checkpoint: the checkpoint of the last generation.
-        evolution: the options for the generations to come.
-        begins: the changes that begin a stage; empty where none begins.
+        checkpoint: checkpoint of the last generation.
+        evolution: options for the coming generations.
+        begins: changes that start a stage; empty if there are none.
     """
     progress = restored(checkpoint).progress
     if begins:
         reevaluated = any(change.reevaluates for change in begins)
         size = len(checkpoint.genomes)
         progress = progress.next_stage(evolution, reevaluated=reevaluated, population=size)
-    # A changed threshold applies from now on, whether a stage begins or not.
+    # A changed threshold takes effect even if no stage begins.
     before = read_outline(checkpoint.experiment, "the checkpoint").evolution
     if evolution.fitness_threshold != before.fitness_threshold:
         progress = replace(progress, threshold=evolution.fitness_threshold)
@@ -263,10 +267,10 @@ def next_progress(
 
 
 def stop_reason_of(run: RunSnapshot) -> str:
-    """Return which stop condition holds for a run, or ''; none of its plugins is needed.
+    """Return the stop condition that holds for a run, or '', without loading plugins.
 
     Raises:
-        GaitsimError: the run is damaged, or its experiment.
+        GaitsimError: the run or its experiment is damaged.
     """
     checkpoint = run.checkpoint
     if checkpoint is None:

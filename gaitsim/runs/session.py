@@ -1,6 +1,6 @@
-"""The evolution of one run: its writer, its evaluator and its search, opened and closed together.
+"""The evolution of one run: its writer, evaluator and search, opened and closed together.
 
-open ─▶ prepare ─▶ re-evaluate, if a stage asks for it ─▶ evolve ─▶ finished, stopped or failed
+open ─▶ prepare ─▶ re-evaluate, if a stage needs it ─▶ evolve ─▶ finished, stopped or failed
 """
 
 from collections.abc import Callable, Iterator
@@ -15,15 +15,15 @@ from gaitsim.runs.writer import RunWriter
 
 
 class Session(ExitStack):
-    """A run that this process evolves; a context manager that ends its workers and its lock.
+    """A run evolved by this process; a context manager that stops its workers and unlocks it.
 
     Errors inside the block say how to resume the run.
 
     Args:
-        writer: of the run; the session closes it.
-        workers: number of parallel workers; None for the usual number.
-        cluster: workers elsewhere; the caller closes it.
-        on_warning: called with messages about workers.
+        writer: writer of the run, which the session closes.
+        workers: number of parallel workers; None for the default.
+        cluster: executor on other machines, which the caller closes.
+        on_warning: callback for messages about workers.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Session(ExitStack):
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: workers elsewhere lack a package, or have it in another version.
+            GaitsimError: workers of the cluster lack a package, or have another version of it.
         """
         if self._evaluator is None:
             self._evaluator = self.enter_context(
@@ -57,11 +57,11 @@ class Session(ExitStack):
         return self._evaluator
 
     def reevaluate(self) -> None:
-        """Score the last generation under the new stage, where one asks for it."""
+        """Re-evaluate the last generation if a new stage needs it."""
         self.writer.begin(self.prepare().evaluate)
 
     def evolve(self) -> Iterator[Generation]:
-        """Evolve to a stop condition; a generation that is yielded is on the disk.
+        """Evolve until a stop condition holds; each generation is saved before it is yielded.
 
         Raises:
             PluginError: a plugin fails or breaks its contract.
@@ -75,7 +75,7 @@ class Session(ExitStack):
 
 @contextmanager
 def _resumable(writer: RunWriter) -> Iterator[None]:
-    """Let an error in the block say how to resume the run."""
+    """Add to errors in the block how to resume the run."""
     path = writer.path
     try:
         yield

@@ -1,4 +1,4 @@
-"""A run folder as it was at one moment: each of its files is read once."""
+"""Snapshots of run folders, which read each file once."""
 
 import hashlib
 from dataclasses import replace
@@ -23,27 +23,27 @@ from gaitsim.runs.stages import Change, RunStage, changes, comparable, pending
 
 
 class RunSnapshot(RunFiles):
-    """A run at one moment: its files, experiments, stages and individuals.
+    """The state of a run at one moment: its files, experiments, stages and individuals.
 
-    Each file is read once. A new snapshot sees what was added to a run that grows.
+    Each file is read once. Create a new snapshot to see additions to a growing run.
     """
 
     @cached_property
     def experiment(self) -> Experiment:
-        """The experiment, its plugins loaded.
+        """The experiment, with its plugins loaded.
 
         Raises:
-            ExperimentError: it has problems, such as a plugin that is no longer installed.
+            ExperimentError: the experiment has problems, such as a plugin that is not installed.
         """
         return self.experiment_with()
 
     def experiment_with(
         self, overrides: Overrides | None = None, place: str = COMMAND_LINE
     ) -> Experiment:
-        """Return the experiment with options changed by key, its plugins loaded.
+        """Return the experiment with options changed by key, with its plugins loaded.
 
         Raises:
-            ExperimentError: with all the problems of both.
+            ExperimentError: the experiment or the options have problems; it lists all of them.
         """
         try:
             source = str(self.path / EXPERIMENT)
@@ -57,12 +57,12 @@ class RunSnapshot(RunFiles):
 
     @property
     def outlines(self) -> list[ExperimentOutline]:
-        """The experiment of each stage, and the one of the generations to come."""
+        """The experiment of each stage, followed by the current one."""
         return [*(stage.outline for stage in self.stages), self.outline]
 
     @property
     def outside(self) -> tuple[PythonEntry, ...]:
-        """The Python code of its stages that no package has, so that no file reproduces it.
+        """The Python code outside packages in any stage, which the run's files cannot reproduce.
 
         Raises:
             GaitsimError: the run is damaged.
@@ -76,7 +76,7 @@ class RunSnapshot(RunFiles):
         """Return the stage that a generation belongs to.
 
         Raises:
-            RunError: there is no such generation.
+            RunError: the generation does not exist.
         """
         last = self.finished.generation
         for stage in self.stages:
@@ -87,11 +87,11 @@ class RunSnapshot(RunFiles):
         )
 
     def experiment_at(self, generation: int) -> Experiment:
-        """Return the experiment that `generation` was evolved under, its plugins loaded.
+        """Return the experiment that evolved `generation`, with its plugins loaded.
 
         Raises:
-            ExperimentError: it has problems, such as a plugin that is no longer installed.
-            RunError: there is no such generation.
+            ExperimentError: the experiment has problems, such as a plugin that is not installed.
+            RunError: the generation does not exist.
         """
         stage = self.stage_at(generation)
         text = stage.experiment
@@ -112,7 +112,7 @@ class RunSnapshot(RunFiles):
 
     @cached_property
     def pending(self) -> tuple[Change, ...]:
-        """The changes since the last generation, which begin a stage with the next one.
+        """The changes since the last generation, which start a stage with the next one.
 
         Raises:
             ExperimentError: the experiment has problems.
@@ -123,9 +123,9 @@ class RunSnapshot(RunFiles):
 
     @property
     def comparable(self) -> int:
-        """The first generation whose scores can be compared with those of the last one.
+        """The first generation whose scores are comparable with those of the last one.
 
-        Those before it were evaluated by another fitness, or of another body.
+        Earlier scores are of another fitness, body or set of worlds.
 
         Raises:
             RunError: no generation is finished yet.
@@ -135,10 +135,10 @@ class RunSnapshot(RunFiles):
 
     @cached_property
     def bests(self) -> NDArray[Any]:
-        """Every generation's best, `score` and `genome`; generation g at index g − 1.
+        """The best `score` and `genome` of every generation g, at index g − 1.
 
         Raises:
-            RunError: they are damaged, end before the checkpoint, or are of another body.
+            RunError: the file is damaged, ends before the checkpoint, or is of another body.
         """
         checkpoint, space = self.checkpoint, self.experiment.space()
         if checkpoint is None:
@@ -149,10 +149,11 @@ class RunSnapshot(RunFiles):
         )
 
     def best_genome(self, generation: int) -> NDArray[Any]:
-        """Return the genome of a generation's best, (genes,), which is one of its stage's body.
+        """Return the genome of a generation's best individual, (genes,).
 
         Raises:
-            RunError: it is not, or there is no such generation.
+            RunError: the genome does not fit the body of its stage, or the generation does not
+                exist.
         """
         experiment = self.experiment_at(generation)
         genome: NDArray[Any] = self.bests[generation - 1]["genome"]
@@ -168,7 +169,7 @@ class RunSnapshot(RunFiles):
 
     @property
     def best_generation(self) -> int | None:
-        """The generation of the champion; None before the first one, and where all failed.
+        """The generation of the champion; None before the first, or if all individuals failed.
 
         Raises:
             RunError: the history is damaged.
@@ -180,7 +181,7 @@ class RunSnapshot(RunFiles):
 
     @cached_property
     def members(self) -> Members | None:
-        """The front or archive after the last generation; None where the search keeps none.
+        """The front or archive after the last generation; None for searches without one.
 
         Raises:
             ExperimentError: the experiment has problems.
@@ -204,14 +205,14 @@ class RunSnapshot(RunFiles):
         return found
 
     def individual(self, which: Asked = None) -> Individual:
-        """Return the best individual of a generation, or of all; or a member.
+        """Return the best individual of a generation or of all generations, or a member.
 
-        Of all, only those count whose scores can be compared with the last generation's.
+        The best of all is chosen among the generations comparable with the last one.
 
         Raises:
-            ExperimentError: its experiment has problems, such as a plugin that is not installed.
-            RunError: no generation is finished yet, there is no such one, no such member, or all
-                failed; or the files of the run contradict each other.
+            ExperimentError: the experiment has problems, such as a plugin that is not installed.
+            RunError: no generation is finished yet, the generation or member does not exist, all
+                individuals failed, or the files of the run contradict each other.
         """
         if isinstance(which, Near):
             which = self._nearest(which)
@@ -221,11 +222,11 @@ class RunSnapshot(RunFiles):
         """Return the best member near given values.
 
         Raises:
-            RunError: there are no members, or a name is not one of their values'.
+            GaitsimError: a name is not an axis of the members.
         """
         found = self.members
         if found is None or not len(found.scores):
-            return Member(1)  # refused with the reason
+            return Member(1)  # does not exist, so `_member` raises the error
         away = np.zeros(len(found.scores))
         for name, value in which.values.items():
             if name not in found.values:
@@ -243,7 +244,7 @@ class RunSnapshot(RunFiles):
             raise RunError(
                 f"the run {self.path} has no members: its search keeps neither a front nor an "
                 "archive",
-                remedy=f"leave the member out, for the champion: {command('play', self.path)}",
+                remedy=f"leave out the member to get the champion: {command('play', self.path)}",
             )
         count, index = len(found.scores), which.number - 1
         if not 0 <= index < count:
@@ -265,7 +266,7 @@ class RunSnapshot(RunFiles):
         return replace(individual, terms=individual.evaluated_terms())
 
     def _best(self, generation: int | None) -> Individual:
-        bests = self.bests  # first: it reads the experiment, and says so where the run is gone
+        bests = self.bests  # read first, for the clearest error if the run was deleted
         self.stage_at(self.finished.generation if generation is None else generation)
         first = self.comparable
         number = generation or first + int(np.argmax(bests["score"][first - 1 :]))
@@ -280,7 +281,7 @@ class RunSnapshot(RunFiles):
         if not np.isfinite(best["score"]):
             which = f"generation {generation}"
             if generation is None:
-                which = "any generation" if first == 1 else f"all generations from {first} on"
+                which = "every generation" if first == 1 else f"every generation from {first}"
             raise RunError(
                 f"the run {self.path} has no champion: every individual of {which} failed",
                 remedy=f"see why: {command('show', self.path)}",
@@ -295,9 +296,9 @@ class RunSnapshot(RunFiles):
         )
 
     def fingerprint(self) -> str:
-        """Return the SHA-256 of population, scores, the search's state, history and stages.
+        """Return the SHA-256 hash of population, scores, state of the search, history and stages.
 
-        Times and the names of columns are left out.
+        Times and column names are left out.
 
         Raises:
             RunError: no generation is finished yet.

@@ -1,4 +1,4 @@
-"""Training in stages: the changes of a run's experiment, and the generations between them."""
+"""Stages: the changes of a run's experiment, and the generations between them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -27,11 +27,11 @@ class Change:
     """A changed option that makes two experiments evolve differently.
 
     Attributes:
-        key: the key of the option, such as `mutation.rate`.
-        then: its value before; None where it was not set.
-        now: its value after.
-        options: the options of a newly chosen plugin.
-        redraws: whether worlds are drawn by it.
+        key: key of the option, such as `mutation.rate`.
+        then: old value; None if it was not set.
+        now: new value; None if it is not set.
+        options: options of a newly chosen plugin.
+        redraws: whether the change redraws the worlds.
     """
 
     key: str
@@ -41,7 +41,7 @@ class Change:
     redraws: bool = False
 
     def __str__(self) -> str:
-        """Return key and values, with the options of a new plugin that differ from its defaults."""
+        """Return key and values, with the non-default options of a new plugin."""
         found = _unusual(self.key.partition(".")[0], self.now, self.options)
         more = ", ".join(f"{name} {_text(value)}" for name, value in found.items())
         now = f"{_text(self.now)} ({more})" if more else _text(self.now)
@@ -55,15 +55,15 @@ class Change:
 
 @dataclass(frozen=True)
 class RunStage:
-    """Generations of a run that were evolved under one experiment.
+    """Generations of a run that were evolved with one experiment.
 
     Attributes:
-        number: its number, from 1.
-        first: its first generation.
-        last: its last generation; of the current stage, the latest one.
-        experiment: the experiment as resolved TOML.
-        versions: the versions of gaitsim, NumPy and each plugin's package then, by name.
-        changes: the changes against the stage before.
+        number: number of the stage, counted from 1.
+        first: first generation of the stage.
+        last: last generation of the stage; for the current stage, the latest generation.
+        experiment: experiment as resolved TOML.
+        versions: versions of gaitsim, NumPy and each plugin's package in the stage, by name.
+        changes: changes since the previous stage.
     """
 
     number: int
@@ -84,12 +84,12 @@ class RunStage:
 
     @property
     def reevaluated(self) -> bool:
-        """Whether its scores cannot be compared with scores of the stage before."""
+        """Whether its scores cannot be compared with those of the previous stage."""
         return any(change.reevaluates for change in self.changes)
 
 
 def stages_of(checkpoint: Checkpoint) -> tuple[RunStage, ...]:
-    """Return the stages of the run that a checkpoint belongs to, the current one last."""
+    """Return the stages of the run of a checkpoint, the current one last."""
     found: list[RunStage] = []
     ends: tuple[Stage | Checkpoint, ...] = (*checkpoint.stages, checkpoint)
     for one in ends:
@@ -102,16 +102,16 @@ def stages_of(checkpoint: Checkpoint) -> tuple[RunStage, ...]:
 
 
 def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...]:
-    """Return the changes against the experiment of a checkpoint; any change begins a stage.
+    """Return the changes since the experiment of a checkpoint; any change starts a stage.
 
     Raises:
-        PluginError: the experiment cannot be written.
+        PluginError: the experiment cannot be written as TOML.
     """
     now = experiment.to_toml()
     if now == checkpoint.experiment:
         return ()
     try:
-        # Parsed today, so that an option that a package gained since then is not a change.
+        # Parsed with the current packages, so that their new options do not count as changes.
         before = parse_experiment(checkpoint.experiment, "the checkpoint").to_toml()
     except GaitsimError:
         before = checkpoint.experiment
@@ -120,7 +120,7 @@ def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...
 
 
 def comparable(stages: Sequence[RunStage]) -> int:
-    """Return the first generation whose scores can be compared with the last one's."""
+    """Return the first generation whose scores are comparable with those of the last one."""
     first = next((stage.first for stage in reversed(stages) if stage.reevaluated), 1)
     last = stages[-1]
     return max(first, last.outline.worlds.first_of_draw(last.last))
@@ -145,7 +145,7 @@ def changes(then: ExperimentOutline, now: ExperimentOutline) -> tuple[Change, ..
 
 
 def _unusual(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that differ from a plugin's defaults; all where it is not installed."""
+    """Return the options that differ from a plugin's defaults; all if it is not installed."""
     if not given:
         return {}
     try:

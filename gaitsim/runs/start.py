@@ -1,4 +1,4 @@
-"""A run that begins with a kept individual instead of a population that is drawn."""
+"""Warm starts: runs that start from a saved individual instead of a random population."""
 
 import os
 import re
@@ -14,24 +14,24 @@ from gaitsim.runs.files.folder import START, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 ALLOWED = (
-    "a champion's file, as in runs/spider/champions; a run, for its champion; RUN@GENERATION, "
-    "for that generation's best; or RUN#MEMBER, for a member of its front or archive"
+    "a champion file, as in runs/spider/champions; a run, for its champion; RUN@GENERATION, "
+    "for the best of a generation; or RUN#MEMBER, for a member of its front or archive"
 )
 
 
 def kept_individual(reference: str) -> Champion:
-    """The individual that a user names: a champion's file, a run, RUN@GENERATION or RUN#MEMBER.
+    """Return the individual named by a champion file, a run, RUN@GENERATION or RUN#MEMBER.
 
     Raises:
-        CheckpointError: the file is not a champion's, is damaged, or hostile.
-        RunError: there is no such file, run, generation or member, or it has no champion.
+        CheckpointError: the file is not a champion file, is damaged, or hostile.
+        RunError: the file, run, generation or member does not exist, or the run has no champion.
     """
-    # os.path, unlike pathlib, answers for names that no file can have, too.
+    # Unlike pathlib, os.path accepts names that are invalid for files.
     if os.path.exists(reference) and not os.path.isdir(reference):  # noqa: PTH110, PTH112
-        return read_champion(Path(reference).resolve())  # the link of a user is theirs
+        return read_champion(Path(reference).resolve())  # links named by the user are followed
     if parts := re.fullmatch(r"(.*)([@#])([0-9]{1,9})", reference, re.DOTALL):
         run, mark, number = parts[1], parts[2], int(parts[3])
-        try:  # for a run whose name ends so
+        try:  # the name of a run may end like this
             path = find_run(reference)
         except RunError:
             return champion_of(_found(run), number if mark == "@" else Member(number))
@@ -49,10 +49,10 @@ def _found(run: str) -> RunSnapshot:
 
 
 def champion_of(run: RunSnapshot, which: Which = None) -> Champion:
-    """A run's champion, a generation's or a member, as its file would hold it.
+    """Return the champion, the best of a generation, or a member, as stored in a champion file.
 
     Raises:
-        RunError: there is no such generation or member, or it has no champion.
+        RunError: the generation or member does not exist, or the run has no champion.
     """
     individual = run.individual(which)
     stage, genome = run.stage_at(individual.generation), individual.genome
@@ -69,10 +69,10 @@ def champion_of(run: RunSnapshot, which: Which = None) -> Champion:
 
 
 def check_start(experiment: Experiment, start: Champion, where: str) -> None:
-    """Check that an individual's genome is one of the experiment's body.
+    """Check that the genome of an individual fits the experiment's body.
 
     Raises:
-        RunError: it is not; says what was expected and what came.
+        RunError: it does not fit; the message describes both.
     """
     wrong = genome_mismatch(experiment, start.genome[None], start.experiment, "the genome")
     if wrong:
@@ -80,22 +80,22 @@ def check_start(experiment: Experiment, start: Champion, where: str) -> None:
             f"{wrong}, so a run cannot start from it",
             where=where,
             allowed=expected_genomes(experiment),
-            remedy="start from an individual of the same body, with the same options that shape "
-            "the genome",
+            remedy="start from an individual of the same body, with the same options for its "
+            "genome",
         )
 
 
 def start_genome(run: RunSnapshot, experiment: Experiment) -> Array | None:
-    """The genome, (genes,), that the run's initial population is to be made of; None draws it.
+    """Return the genome for the run's initial population, (genes,); None for a random population.
 
     Raises:
-        CheckpointError: its file is damaged or hostile.
-        RunError: it does not fit the experiment.
+        CheckpointError: the file is damaged or hostile.
+        RunError: the genome does not fit the experiment.
     """
     try:
         start = run.start
     except CheckpointError as error:
-        error.remedy = "restore it from a copy; without it, this run cannot begin as it was meant"
+        error.remedy = "restore it from a copy; the run cannot start as planned without it"
         raise
     if start is None:
         return None

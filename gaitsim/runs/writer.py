@@ -1,4 +1,4 @@
-"""A run on disk, written generation by generation."""
+"""Write a run to disk, generation by generation."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
@@ -39,22 +39,22 @@ REASONS_KEPT = 1000
 
 
 class RunWriter:
-    """A run folder, opened for writing by this process alone; a context manager.
+    """A run folder opened for exclusive writing; a context manager.
 
     Attributes:
-        run: the run as it was opened.
-        experiment: of the generations to come.
-        last: the last finished generation; None before the first.
-        changes: of the experiment, which begin a stage; () where none begins.
-        stage: number of the stage of the next generation, from 1.
-        warning: problems found with the run that do not prevent it from continuing, or ''.
-        reevaluates: whether a stage begins whose population has not been re-evaluated yet.
+        run: snapshot of the run when it was opened.
+        experiment: experiment of the coming generations.
+        last: last finished generation; None before the first.
+        changes: changes of the experiment that start a stage; () if there are none.
+        stage: stage of the next generation, counted from 1.
+        warning: problems of the run that do not prevent it from continuing, or ''.
+        reevaluates: whether the population still has to be re-evaluated for a new stage.
     """
 
     def __init__(
         self, run: RunSnapshot, plan: ResumePlan, files: RecordFiles, held: ExitStack
     ) -> None:
-        """Take over what `open` has opened; `held` closes it."""
+        """Take over the resources opened by `open`, which `held` closes."""
         self.path, self.run = run.path, run
         self.experiment, self.last, self.changes = plan.experiment, plan.last, plan.changes
         self.stage = len(plan.stages) + 1
@@ -72,19 +72,20 @@ class RunWriter:
         generations: int | None = None,
         any_version: bool = False,
     ) -> Self:
-        """Lock the run in `path`, and drop the records that its checkpoint does not count.
+        """Lock the run in `path`, and drop records after its checkpoint.
 
         Args:
-            path: its folder.
-            overrides: options to change from here on, by key; written to its experiment.
-            generations: the last generation to evolve; None as planned.
-            any_version: resume although a package has another version now.
+            path: folder of the run.
+            overrides: options to change from the next generation, by key; they are written to the
+                experiment.
+            generations: last generation to evolve; None as planned.
+            any_version: whether to accept other versions of packages than before.
 
         Raises:
-            RunError: another process writes it, it is damaged, was made with other versions
-                of its plugins' packages, or would not continue under these options.
+            RunError: another process is writing the run; or the run is damaged, was evolved with
+                other versions of packages, or would not continue with these options.
             ExperimentError: the experiment has problems, or the options do not fit the run;
-                nothing is changed then.
+                nothing is changed in this case.
         """
         with ExitStack() as held:
             held.callback(RunLock(path).release)
@@ -111,7 +112,7 @@ class RunWriter:
 
     @property
     def done(self) -> str:
-        """Why the run evolves no further generation, or ''."""
+        """The stop condition that holds for the run, or ''."""
         last = self.last
         if last is None:
             return ""
@@ -121,10 +122,10 @@ class RunWriter:
     def begin(self, evaluate: Evaluate) -> None:
         """Re-evaluate the population if a stage with other scores begins.
 
-        Writes nothing. A second call does nothing.
+        It writes nothing. A second call does nothing.
 
         Args:
-            evaluate: scores a population under `experiment`.
+            evaluate: function that scores a population with `experiment`.
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
@@ -136,14 +137,14 @@ class RunWriter:
     def evolve(
         self, evaluate: Evaluate, parallel_map: ParallelMap | None = None
     ) -> Iterator[Generation]:
-        """Evolve from here; a generation that is yielded is on the disk.
+        """Evolve from the last generation; each generation is saved before it is yielded.
 
         Args:
-            evaluate: scores a population under `experiment`.
-            parallel_map: evolves islands over workers; None evolves them here.
+            evaluate: function that scores a population with `experiment`.
+            parallel_map: map that evolves islands in parallel; None evolves them in this process.
 
         Raises:
-            PluginError: a plugin fails or breaks its contract; names its package.
+            PluginError: a plugin fails or breaks its contract; the message names its package.
             RunError: a generation cannot be written.
         """
         self.begin(evaluate)
@@ -154,14 +155,14 @@ class RunWriter:
     def record(self, generation: Generation) -> None:
         """Write a finished generation: history and best first, the checkpoint last.
 
-        A process killed in between leaves records past the checkpoint; they are cut off
-        when the run is resumed.
+        A process killed in between leaves records after the checkpoint, which are dropped when
+        the run resumes.
 
         Raises:
-            RunError: it cannot be written; the run stands as of the generation before.
+            RunError: the generation cannot be written; the run remains at the previous one.
         """
         if self.reevaluates:
-            raise ValueError("a stage begins with begin()")
+            raise ValueError("call begin() first, to re-evaluate the population for the new stage")
         values = history.row(generation)
         terms = generation.evaluation.terms
         for name in terms:
@@ -176,7 +177,7 @@ class RunWriter:
                 raise
             raise RunError(
                 f"the folder of the run {self.path} was deleted or moved while it was written",
-                remedy="begin a new run, or resume this one from where its folder is now",
+                remedy="start a new run, or resume this one at its new path",
             ) from None
 
     def _write(self, generation: Generation, values: Mapping[str, float]) -> None:

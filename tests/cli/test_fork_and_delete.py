@@ -92,7 +92,7 @@ def test_a_run_that_is_being_written_is_copied_as_of_its_checkpoint(gaitsim, pup
         (("puppet", "--set", "mutation.rat=1"), 'unknown key "rat"'),
         (("puppet", "--set", "evolution.population=9"), "keeps its size"),
         (("puppet", "--set", "fitness.price=0.5"), "no generation would be evolved"),
-        (("puppet", "--generations", "3"), "is at generation 5 already"),
+        (("puppet", "--generations", "3"), "is already at generation 5"),
         (("puppet", "--out", ".."), "cannot be made as a new folder"),
     ],
 )

@@ -104,11 +104,11 @@ def test_a_run_that_a_target_stopped_is_not_finished_under_another_fitness(
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (CLIMB, "no generation would be evolved under these changes: 5 generations are done"),
+        (CLIMB, "no generation would be evolved with these changes: 5 generations are done"),
         (("--set", "evolution.population=9"), "keeps its size"),
         (("--set", "organism.plugin=bit-puppet"), "has 3 real genes of the organism 'puppet'"),
         (("--set", "fitness.plugin=climbing"), "unknown fitness plugin 'climbing'"),
-        (("--set", "evolution.generations=3"), "is at generation 5 already"),
+        (("--set", "evolution.generations=3"), "is already at generation 5"),
         (("--set", "fitness"), "is not KEY=VALUE"),
         (("--set", "mutation.rate=\udcff"), "is not text"),
     ],
@@ -188,7 +188,7 @@ def test_a_run_begins_with_a_kept_individual(gaitsim, plain, puppet_file, tmp_pa
         ("nobody", "there is no run 'nobody'"),
         ("puppet@9", "has no generation 9"),
         ("puppet.toml", "cannot be read as a checkpoint"),
-        ("runs/puppet/population.pickle", "does not hold a champion"),
+        ("runs/puppet/population.pickle", "is not a valid champion"),
         ("bits", "the genome has 3 bit genes of the organism 'bit-puppet'"),
     ],
 )

@@ -58,7 +58,7 @@ def test_no_pipe_is_replaced_and_links_stay_links(tmp_path, write):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "to-pipe").symlink_to("pipe")
     for name in ("pipe", "to-pipe", "/dev/null"):
-        with pytest.raises(RunError, match="is not a file, but a device or a pipe"):
+        with pytest.raises(RunError, match="is a device or a pipe, not a file"):
             write(tmp_path / name, NEW)
     assert (tmp_path / "pipe").is_fifo()
     (tmp_path / "folder").mkdir()
@@ -151,7 +151,7 @@ def test_a_missing_folder_and_a_file_for_a_folder_are_named(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(RunError) as error:
         write_bytes(tmp_path / "missing" / "a", NEW)
-    assert "make the folder" in error.value.remedy
+    assert "create the folder" in error.value.remedy
     with pytest.raises(RunError):
         write_bytes(tmp_path / "file" / "a", NEW)
     with pytest.raises(RunError):

@@ -60,7 +60,7 @@ def test_a_name_taken_in_the_last_moment_is_not_overwritten(puppet, monkeypatch)
 @pytest.mark.parametrize("out", [".", "..", "/", "a/.."])
 def test_a_folder_that_cannot_be_made_is_refused(puppet, out):
     before = names(Path("..").resolve())
-    with pytest.raises(RunError, match="is there already"):
+    with pytest.raises(RunError, match="already exists"):
         create_run(puppet(), Path(out))
     assert names(Path()) == set()
     assert names(Path("..").resolve()) == before
@@ -116,7 +116,7 @@ def test_a_run_is_found_by_name_and_by_path(puppet):
 def test_what_is_no_run_is_not_found(puppet, name):
     with pytest.raises(RunError, match="there is no run") as error:
         find_run(name)
-    assert error.value.allowed == "no run is in runs/ of this folder yet"
+    assert error.value.allowed == "runs/ in this folder has no runs yet"
     create_run(puppet())
     with pytest.raises(RunError, match="there is no run") as error:
         find_run(name)
@@ -126,7 +126,7 @@ def test_what_is_no_run_is_not_found(puppet, name):
 def test_a_folder_without_an_experiment_is_no_run():
     Path("runs/empty").mkdir(parents=True)
     for name in ("empty", "runs/empty"):
-        with pytest.raises(RunError, match="is not a run: it holds no"):
+        with pytest.raises(RunError, match="is not a run: it has no"):
             find_run(name)
 
 

@@ -85,7 +85,7 @@ def test_a_folder_that_cannot_be_locked_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(FileLock, "acquire", read_only)
     with pytest.raises(RunError, match="Read-only file system") as error:
         RunLock(tmp_path)
-    assert "may be written" in error.value.remedy
+    assert "is writable" in error.value.remedy
     assert not is_locked(tmp_path)
 
 

@@ -40,8 +40,8 @@ def test_a_command_says_who_wrote_it_and_changes_nothing(gaitsim, old, command):
     before = files(old)
     verb, *more = command
     done = gaitsim(verb, "old", *more, code=2)
-    assert "was written by gaitsim 0.1.0 in the old format 1" in done.stderr
-    assert "begin a new run" in done.stderr
+    assert "was written by gaitsim 0.1.0 in the older format 1" in done.stderr
+    assert "start a new run" in done.stderr
     after = {name: data for name, data in files(old).items() if not name.startswith(".lock")}
     assert after == before
 

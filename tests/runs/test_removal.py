@@ -74,7 +74,7 @@ def test_folders_that_are_too_deep_are_one_message(run):
     deep = [run / ("d/" * (number + 1)) for number in range(1100)]
     for folder in deep:
         folder.mkdir()
-    with pytest.raises(RunError, match="its folders are too deep") as refused:
+    with pytest.raises(RunError, match="its folders are nested too deeply") as refused:
         delete_run(run)
     left = Path(refused.value.where)
     assert list_runs(left.parent) == []

@@ -19,7 +19,7 @@ def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
     for name in ("population.pickle", "population.previous.pickle"):
         (whole.path / name).unlink()
     before = (whole.path / "history.csv").read_bytes()
-    with pytest.raises(CheckpointError, match=r"are gone, but history\.csv holds generations"):
+    with pytest.raises(CheckpointError, match=r"are missing, but history\.csv has generations"):
         RunSnapshot(whole.path).generation  # noqa: B018
     with pytest.raises(CheckpointError):
         go_on(whole.path)
@@ -70,7 +70,7 @@ def test_a_run_extended_is_the_same(whole, puppet):
     assert go_on(path, generations=8) == ""
     assert RunSnapshot(path).fingerprint() == whole.fingerprint()
     assert RunSnapshot(path).experiment.evolution.generations == 8
-    with pytest.raises(RunError, match="is at generation 8 already") as error:
+    with pytest.raises(RunError, match="is already at generation 8") as error:
         RunWriter.open(path, generations=7)
     assert error.value.allowed == "evolution.generations of 8 or more"
     assert RunSnapshot(path).experiment.evolution.generations == 8
@@ -235,7 +235,7 @@ def test_another_version_of_a_package_is_refused_unless_wanted(half, whole):
     checkpoint = half.checkpoint
     checkpoint.versions["organism puppet"] = "gaitsim-puppets 0.9"
     write_checkpoint(path, checkpoint)
-    with pytest.raises(RunError, match="made with other versions") as error:
+    with pytest.raises(RunError, match="evolved with other versions") as error:
         RunWriter.open(half.path)
     assert "organism puppet: gaitsim-puppets 0.9 then, gaitsim-puppets 1.0 now" in error.value.what
     assert "--any-version" in error.value.remedy

@@ -90,7 +90,7 @@ def test_bytes_depend_on_values_alone():
     ids=lambda value: re.sub(" at 0x.*", "", repr(value)),
 )
 def test_only_builtins_are_written(value):
-    with pytest.raises(ValueError, match="no checkpoint can hold this"):
+    with pytest.raises(ValueError, match="a checkpoint cannot contain this"):
         dumps({"a": value})
 
 
@@ -101,13 +101,13 @@ def test_cycles_and_depth_are_not_written():
     for _ in range(100_000):
         deep = [deep]
     for value in (cycle, deep):
-        with pytest.raises(ValueError, match="no checkpoint can hold this"):
+        with pytest.raises(ValueError, match="a checkpoint cannot contain this"):
             dumps({"a": value})
 
 
 def test_no_file_is_written_that_is_too_big_to_be_read(monkeypatch):
     monkeypatch.setattr(safe_pickle, "MAX_BYTES", 100)
-    with pytest.raises(ValueError, match="only 100"):
+    with pytest.raises(ValueError, match="at most 100 bytes"):
         dumps({"a": b"x" * 100})
 
 
@@ -146,7 +146,7 @@ def test_trailing_bytes_are_refused(tail):
 
 @pytest.mark.parametrize("more", [-1, 1, 2**63])
 def test_a_length_that_is_not_that_of_the_file_is_refused(more):
-    with pytest.raises(CheckpointError, match="bytes of"):
+    with pytest.raises(CheckpointError, match="bytes instead of"):
         loads(seal(HONEST[52:], more=more), FILE)
 
 
@@ -194,7 +194,7 @@ def test_there_is_no_version_0():
 def test_what_is_no_file_is_refused(tmp_path):
     with pytest.raises(CheckpointError, match="Is a directory"):
         load(tmp_path)
-    with pytest.raises(CheckpointError, match="no such file"):
+    with pytest.raises(CheckpointError, match="file not found"):
         load(tmp_path / "missing.pickle")
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe")
@@ -237,6 +237,6 @@ def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(os, "open", forbidden)
-    with pytest.raises(RunError, match="may not be read") as refusal:
+    with pytest.raises(RunError, match="permission denied") as refusal:
         load(path)
     assert not isinstance(refusal.value, CheckpointError)

@@ -516,7 +516,7 @@ def test_another_version_of_what_goes_on_is_refused_before_anything_is_changed(p
     checkpoint.versions["fitness puppet-reach"] = "gaitsim-puppets 0.9"
     write_checkpoint(path, checkpoint)
     before = content(plain)
-    with pytest.raises(RunError, match="made with other versions") as error:
+    with pytest.raises(RunError, match="evolved with other versions") as error:
         RunWriter.open(plain, overrides=CLIMB, generations=8)
     assert "organism puppet" in error.value.what
     assert "puppet-reach" not in error.value.what  # the stage does without it

@@ -77,7 +77,7 @@ def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
         ("@1", "there is no run ''"),
         ("", "there is no run ''"),
         ("a\0b", "there is no run"),
-        ("staged/population.pickle", "does not hold a champion"),
+        ("staged/population.pickle", "is not a valid champion"),
         ("staged/experiment.toml", "cannot be read as a checkpoint"),
         ("staged/champions", "is not a run"),
         ("/dev/zero", "it is not a regular file"),

@@ -425,7 +425,7 @@ class TestLeaving:
             await app_until(pilot, lambda: not screen.is_attached)
             said = [note.title + note.message for note in pilot.app._notifications]
             assert any(
-                "evolves in the background" in text and "gaitsim stop" in text for text in said
+                "is evolving in the background" in text and "gaitsim stop" in text for text in said
             )
             assert evolving(run) == "running"
             again, other = Live(run), Live(run)

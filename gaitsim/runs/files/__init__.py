@@ -1,1 +1,1 @@
-"""The files of a run, one module a file format; each is read with bounds and written atomically."""
+"""The files of a run, one module per format, with bounded reads and atomic writes."""

@@ -1,4 +1,4 @@
-"""Files that grow by whole records, and are truncated to the checkpoint when a run is resumed."""
+"""Files that grow by whole records, and are truncated to the checkpoint at resumption."""
 
 import math
 import os
@@ -24,12 +24,12 @@ WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 
 
 class AppendOnlyFile:
-    """A file that grows by whole records and can be cut back."""
+    """A file that grows by whole records, and is truncated when opened."""
 
     def __init__(self, path: Path, keep: int, size: int = 1) -> None:
         """Open `path` for appending after its first `keep` bytes.
 
-        Whole records of `size` bytes that are missing are filled with zeros.
+        Missing records, of `size` bytes each, are filled with zeros.
         """
         self._path = path
         with writing(path):
@@ -40,7 +40,7 @@ class AppendOnlyFile:
         os.lseek(self._descriptor, 0, os.SEEK_END)
 
     def append(self, data: bytes, *, force: bool = True) -> None:
-        """Add a record, and force it to disk.
+        """Add a record, and flush it to disk if `force` is true.
 
         Raises:
             RunError: the file was deleted or replaced since it was opened.
@@ -51,13 +51,13 @@ class AppendOnlyFile:
             raise RunError(
                 f"{self._path.name} cannot be written: a plugin closed its descriptor",
                 where=str(self._path),
-                remedy="let the plugin close only the files that it opened",
+                remedy="change the plugin to close only files that it opened",
             ) from error
         if not self._is_in_place(opened):
             raise RunError(
                 f"{self._path.name} was deleted or replaced while the run was being written",
                 where=str(self._path),
-                remedy="leave the files of a run alone until it has ended, or copy them first",
+                remedy="do not change the files of a run before it has ended; copy them instead",
             )
         view = memoryview(data)
         while view:
@@ -79,7 +79,7 @@ class AppendOnlyFile:
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         if self._descriptor >= 0:
-            with suppress(OSError):  # a plugin closed it
+            with suppress(OSError):  # a plugin may have closed it
                 os.close(self._descriptor)
         self._descriptor = -1
 
@@ -87,25 +87,24 @@ class AppendOnlyFile:
 class AppendOnlyHistory:
     """A run's `history.csv`, opened for writing.
 
-    The terms of a new stage get columns of their own. Rows of stages without those terms
-    hold `nan` there.
+    New terms of a stage get columns of their own, which are `nan` in the rows of other stages.
 
     Args:
-        path: the file.
-        keep: the number of bytes to keep.
+        path: path of the file.
+        keep: number of bytes to keep.
     """
 
     def __init__(self, path: Path, keep: int) -> None:
         self._path = path
         self._file = AppendOnlyFile(path, keep)
-        self._terms: list[str] | None = None  # of the rows that this process wrote
+        self._terms: list[str] | None = None  # terms of the rows written by this process
         self._columns: tuple[str, ...] = ()
 
     def append(self, values: Mapping[str, float]) -> None:
-        """Add a generation's row, as `history.row` makes it, and force it to disk.
+        """Add a generation's row, as returned by `history.row`, and flush it to disk.
 
         Raises:
-            RunError: the rows before cannot be read, or not be written with more columns.
+            RunError: the existing rows cannot be read, or rewritten with more columns.
         """
         terms = terms_of(values)
         begins = ""
@@ -120,7 +119,11 @@ class AppendOnlyHistory:
         self._file.close()
 
     def _prepare(self, terms: Sequence[str], figures: Sequence[str]) -> str:
-        """Give the file columns for these terms and figures; return the header of an empty file."""
+        """Add columns for these terms and figures to the file.
+
+        Returns:
+            The header to write first if the file is empty, else ''.
+        """
         with opened(self._path) as file:
             head = read_head(self._path, file)
         self._columns = header(terms, figures)
@@ -134,7 +137,7 @@ class AppendOnlyHistory:
         if wrong := wrong_names(self._columns):
             raise damaged(self._path, wrong)
         if found != self._columns:
-            # Closed first: a file that is open cannot be replaced on every system.
+            # Closed first, as some systems cannot replace open files.
             self._file.close()
             data = _table(before, self._columns).encode()
             write_bytes(self._path, data, follow=False)
@@ -143,7 +146,7 @@ class AppendOnlyHistory:
 
 
 def _table(before: Columns, columns: Sequence[str]) -> str:
-    """Return the text of a history with these columns; `nan` fills missing ones."""
+    """Return the text of a history with these columns; missing values are `nan`."""
     missing = [math.nan] * len(before["generation"])
     cells: list[list[float]] = []
     for name in columns:

@@ -1,4 +1,4 @@
-"""Files that are complete or absent, whatever stops the program."""
+"""Atomic writes: files that are complete or absent, however the program ends."""
 
 import errno
 import os
@@ -20,40 +20,40 @@ _REMEDIES = {
     errno.EROFS: _FORBIDDEN,
     errno.EACCES: _FORBIDDEN,
     errno.EPERM: _FORBIDDEN,
-    errno.ENOENT: "make the folder first, or choose one that exists",
+    errno.ENOENT: "create the folder first, or choose an existing one",
     errno.ENOTDIR: _NO_FOLDER,
     errno.EEXIST: _NO_FOLDER,
-    errno.EISDIR: "move the folder of that name away",
+    errno.EISDIR: "rename or move the folder of that name",
     errno.ELOOP: "remove the link, and restore the file from a copy of the run",
-    errno.EMLINK: "replace it by a copy: otherwise, its other name would change, too",
+    errno.EMLINK: "replace it by a copy; otherwise the file under its other name would change, too",
 }
 _NO_FOLDER_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EACCES}
 
 
 def write_bytes(path: Path, data: bytes, *, follow: bool = True) -> None:
-    """Write `data` to `path`, which even after a crash has either its new or its old content.
+    """Write `data` to `path` atomically: after a crash it has either the new or the old content.
 
     Args:
-        path: the file.
-        data: its content.
-        follow: whether to write to the target of a link, as where a user names the file. A link
-            in a run folder is replaced instead: its target may be anywhere.
+        path: path of the file.
+        data: new content.
+        follow: whether to write to the target of a link, as for files named by the user. Links
+            in a run folder are replaced instead, as their target may be anywhere.
 
     Raises:
-        RunError: the file cannot be written; `path` is whole, and most likely unchanged.
+        RunError: the file cannot be written; `path` is complete, and most likely unchanged.
     """
     with replacing(path, follow=follow) as partial:
         partial.write_bytes(data)
 
 
 def write_rotating(path: Path, previous: Path, data: bytes) -> None:
-    """Put `data` at `path` and keep what stood there as `previous`, in the same folder.
+    """Write `data` to `path`, and keep the old file as `previous`, in the same folder.
 
-    A `path` that exists is complete at every moment in between, and so is a
-    `previous`. Without a `path` so far, `previous` is left alone.
+    At every moment, existing files at `path` and `previous` are complete. If `path` does not
+    exist yet, `previous` does not change.
 
     Raises:
-        RunError: the files cannot be written; both are whole, and most likely as they were.
+        RunError: the files cannot be written; both are complete, and most likely unchanged.
     """
     with writing(path), _partial(path.parent, data) as partial:
         if path.is_file() and not path.is_symlink():
@@ -65,20 +65,20 @@ def write_rotating(path: Path, previous: Path, data: bytes) -> None:
 
 @contextmanager
 def replacing(path: Path, *, follow: bool = True) -> Iterator[Path]:
-    """A temporary file beside `path` for others to write; it becomes `path` where all goes well.
+    """Yield a temporary file beside `path`, which replaces `path` if the block succeeds.
 
-    For what is too long to hold in memory. Whatever ends the block early leaves `path` as
-    it was, and no temporary file.
+    This is for files too large for memory. If the block fails, `path` does not change, and the
+    temporary file is removed.
 
     Args:
-        path: the file.
+        path: path of the file.
         follow: whether to write to the target of a link, rather than to replace the link.
 
     Raises:
-        RunError: the file cannot be written; `path` is whole, and most likely as it was.
+        RunError: the file cannot be written; `path` is complete, and most likely unchanged.
     """
     with writing(path):
-        # Not in a run's or a study's own folders: their writer sweeps them once, as it begins.
+        # Folders of runs and studies are swept once by their writer, when it opens them.
         if follow:
             path = _target(path)
             sweep(path.parent)
@@ -91,7 +91,7 @@ def replacing(path: Path, *, follow: bool = True) -> Iterator[Path]:
 
 
 def set_aside(path: Path, word: str) -> Path:
-    """Rename `a.pickle` to the first free one of `a.<word>-1.pickle`, `a.<word>-2.pickle`, …
+    """Rename `a.pickle` to the first free name of `a.<word>-1.pickle`, `a.<word>-2.pickle`, …
 
     Raises:
         RunError: the file cannot be renamed.
@@ -101,7 +101,7 @@ def set_aside(path: Path, word: str) -> Path:
         while True:
             target = path.with_name(f"{path.stem}.{word}-{number}{path.suffix}")
             try:
-                # An empty file, or folder, reserves the name, so that nothing is ever overwritten.
+                # An empty file or folder reserves the name, so that nothing is overwritten.
                 target.mkdir() if is_folder(path) else target.open("xb").close()
                 break
             except FileExistsError:
@@ -117,7 +117,7 @@ def set_aside(path: Path, word: str) -> Path:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn errors of the system while `path` is written into a `RunError`."""
+    """Convert system errors while `path` is written into a `RunError`."""
     try:
         yield
     except OSError as error:
@@ -134,15 +134,15 @@ def _target(path: Path) -> Path:
         path = path.resolve()
     if path.exists() and not path.is_file() and not path.is_dir():
         raise RunError(
-            f"{path} is not a file, but a device or a pipe",
-            allowed="the name of a file, which is replaced if it is there",
+            f"{path} is a device or a pipe, not a file",
+            allowed="the name of a file, which is replaced if it exists",
         )
     return path
 
 
 @contextmanager
 def _partial(folder: Path, data: bytes) -> Iterator[Path]:
-    """Create a draft in `folder` with `data` on the disk; remove it afterwards."""
+    """Create a draft in `folder` with `data` flushed to disk; remove it afterwards."""
     with draft_file(folder) as partial:
         with partial.open("rb+") as file:
             file.write(data)
@@ -153,9 +153,9 @@ def _partial(folder: Path, data: bytes) -> Iterator[Path]:
 
 @contextmanager
 def _twin(path: Path) -> Iterator[Path]:
-    """Create a second name for a file, or a copy where the file system has no hard links."""
+    """Create a second name for a file, or a copy if the file system lacks hard links."""
     twin = draft_name(path.parent)
-    with locked(path):  # by its second name, too
+    with locked(path):  # also locks the second name
         try:
             os.link(path, twin)
         except OSError:
@@ -165,13 +165,13 @@ def _twin(path: Path) -> Iterator[Path]:
         try:
             yield twin
         finally:
-            # Renaming over another name of the same file, as after a crash between the
-            # two renames of a rotation, does nothing by POSIX: the twin is still there.
+            # POSIX renames between two names of the same file do nothing, so the twin remains
+            # after a crash between the two renames of a rotation.
             remove(twin)
 
 
 def sync_folder(folder: Path) -> None:
-    """Make renames in `folder` survive a power cut, where the system can."""
+    """Make renames in `folder` survive a power failure, if the system supports it."""
     if os.name == "nt":
         return
     try:

@@ -1,4 +1,4 @@
-"""Checkpoints and champions: their contents, checked to the last key, and their files."""
+"""Checkpoints and champions: their strictly checked contents, and their files."""
 
 from dataclasses import dataclass, fields
 from itertools import pairwise
@@ -40,12 +40,12 @@ _GENOME = array(("genes",), _GENES, "finite", np.isfinite)
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage that has ended, since the experiment was changed after it.
+    """A stage that a change of the experiment has ended.
 
     Args:
-        generation: its last generation.
-        experiment: its experiment as resolved TOML.
-        versions: of gaitsim, NumPy and each plugin's package then, by name.
+        generation: last generation of the stage.
+        experiment: experiment of the stage as resolved TOML.
+        versions: versions of gaitsim, NumPy and each plugin's package in the stage, by name.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -57,24 +57,24 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """The state from which a run is resumed, to the bit.
+    """The state from which a run resumes bit-identically.
 
     Args:
-        experiment: the experiment as resolved TOML.
-        versions: of gaitsim, NumPy and each plugin's package, by name.
-        generation: of this population, counted from 1.
-        evaluations: how many individuals were evaluated so far.
-        genomes: (population, genes), float64 and finite, or uint8.
-        scores: (population,) float64; −inf for an individual that failed.
-        terms: of the scores by name, each (population,) float64; finite but for
+        experiment: experiment as resolved TOML.
+        versions: versions of gaitsim, NumPy and each plugin's package, by name.
+        generation: number of the generation, counted from 1.
+        evaluations: number of individuals evaluated so far.
+        genomes: genomes, (population, genes), float64 and finite, or uint8.
+        scores: scores, (population,) float64; −inf for an individual that failed.
+        terms: terms of the scores by name, each (population,) float64; finite except for
             individuals that failed.
-        reasons: why a score is −inf, by the individual's index written as a string.
-        stagnation: generations since the best score last rose.
-        best_score: the best score so far; −inf where none was finite.
-        threshold: the score that the next champion must beat; None where none is saved.
-        stages: the stages before the current one, in order.
-        values: the terms and measures that the search reads, each (population,) float64.
-        state: of the search by name, arrays of any shape.
+        reasons: reasons for scores of −inf, by the individual's index as a string.
+        stagnation: generations since the best score last increased.
+        best_score: best score so far; −inf if none was finite.
+        threshold: score that the next champion must beat; None if champions are not saved.
+        stages: stages before the current one, in order.
+        values: terms and measures that the search reads, each (population,) float64.
+        state: state of the search by name, arrays of any shape.
     """
 
     kind: ClassVar[str] = "population"
@@ -98,15 +98,15 @@ class Checkpoint:
 
 @dataclass(frozen=True, eq=False)
 class Champion:
-    """One individual that was worth keeping.
+    """A saved individual.
 
     Args:
-        experiment: the experiment as resolved TOML.
-        versions: of gaitsim, NumPy and each plugin's package, by name.
-        generation: in which it was found, counted from 1.
-        genome: (genes,), float64 and finite, or uint8.
-        score: its score, finite.
-        terms: of its score by name, finite.
+        experiment: experiment as resolved TOML.
+        versions: versions of gaitsim, NumPy and each plugin's package, by name.
+        generation: generation of the individual, counted from 1.
+        genome: genome, (genes,), float64 and finite, or uint8.
+        score: score, finite.
+        terms: terms of the score by name, finite.
     """
 
     kind: ClassVar[str] = "champion"
@@ -124,7 +124,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None =
     """Write `checkpoint` to `path` atomically, and keep the old file as `previous`.
 
     Raises:
-        RunError: the file cannot be written; the old one is still there.
+        RunError: the file cannot be written; the old one is kept.
         ValueError: the checkpoint is invalid; see `Checkpoint`.
     """
     data = pack(checkpoint)
@@ -138,18 +138,18 @@ def write_champion(path: Path, champion: Champion) -> None:
     """Write `champion` to `path` atomically.
 
     Raises:
-        RunError: the file cannot be written; the old one is still there.
+        RunError: the file cannot be written; the old one is kept.
         ValueError: the champion is invalid; see `Champion`.
     """
     write_bytes(path, pack(champion), follow=False)
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
-    """Read a checkpoint; nothing in the file is executed. The arrays are writable copies.
+    """Read a checkpoint without executing anything in it. The arrays are writable copies.
 
     Raises:
-        SchemaVersionError: it is whole, but of an older or a newer gaitsim.
-        CheckpointError: it is missing, damaged, foreign or hostile.
+        SchemaVersionError: the file is intact, but from an older or newer gaitsim.
+        CheckpointError: the file is missing, damaged, hostile or of another kind.
         RunError: permission denied.
     """
     return _unpack(path, Checkpoint.kind, _CHECKPOINT)
@@ -163,21 +163,21 @@ def read_champion(path: Path) -> Champion:
 def read_with_fallback(
     path: Path, previous: Path, *, rename: bool = True
 ) -> tuple[Checkpoint, str | None]:
-    """Read the checkpoint at `path`, or the one before it where that is missing or damaged.
+    """Read the checkpoint at `path`, or the previous one if that is missing or damaged.
 
     Args:
-        path: the checkpoint.
-        previous: the one before it.
+        path: path of the checkpoint.
+        previous: path of the previous checkpoint.
         rename: whether to rename a damaged `a.pickle` to `a.damaged-1.pickle`, so that it is
             kept. Only for the writer of the run.
 
     Returns:
-        The checkpoint, and a warning where it is the one before.
+        The checkpoint, and a warning if it is the previous one.
 
     Raises:
-        SchemaVersionError: a file is whole, but of an older or a newer gaitsim.
-        CheckpointError: neither can be read; both stay where they are.
-        RunError: a file may not be read.
+        SchemaVersionError: a file is intact, but from an older or newer gaitsim.
+        CheckpointError: neither file can be read; both are left unchanged.
+        RunError: permission denied.
     """
     try:
         return read_checkpoint(path), None
@@ -193,36 +193,38 @@ def read_with_fallback(
         raise CheckpointError(
             f"neither checkpoint can be read: {damage}; {error.what}",
             where=f"{path} and {previous}",
-            allowed="one of the two as gaitsim wrote it",
-            remedy="bring one back from a copy of the folder, or start a new run",
+            allowed="at least one intact checkpoint",
+            remedy="restore one from a copy of the folder, or start a new run",
         ) from error
     instead = f"{previous.name}, of generation {checkpoint.generation}, is used instead"
     if not (rename and path.exists()):
         return checkpoint, f"{damage}; {instead}"
     try:
         return checkpoint, f"{damage}; it is kept as {set_aside(path, 'damaged').name}, {instead}"
-    except RunError as error:  # where nothing can be renamed, nothing is overwritten either
+    except RunError as error:  # a folder without renames cannot overwrite the file either
         return checkpoint, f"{damage}; {instead}; {error.what}"
 
 
 def _check(checkpoint: Checkpoint) -> Checkpoint:
-    """Check that the values of a checkpoint fit each other."""
+    """Check that the values of a checkpoint are consistent."""
     individuals = len(checkpoint.genomes)
     failed = checkpoint.scores == -np.inf
     if len(checkpoint.scores) != individuals:
-        raise ValueError(f"scores should be as many as the {individuals} genomes")
+        raise ValueError(f"scores should match the {individuals} genomes in number")
     for term_name, term in checkpoint.terms.items():
         if len(term) != individuals:
-            raise ValueError(f"terms.{term_name} should be as long as the {individuals} genomes")
+            raise ValueError(f"terms.{term_name} should match the {individuals} genomes in number")
         if not (np.isfinite(term) | failed).all():
             raise ValueError(f"terms.{term_name} should be finite where the score is")
     if not checkpoint.reasons.keys() <= {str(index) for index in np.flatnonzero(failed)}:
-        raise ValueError("reasons should be given for individuals with the score −inf alone")
+        raise ValueError("reasons should be only for individuals with the score −inf")
     for value_name, values in checkpoint.values.items():
         if len(values) != individuals:
-            raise ValueError(f"values.{value_name} should be as long as the {individuals} genomes")
+            raise ValueError(
+                f"values.{value_name} should match the {individuals} genomes in number"
+            )
     evaluated = individuals * checkpoint.generation
-    # More, where a stage with other scores began.
+    # Stages that re-evaluate the population add evaluations.
     if not evaluated <= checkpoint.evaluations:
         raise ValueError(f"evaluations should be at least {evaluated:,}")
     if checkpoint.stagnation >= checkpoint.generation:
@@ -240,10 +242,10 @@ _CHAMPION = TypeAdapter(Champion)
 
 
 def pack(record: Checkpoint | Champion) -> bytes:
-    """Return the file of `record`, after the check that it can be read.
+    """Return the bytes of a file with `record`, after checking that it can be read.
 
     Raises:
-        ValueError: it cannot; see `Checkpoint` and `Champion`.
+        ValueError: the record is invalid; see `Checkpoint` and `Champion`.
     """
     content = _plain(record)
     try:
@@ -264,15 +266,15 @@ def _unpack(path: Path, kind: str, adapter: TypeAdapter[_T]) -> _T:
         key, allowed = first_problem(error, kind)
     except MemoryError as error:
         raise CheckpointError(
-            f"{path.name} needs more memory than there is",
+            f"{path.name} needs more memory than is available",
             where=str(path),
             remedy="close other programs, or use a machine with more memory",
         ) from error
     raise CheckpointError(
-        f"{path.name} does not hold a {kind} as gaitsim writes it: {key} is wrong",
+        f"{path.name} is not a valid {kind}: {key} is wrong",
         where=str(path),
         allowed=f"{key}: {allowed}",
-        remedy="use a file that gaitsim wrote: this one is of another kind or was changed",
+        remedy="use a file written by gaitsim: this one is of another kind or was changed",
     )
 
 

@@ -1,8 +1,8 @@
-"""`checksums.bin`: checksums of each generation, by which `gaitsim verify` finds changes.
+"""`checksums.bin`: checksums of each generation, with which `gaitsim verify` finds changes.
 
-Each record's last checksum covers the rest of the record, the generation's row and best, and the
-last checksum of the record before. So a change of any of these shows, and in which generation. That
-does not prove who wrote the run: only evolving it again does.
+The last checksum of each record covers the rest of the record, the generation's row and best, and
+the last checksum of the previous record. It therefore reveals any change, and its generation. It
+does not prove who wrote the run; only reproducing the run does.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ from gaitsim.evaluation import Evaluation
 
 SIZE = 32
 RECORD = np.dtype([(part, f"V{SIZE}") for part in ("genomes", "scores", "chain")])
-"""SHA-256 of the genomes, of scores and terms, and of all that the chain covers."""
+"""SHA-256 hashes of the genomes, of scores and terms, and of everything in the chain."""
 
 NONE = bytes(SIZE)
 """Marks a generation without a checksum."""
@@ -33,11 +33,11 @@ def checksums(
     """Return the record of a generation.
 
     Args:
-        genomes: (population, genes).
-        evaluation: of these.
-        row: of the history.
-        bests: its record in `bests.bin`, then each island's best where there are several.
-        before: the chain's checksum of the generation before; NONE where there is none.
+        genomes: genomes, (population, genes).
+        evaluation: evaluation of the genomes.
+        row: row of the history.
+        bests: record in `bests.bin`, followed by the best of each island if there are several.
+        before: chain checksum of the previous generation; NONE without one.
     """
     parts = genomes_checksum(genomes) + scores_checksum(evaluation)
     return parts + chain_checksum(before, parts, row, bests)
@@ -57,15 +57,15 @@ def scores_checksum(evaluation: Evaluation) -> bytes:
 
 
 def chain_checksum(before: bytes, parts: bytes, row: Mapping[str, float], bests: bytes) -> bytes:
-    """Return the checksum of a generation's record, and of the chain before it.
+    """Return the checksum of a generation's record and of the chain before it.
 
-    The row's time is left out, as is NaN: columns of another stage's terms hold it.
+    It omits the time in the row, and NaN, which fills the columns of other stages' terms.
 
     Args:
-        before: the chain's checksum of the generation before; NONE where there is none.
-        parts: the checksums of genomes and scores.
-        row: of the history.
-        bests: its record in `bests.bin`, then each island's best where there are several.
+        before: chain checksum of the previous generation; NONE without one.
+        parts: checksums of genomes and scores.
+        row: row of the history.
+        bests: record in `bests.bin`, followed by the best of each island if there are several.
     """
     cells = {
         name: value
@@ -79,7 +79,7 @@ def chain_checksum(before: bytes, parts: bytes, row: Mapping[str, float], bests:
 
 
 def _little(values: Array) -> bytes:
-    """Return the bytes of an array, little-endian, with all NaN alike."""
+    """Return the bytes of an array, little-endian, with a single bit pattern for NaN."""
     if values.dtype.kind == "f" and np.isnan(values).any():
         values = np.where(np.isnan(values), np.nan, values)
     return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()

@@ -1,7 +1,7 @@
 """Drafts: files and folders under a temporary name, until they are complete or deleted.
 
-A process locks each of its drafts. The system frees the lock when the process ends, however it
-ends, so `sweep` can tell abandoned drafts from those that another process is still writing.
+Each process locks its drafts. The system releases the lock when the process ends, in whatever way,
+so that `sweep` can tell abandoned drafts from those still being written.
 """
 
 import os
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-if sys.platform != "win32":  # where no open file can be renamed
+if sys.platform != "win32":  # Windows cannot rename open files
     import fcntl
 
 _PREFIX, _SUFFIX = ".gaitsim-", ".partial"
@@ -53,7 +53,7 @@ def _create(folder: Path, create: Callable[[Path], None], held: ExitStack) -> Pa
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Keep other processes from sweeping a file or folder in the block, by whatever name."""
+    """Keep other processes from sweeping a file or folder during the block, under any name."""
     if sys.platform == "win32":
         yield
         return
@@ -67,7 +67,7 @@ def locked(path: Path) -> Iterator[None]:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the drafts in `folder` that killed programs left; leave those in use."""
+    """Remove the drafts in `folder` left by killed programs, but not those in use."""
     for draft in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
         with suppress(OSError):
             _remove_abandoned(draft)
@@ -76,7 +76,7 @@ def sweep(folder: Path) -> None:
 def _remove_abandoned(draft: Path) -> None:
     found = draft.lstat()
     if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
-        draft.unlink()  # a link or a pipe, which gaitsim does not create
+        draft.unlink()  # a link or a pipe, which gaitsim never creates
         return
     old = time.time() - found.st_mtime > _OLD
     if sys.platform == "win32":
@@ -98,8 +98,8 @@ def _remove_abandoned(draft: Path) -> None:
 
 
 def remove(draft: Path) -> None:
-    """Remove a draft, as far as that is possible."""
-    with suppress(OSError, RecursionError):  # of folders too deep for rmtree
+    """Remove a draft, as far as possible."""
+    with suppress(OSError, RecursionError):  # rmtree recurses into nested folders
         if draft.is_dir() and not draft.is_symlink():
             shutil.rmtree(draft, ignore_errors=True)
         else:

@@ -1,4 +1,4 @@
-"""Run folders: what they are called, how one is made, found and listed."""
+"""Run folders: the names of their files, and how to create, find and list them."""
 
 import errno
 import os
@@ -31,15 +31,15 @@ NOTE = "note.txt"
 
 
 def command(verb: str, *words: object) -> str:
-    """A gaitsim command, as a shell takes it."""
+    """Return a gaitsim command, quoted for a shell."""
     return shlex.join(["gaitsim", verb, *map(str, words)])
 
 
 def find_run(reference: str) -> Path:
-    """The folder of a run, given as a path or as a name under `runs/`.
+    """Return the folder of a run, given by its path or by its name in `runs/`.
 
     Raises:
-        RunError: there is none.
+        RunError: the run does not exist.
     """
     places = [Path(place) for place in (reference, RUNS / reference) if reference]
     for path in places:
@@ -49,53 +49,54 @@ def find_run(reference: str) -> Path:
         if os.path.isfile(path / CHECKPOINT):  # noqa: PTH113
             raise RunError(
                 f"the run {path} has lost its {EXPERIMENT}",
-                remedy="restore it from a copy of the run; the checkpoint holds its text, too",
+                remedy="restore it from a copy of the run; the checkpoint also contains its text",
             )
     for path in places:
         if os.path.isdir(path):  # noqa: PTH112
             raise RunError(
-                f"{path} is not a run: it holds no {EXPERIMENT}",
+                f"{path} is not a run: it has no {EXPERIMENT}",
                 remedy="'gaitsim runs' lists the runs here",
             )
     known = [run.name for run in list_runs(RUNS)]
     raise RunError(
         f"there is no run {reference!r}",
-        allowed=", ".join(known) or f"no run is in {RUNS}/ of this folder yet",
+        allowed=", ".join(known) or f"{RUNS}/ in this folder has no runs yet",
         remedy="give a run's name or the path of its folder; 'gaitsim runs' lists them",
     )
 
 
 def holds_run(path: Path) -> bool:
-    """Whether a folder is a run, damaged or not: whether it holds anything named `experiment.toml`.
-
-    Opening it shows what it is.
-    """
-    # os.path, unlike pathlib, answers for names that no file can have, too.
+    """Return whether a folder is a run, possibly damaged: whether it has an `experiment.toml`."""
+    # Unlike pathlib, os.path accepts names that are invalid for files.
     return os.path.lexists(path / EXPERIMENT)
 
 
 def own_run(path: Path, verb: str) -> Path:
-    """Return the absolute path of a run's folder, to be deleted or renamed.
+    """Return the absolute path of a run's folder, for deleting or renaming it.
+
+    Args:
+        path: folder of the run.
+        verb: 'delete' or 'rename', for messages.
 
     Raises:
-        RunError: it is not a run, or a link to one.
+        RunError: the path is not a run, or is a link to one.
     """
     if path.is_symlink():
         raise RunError(
             f"{path} is a symbolic link to a run",
             allowed="the run itself",
-            remedy=f"{verb} the run at {path.resolve()}, or the link alone by hand",
+            remedy=f"{verb} the run at {path.resolve()}, or only the link by hand",
         )
     if not holds_run(path):
         raise RunError(
-            f"{path} is not a run: it holds no {EXPERIMENT}",
+            f"{path} is not a run: it has no {EXPERIMENT}",
             remedy="'gaitsim runs' lists the runs here",
         )
     return path.resolve()  # '.' has no name
 
 
 def ends_early(run: Path, name: str, found: int, generation: int) -> RunError:
-    """Return the error of a file that lacks records which the checkpoint counts."""
+    """Return the error of a file that ends before the generation of the checkpoint."""
     there = (run / name).exists()
     what = f"{name} ends at generation {found}" if there else f"there is no {name}"
     return RunError(
@@ -117,7 +118,8 @@ def own_folder(run: Path, name: str) -> Path:
     """Return a folder within a run; create it if it is missing.
 
     Raises:
-        RunError: it cannot be created, or is a link, by which files elsewhere would change.
+        RunError: the folder cannot be created, or is a link, through which files elsewhere would
+            change.
     """
     folder = run / name
     with writing(folder):
@@ -128,7 +130,7 @@ def own_folder(run: Path, name: str) -> Path:
 
 
 def check_out_folder(folder: Path) -> None:
-    """Check, before computing what goes there, that a folder exists or can be created.
+    """Check, before a long computation, that an output folder exists or can be created.
 
     Raises:
         RunError: part of its path is a file.
@@ -142,20 +144,20 @@ def check_out_folder(folder: Path) -> None:
 
 
 def create_out_folder(folder: Path) -> None:
-    """Create a folder, and those above it, where they are missing.
+    """Create a folder and its parents if they are missing.
 
     Raises:
-        RunError: it cannot be created.
+        RunError: the folder cannot be created.
     """
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
 
 
 def exports_folder(run: Path) -> Path:
-    """Return the folder for what is exported from a run; create it if it is missing.
+    """Return the folder for exports of a run; create it if it is missing.
 
     Raises:
-        RunError: it cannot be created, or it or a file in it is a link to elsewhere.
+        RunError: the folder cannot be created, or it or a file in it is a link to elsewhere.
     """
     folder = own_folder(run, EXPORTS)
     check_links(folder, "remove it, or choose another place with --out")
@@ -163,10 +165,10 @@ def exports_folder(run: Path) -> Path:
 
 
 def check_links(folder: Path, remedy: str = "remove it") -> None:
-    """Check that nothing in a folder is a link by which files elsewhere would change.
+    """Check that a folder contains no links through which files elsewhere would change.
 
     Raises:
-        RunError: something is, or the folder cannot be read.
+        RunError: the folder contains such a link, or cannot be read.
     """
     with writing(folder):
         for entry in folder.iterdir():
@@ -177,15 +179,15 @@ def check_links(folder: Path, remedy: str = "remove it") -> None:
 
 
 def champion_file(generation: int) -> str:
-    """Where in a run's folder the champion of a generation is kept."""
+    """Return the path of a generation's champion, relative to the run's folder."""
     return f"{CHAMPIONS}/generation-{generation:06d}.pickle"
 
 
 def kept_champions(run: Path) -> list[int]:
-    """The generations of which a run's folder keeps a champion's file, in order.
+    """Return the generations whose champions are saved in a run's folder, in order.
 
     Raises:
-        RunError: their folder is a link, or cannot be read.
+        RunError: the folder of champions is a link, or cannot be read.
     """
     if not os.path.lexists(run / CHAMPIONS):
         return []
@@ -196,14 +198,14 @@ def kept_champions(run: Path) -> list[int]:
 
 
 def list_runs(root: Path) -> list[Path]:
-    """The run folders under `root`, oldest first.
+    """Return the run folders in `root`, oldest first.
 
     Raises:
-        RunError: `root` is no folder, or may not be read.
+        RunError: `root` is not a folder, or cannot be read.
     """
     found = []
     try:
-        # A folder whose name begins with a dot is one that create_run is still making.
+        # Names with a leading dot are drafts that create_run is still writing.
         for path in root.iterdir() if root.exists() else ():
             if not path.name.startswith(".") and holds_run(path):
                 found.append((_made(path), path.name, path))
@@ -217,32 +219,32 @@ def list_runs(root: Path) -> list[Path]:
 def _made(path: Path) -> float:
     try:
         return (path / EXPERIMENT).stat().st_mtime
-    except OSError:  # it was deleted just now
+    except OSError:  # the run has just been deleted
         return 0.0
 
 
 def create_run(
     experiment: Experiment, out: Path | None = None, start: Champion | None = None
 ) -> Path:
-    """Make the folder of a new run; a name that is taken gets a number: spider-2.
+    """Create the folder of a new run; an existing name gets a number, such as spider-2.
 
-    The folder appears at one stroke, with its experiment in it.
+    The folder is created atomically, with its experiment.
 
     Args:
-        experiment: written to it, resolved.
-        out: the folder to make; None is `runs/<name of the experiment>`.
-        start: an individual that fits the experiment's body, which the initial population
-            is made of; None draws it.
+        experiment: experiment, which is written to the folder in resolved form.
+        out: folder to create; None for `runs/<name of the experiment>`.
+        start: individual that fits the experiment's body, from which the initial population is
+            built; None draws the population at random.
 
     Raises:
-        RunError: it cannot be made, or the population is too large for a checkpoint.
+        RunError: the folder cannot be created, or the population is too large for a checkpoint.
     """
     experiment.check_given()
     check_size(experiment)
     if experiment.search.reads():
-        prepare(experiment)  # refuses the names of terms and measures that are not there
+        prepare(experiment)  # raises an error for unknown terms and measures
     if experiment.reality is not None:
-        prepare(in_reality(experiment))  # refuses a reality that cannot be simulated
+        prepare(in_reality(experiment))  # raises an error if the reality cannot be simulated
     wanted = RUNS / experiment.name if out is None else out
     files: dict[str, str | bytes] = {EXPERIMENT: experiment.to_toml()}
     if start is not None:
@@ -253,17 +255,20 @@ def create_run(
 def create_folder(
     wanted: Path, files: Mapping[str, str | bytes], folders: Iterable[str] = ()
 ) -> Path:
-    """Make a folder at one stroke, files and folders in it; a taken name gets a number.
+    """Create a folder with its content atomically; an existing name gets a number.
 
-    Files may be in those folders.
+    Args:
+        wanted: path of the folder.
+        files: contents of files by path relative to the folder, possibly in `folders`.
+        folders: names of folders to create in it.
 
     Raises:
-        RunError: it cannot be made.
+        RunError: the folder cannot be created.
     """
     if wanted.name in ("", ".."):
         raise RunError(
-            f"{wanted} is there already, and cannot be made as a new folder",
-            remedy="give --out the path of a folder that is to be made",
+            f"{wanted} already exists, and cannot be created",
+            remedy="give --out the path of a new folder",
         )
     with writing(wanted):
         wanted.parent.mkdir(parents=True, exist_ok=True)
@@ -282,13 +287,13 @@ def create_folder(
 
 
 def check_size(experiment: Experiment) -> None:
-    """Check that the population is one that a checkpoint can hold.
+    """Check that the population fits into a checkpoint.
 
     Raises:
-        RunError: it is too large.
+        RunError: the population is too large.
     """
     population, space = experiment.individuals, experiment.space()
-    # The other half is room for the scores and their terms.
+    # The other half is for scores and terms.
     most = MAX_BYTES // 2 // (space.genes * space.dtype.itemsize)
     if population > most:
         raise RunError(
@@ -298,7 +303,7 @@ def check_size(experiment: Experiment) -> None:
 
 
 def free_name(wanted: Path) -> Path:
-    """The first of a, a-2, a-3, … that is free now, which `create_run` takes."""
+    """Return the first free name of a, a-2, a-3, …, which `create_run` would use."""
     return next(path for path in _names(wanted) if not os.path.lexists(path))
 
 
@@ -308,11 +313,11 @@ def _names(wanted: Path) -> Iterator[Path]:
 
 
 def _name(draft: Path, wanted: Path) -> Path:
-    """Give `draft` the first free name."""
+    """Rename `draft` to the first free name."""
     while True:
         path = free_name(wanted)
         try:
             return draft.rename(path)
         except OSError:
-            if not os.path.lexists(path):  # else: another run took the name meanwhile
+            if not os.path.lexists(path):  # otherwise another run has just taken the name
                 raise

@@ -1,4 +1,4 @@
-"""One process at a time writes to a run."""
+"""The lock of a run folder: only one process at a time writes to a run."""
 
 import errno
 import os
@@ -16,17 +16,17 @@ from gaitsim.runs.background import check_not_elsewhere
 if sys.platform != "win32":
     import fcntl
 
-PATIENCE = 0.5  # seconds: `is_locked` holds the lock of an idle run for a moment, too
+PATIENCE = 0.5  # seconds, as `is_locked` briefly holds the lock of an idle run, too
 _REMOVE = "remove it, if no process writes the run"
 _REMEDIES = dict.fromkeys((errno.ELOOP, errno.EINVAL, errno.EISDIR, errno.EMLINK), _REMOVE)
 
 
 class RunLock:
-    """The lock of a run folder; the system frees it when its process ends, however it ends.
+    """The lock of a run folder, which the system releases when its process ends in any way.
 
     Raises:
-        RunError: another process holds it, or waits to evolve the run in the background; the
-            message names that process.
+        RunError: another process holds the lock, or is waiting to evolve the run in the
+            background; the message names that process.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -34,31 +34,31 @@ class RunLock:
         self._lock = FileLock(folder / ".lock")
         owner = folder / ".lock-owner"
         try:
-            # filelock opens other kinds of files, too.
+            # filelock would also open other kinds of files.
             os.close(open_descriptor(folder / ".lock", os.O_RDWR | os.O_CREAT))
             self._lock.acquire(timeout=PATIENCE, poll_interval=0.02)
         except Timeout:
             raise RunError(
                 f"the run {folder} is being written by {_read(owner)}",
-                remedy="wait for it, or stop it with Ctrl-C: it saves before it ends",
+                remedy="wait for it, or stop it with Ctrl-C; it saves before it ends",
             ) from None
         except OSError as error:
             raise RunError(
                 f"cannot lock the run {folder}: {error.strerror}",
                 where=str(folder / ".lock"),
                 remedy=_REMEDIES.get(
-                    error.errno or 0, "check that the folder is there and may be written"
+                    error.errno or 0, "check that the folder exists and is writable"
                 ),
             ) from None
-        # The name of the owner is a courtesy; the lock itself holds.
+        # The name of the owner is only for messages.
         with suppress(OSError):
-            owner.unlink(missing_ok=True)  # it may be a link
+            owner.unlink(missing_ok=True)  # in case it is a link
             with owner.open("x", encoding="utf-8") as file:
                 file.write(f"process {os.getpid()} on {socket.gethostname()}")
 
     def release(self) -> None:
-        """Give the run free."""
-        with suppress(OSError):  # a plugin closed its descriptor, which gave the run free
+        """Unlock the run."""
+        with suppress(OSError):  # a plugin closed its descriptor, which unlocked the run
             self._lock.release()
 
 
@@ -70,7 +70,7 @@ def _read(owner: Path) -> str:
 
 
 def is_locked(folder: Path) -> bool:
-    """Whether a process is writing to the run now. Makes no file in the folder."""
+    """Return whether a process is writing to the run. Creates no file in the folder."""
     try:
         descriptor = open_descriptor(folder / ".lock", os.O_RDONLY)
     except OSError:
@@ -88,7 +88,7 @@ def _held(lock: Path, descriptor: int) -> bool:
                 return False
         except Timeout:
             return True
-    try:  # as filelock does it, in a quarter of its time; closing the descriptor frees it
+    try:  # as in filelock, but four times as fast; closing the descriptor releases the lock
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return True

@@ -1,10 +1,9 @@
-"""What the opcodes of a checkpoint's pickle would build, followed without building it."""
+"""A dry run of a checkpoint's pickle, which follows its opcodes without building anything."""
 
 MAX_DEPTH = 16
-"""Greatest number of containers within one another."""
+"""Maximum depth of nested containers."""
 
-# What an opcode puts on the unpickler's stack: the kind of value, and how many
-# containers deep it is.
+# A value that an opcode puts on the unpickler's stack: its type, and its depth in containers.
 _Value = tuple[type, int]
 _PUSHES: dict[str, _Value] = {
     "EMPTY_DICT": (dict, 1),
@@ -14,25 +13,25 @@ _PUSHES: dict[str, _Value] = {
     **dict.fromkeys(("BININT", "BININT1", "BININT2", "LONG1"), (int, 0)),
     **dict.fromkeys(("NONE", "NEWTRUE", "NEWFALSE", "BINFLOAT"), (object, 0)),
 }
-# What moves values from the stack into the container below them: its kind, and how
-# many values, where a mark does not say where they begin.
+# Opcodes that move values from the stack into the container below them: the type of the
+# container, and the number of values, unless a mark gives their start.
 _FILLS: dict[str, type] = {"APPEND": list, "APPENDS": list, "SETITEM": dict, "SETITEMS": dict}
 _WIDTHS = {"APPEND": 1, "SETITEM": 2}
 
 
 class RefusedError(Exception):
-    """The reason why a pickle is not read."""
+    """A pickle is refused, for the reason in the message."""
 
 
 class OpcodeStack:
-    """The unpickler's stack, with the kind and the depth of each value in its place."""
+    """The unpickler's stack, with the type and depth of each value instead of the value."""
 
     def __init__(self) -> None:
         self.values: list[_Value] = []
         self.marks: list[int] = []
 
     def follow(self, name: str) -> None:
-        """Do what the opcode `name` does to the stack."""
+        """Apply the effect of an opcode to the stack."""
         if name in _PUSHES:
             self.values.append(_PUSHES[name])
         elif name == "MARK":
@@ -42,16 +41,16 @@ class OpcodeStack:
         elif name in _FILLS:
             self._fill(_FILLS[name], self.marks.pop() if self.marks else 0)
         elif name not in ("FRAME", "STOP"):
-            raise RefusedError(f"it holds the opcode {name}, which a checkpoint never has")
+            raise RefusedError(f"it contains the opcode {name}, which no checkpoint has")
 
     def _fill(self, container: type, start: int) -> None:
         """Move the values from `start` on into the container below them."""
         if start < 1 or self.values[start - 1][0] is not container:
-            raise RefusedError(f"it fills a {container.__name__} that is not there")
+            raise RefusedError(f"it fills a {container.__name__} that does not exist")
         items = self.values[start:]
         if container is dict and (len(items) % 2 or any(kind is not str for kind, _ in items[::2])):
             raise RefusedError("a key is not a string")
         depth = max([self.values[start - 1][1], *(inner + 1 for _, inner in items)])
         if depth > MAX_DEPTH:
-            raise RefusedError(f"it is more than {MAX_DEPTH} containers deep")
+            raise RefusedError(f"its containers are nested more than {MAX_DEPTH} deep")
         self.values[start - 1 :] = [(container, depth)]

@@ -1,7 +1,7 @@
-"""`provenance.json`: the versions and the processor that a run was made with.
+"""`provenance.json`: the versions and the processor that computed a run.
 
-Another processor may round the last bit of a number differently. An entry holds from its
-generation on; another one follows where other versions resume the run.
+Another processor may round the last bit of a number differently. Each entry is valid from its
+generation; resuming with other versions adds another entry.
 """
 
 import platform
@@ -32,13 +32,13 @@ LARGEST = 10_000_000  # bytes
 
 @dataclass(frozen=True)
 class Provenance:
-    """Versions and processor that generations were made with.
+    """Versions and processor that computed a range of generations.
 
     Attributes:
-        first: the first of these generations.
-        parts: names and versions: of gaitsim, its plugins' packages, Python, the numerical
-            libraries that were used, their settings, and the processor; the checksums of long
-            texts among the options, such as a robot.
+        first: first of these generations.
+        parts: versions by name: gaitsim, the packages of plugins, Python, the numerical libraries
+            in use, their settings, and the processor; also checksums of long texts among the
+            options, such as a robot.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -51,7 +51,7 @@ _ENTRIES = TypeAdapter(list[Provenance])
 
 
 def current_versions(experiment: Experiment) -> dict[str, str]:
-    """Return what is used now; complete after the first evaluation, when all is loaded."""
+    """Return the versions in use, which are complete once the first evaluation has loaded all."""
     config: Any = np.show_config(mode="dicts")
     blas = config.get("Build Dependencies", {}).get("blas", {})
     found = {
@@ -67,20 +67,20 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
         settings: Any = sys.modules["numba"].config
         found |= {f"NUMBA_{name}": str(getattr(settings, name, None)) for name in _SETTINGS}
         found["numba"] = version("numba")
-        # What compiled code is made for.
+        # The processor that compiled code is optimised for.
         found["processor"] = f"{get_host_cpu_name()}, {found['processor']}"
     for kind in experiment.kinds:
         for name, value in options.values(experiment.plugin(kind)).items():
-            if is_long(value):  # in the key: another text is another stage, not another version
+            if is_long(value):  # in the key, as another text is a new stage, not a new version
                 found[f"{kind}.{name} {checksum(value)}"] = "SHA-256"
     return found
 
 
 def write_provenance(folder: Path, first: int, parts: Mapping[str, str]) -> None:
-    """Add an entry, unless the one before is equal; drop entries from `first` on.
+    """Add an entry unless it equals the last one, and drop entries from generation `first`.
 
     Raises:
-        RunError: it cannot be written.
+        RunError: the file cannot be written.
     """
     try:
         kept = [origin for origin in read_provenance(folder) if origin.first < first]
@@ -93,7 +93,7 @@ def write_provenance(folder: Path, first: int, parts: Mapping[str, str]) -> None
 
 
 def provenance_bytes(entries: Sequence[Provenance]) -> bytes:
-    """Return the content of the file of these entries."""
+    """Return the content of a file with these entries."""
     return _ENTRIES.dump_json([*entries], indent=1) + b"\n"
 
 
@@ -101,7 +101,7 @@ def read_provenance(folder: Path) -> list[Provenance]:
     """Return the entries of a run, in order; [] without a file.
 
     Raises:
-        RunError: they are damaged, or cannot be read.
+        RunError: the file is damaged, or cannot be read.
     """
     path = folder / PROVENANCE
     try:
@@ -115,10 +115,10 @@ def read_provenance(folder: Path) -> list[Provenance]:
 
 
 def differences(origins: Sequence[Provenance], now: Mapping[str, str]) -> list[str]:
-    """Return the differences between the entries of a run and the versions here."""
+    """Return the differences between the entries of a run and the current versions."""
     found = []
     for at, origin in enumerate(origins):
-        since = f" (from generation {origin.first} on)" if at or len(origins) > 1 else ""
+        since = f" (from generation {origin.first})" if at or len(origins) > 1 else ""
         found += [
             f"{name}: {then} then, {now[name]} now{since}"
             for name, then in origin.parts.items()

@@ -22,12 +22,12 @@ class RecordFiles:
     """The record files of a run, open for appending; a context manager.
 
     Args:
-        path: the run's folder.
-        experiment: of the run.
-        done: the number of generations to keep; the records after them are dropped.
+        path: folder of the run.
+        experiment: experiment of the run.
+        done: number of generations to keep; later records are dropped.
 
     Raises:
-        RunError: a file holds fewer records, or cannot be written.
+        RunError: a file has fewer records, or cannot be written.
     """
 
     def __init__(self, path: Path, experiment: Experiment, done: int) -> None:
@@ -51,7 +51,7 @@ class RecordFiles:
             self._bests = held.enter_context(
                 closing(AppendOnlyFile(bests, done * self._layout.itemsize))
             )
-            # A power cut may have lost the last ones; zeros mark those.
+            # Zeros replace checksums lost in a power failure.
             self._checksums = held.enter_context(
                 closing(AppendOnlyFile(path / CHECKSUMS, done * size, size))
             )
@@ -71,7 +71,7 @@ class RecordFiles:
         self._held.close()
 
     def append(self, generation: Generation, row: Mapping[str, float]) -> None:
-        """Add the records of a generation, whose row of the history is `row`."""
+        """Add the records of a generation, whose row in the history is `row`."""
         best = generation.best
         record = np.zeros((), self._layout)
         record["score"], record["genome"] = generation.scores[best], generation.genomes[best]
@@ -82,8 +82,8 @@ class RecordFiles:
         if self._number > 1:
             row_of_islands = line([generation.number, *islands.tolist()])
             self._islands.append(row_of_islands.encode())
-        # Not forced to disk, which would take as long as everything else here. If a power cut
-        # loses one, only `gaitsim verify` misses it.
+        # Not flushed to disk, which would take as long as everything else here. Only `gaitsim
+        # verify` needs a checksum that is lost in a power failure.
         record_of_checksums = checksums(
             generation.genomes, generation.evaluation, row, kept, self._chain
         )

@@ -1,22 +1,22 @@
-"""The file format of checkpoints: a header, then a pickle that is never trusted.
+"""The file format of checkpoints: a header, followed by an untrusted pickle.
 
-=========  =====  ==========================================
-offset     bytes  what
-=========  =====  ==========================================
+=========  =====  ============================================
+offset     bytes  content
+=========  =====  ============================================
 0          8      magic, `GAITSIM` and a zero byte
 8          4      schema version, unsigned, little-endian
-12         8      length of the pickle, likewise
+12         8      length of the pickle, unsigned, little-endian
 20         32     SHA-256 of all other bytes of the file
 52         rest   pickle, protocol 5
-=========  =====  ==========================================
+=========  =====  ============================================
 
-This layout is the same in every schema version. `pickle.loads(data[52:])` opens
-the rest in any Python. The pickle holds dict with string keys, list, str, int of
-64 bits, float, bool, None and bytes, and nothing occurs in it by reference: that
-leaves 24 opcodes, none of which names, calls or remembers anything.
+This layout is the same in all schema versions. `pickle.loads(data[52:])` opens the rest in any
+Python. The pickle contains dicts with string keys, lists, str, int of 64 bits, float, bool, None
+and bytes, without references. It needs only 24 opcodes, none of which imports, calls or memoises
+anything.
 
-A correct checksum shows that a file is undamaged, not that it is harmless. So all opcodes are
-checked before any of them is executed.
+A correct checksum shows that a file is undamaged, not that it is harmless. Therefore all opcodes
+are checked before any is executed.
 """
 
 import hashlib
@@ -38,9 +38,9 @@ HEADER = 52
 """Length of the header, bytes."""
 
 MAX_BYTES = 2**30
-"""Length of the longest file that is read."""
+"""Maximum length of a file, bytes."""
 MAX_TEXT = 2**26
-"""Most characters in all strings together: one takes up to four bytes in memory."""
+"""Maximum number of characters in all strings; each takes up to four bytes of memory."""
 MAX_OPCODES = 1_000_000
 
 _FIELDS = struct.Struct("<8sIQ")
@@ -48,33 +48,33 @@ _DIGEST = slice(_FIELDS.size, HEADER)
 
 
 class SchemaVersionError(CheckpointError):
-    """A checkpoint is whole, but in the format of an older or a newer gaitsim."""
+    """A checkpoint is intact, but in the format of an older or newer gaitsim."""
 
 
 class NewerVersionError(SchemaVersionError):
-    """A checkpoint is whole, but in the format of a newer gaitsim."""
+    """A checkpoint is intact, but in the format of a newer gaitsim."""
 
 
 class _Reader(pickle.Unpickler):
-    """Builds builtins alone, whatever the scan let pass."""
+    """An unpickler that builds only builtins, even if the scan missed something."""
 
     def find_class(self, module: str, name: str) -> NoReturn:
-        raise RefusedError(f"it asks for {module!r}, {name!r}, and a checkpoint names nothing")
+        raise RefusedError(f"it imports {name!r} from {module!r}, which no checkpoint does")
 
 
 def dumps(content: dict[str, Any]) -> bytes:
-    """A whole file, header and pickle, that holds `content`.
+    """Return the bytes of a file, header and pickle, with the given content.
 
     Equal content, with keys in the same order, gives equal bytes.
 
     Raises:
-        ValueError: `content` holds what a checkpoint cannot hold, or too much of it.
+        ValueError: `content` is of types that a checkpoint cannot contain, or too large.
     """
     file = io.BytesIO()
     file.write(bytes(HEADER))
     pickler = pickle.Pickler(file, protocol=5)
-    # No memo: the bytes depend on values alone, not on which of them are one object,
-    # and the reader needs to follow no references.
+    # Without a memo, the bytes depend only on values, not on the identity of objects, and
+    # contain no references.
     pickler.fast = True
     try:
         pickler.dump(content)
@@ -83,13 +83,13 @@ def dumps(content: dict[str, Any]) -> bytes:
             digest = hashlib.sha256(view[: _DIGEST.start])
             digest.update(view[_DIGEST.stop :])
             view[_DIGEST] = digest.digest()
-        if not _is_plain(content):  # a scan is a fifth of recording a generation
+        if not _is_plain(content):  # a scan takes a fifth of the time to record a generation
             _scan(file)
         data = file.getvalue()
-    except Exception as error:  # the pickler raises about anything
-        raise ValueError(f"no checkpoint can hold this: {error}") from error
+    except Exception as error:  # the pickler can raise any error
+        raise ValueError(f"a checkpoint cannot contain this: {error}") from error
     if len(data) > MAX_BYTES:
-        raise ValueError(f"no checkpoint can hold {len(data):,} bytes, only {MAX_BYTES:,}")
+        raise ValueError(f"a checkpoint has at most {MAX_BYTES:,} bytes, not {len(data):,}")
     return data
 
 
@@ -97,35 +97,37 @@ def load(path: Path) -> dict[str, Any]:
     """Read the file at `path`.
 
     Raises:
-        SchemaVersionError: it is whole, but of an older or a newer gaitsim.
-        CheckpointError: it is missing, damaged, foreign or hostile.
-        RunError: it may not be read.
+        SchemaVersionError: the file is intact, but from an older or newer gaitsim.
+        CheckpointError: the file is missing, damaged, hostile or of another kind.
+        RunError: permission denied.
     """
     try:
         with open_regular(path, MAX_BYTES) as file:
             return _load(file, path)
     except FileNotFoundError as error:
-        raise _refusal(path, "there is no such file", "check the path") from error
+        raise _refusal(path, "file not found", "check the path") from error
     except PermissionError as error:
         raise RunError(
-            f"{path.name} may not be read", where=str(path), remedy="allow reading it"
+            f"{path.name} cannot be read: permission denied",
+            where=str(path),
+            remedy="change its permissions",
         ) from error
     except (OSError, MemoryError) as error:
         raise _refusal(path, _reason(error)) from error
 
 
 def loads(data: bytes, path: Path) -> dict[str, Any]:
-    """Read the bytes of a whole file; `path` names it in errors.
+    """Read the bytes of a file; `path` names it in errors.
 
     Raises:
-        SchemaVersionError: it is whole, but of an older or a newer gaitsim.
-        CheckpointError: it is damaged, foreign or hostile.
+        SchemaVersionError: the file is intact, but from an older or newer gaitsim.
+        CheckpointError: the file is damaged, hostile or of another kind.
     """
     return _load(io.BytesIO(data), path)
 
 
 def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
-    """Read a whole file; one with another header or checksum never stands in memory."""
+    """Read a file, loading it into memory only if its header and checksum are correct."""
     header = file.read(HEADER)
     if not header:
         raise _refusal(path, "it is empty")
@@ -136,7 +138,7 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
     _, version, length = _FIELDS.unpack_from(header)
     found = file.seek(0, os.SEEK_END) - HEADER
     if length != found:
-        raise _refusal(path, f"it is damaged: {found:,} bytes of {length:,} are there")
+        raise _refusal(path, f"it is damaged: it has {found:,} bytes instead of {length:,}")
     if _digest(file) != header[_DIGEST]:
         raise _refusal(path, "it is damaged: its checksum is wrong")
     if version > VERSION:
@@ -154,7 +156,7 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
         _scan(stream)
         stream.seek(HEADER)
         content: dict[str, Any] = _Reader(stream).load()
-    except Exception as error:  # hostile bytes can make the unpickler raise about anything
+    except Exception as error:  # hostile bytes can make the unpickler raise any error
         raise _refusal(path, _reason(error)) from error
     if version < VERSION:
         raise _older(path, version, content)
@@ -162,15 +164,15 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
 
 
 def _older(path: Path, version: int, content: dict[str, Any]) -> SchemaVersionError:
-    """Return the error for a file of an older gaitsim, whose version the file contains."""
+    """Return the error of a file written by an older gaitsim, which it names."""
     versions = content.get("versions")
     found = versions.get("gaitsim") if isinstance(versions, dict) else None
     writer = f"gaitsim {found if isinstance(found, str) else '?'}"[:40]
     return SchemaVersionError(
-        f"{path.name} was written by {writer} in the old format {version}",
+        f"{path.name} was written by {writer} in the older format {version}",
         where=str(path),
         allowed=f"format {VERSION}",
-        remedy="open it with the gaitsim that wrote it, or begin a new run with the experiment.toml"
+        remedy="open it with the gaitsim that wrote it, or start a new run with the experiment.toml"
         " of its folder: gaitsim run FOLDER/experiment.toml",
     )
 
@@ -188,10 +190,10 @@ def _scan(stream: io.BytesIO) -> None:
     """Check every opcode of a file without building anything.
 
     Raises:
-        RefusedError: an opcode, a length, a depth or a key that no honest file has.
-        Exception: whatever pickletools raises for bytes that are no pickle.
+        RefusedError: an opcode, length, depth or key is not that of a checkpoint.
+        Exception: any error of pickletools for bytes that are not a pickle.
     """
-    # genops reads lengths from a stream, which returns what is there and allocates no more.
+    # genops reads from a stream, which allocates no more than its length.
     end = stream.seek(0, os.SEEK_END)
     stream.seek(HEADER)
     stack = OpcodeStack()
@@ -215,7 +217,7 @@ def _scan(stream: io.BytesIO) -> None:
 
 
 def _is_plain(content: object) -> bool:
-    """Return whether `_scan` surely accepts the pickle of some content, which has few values."""
+    """Return whether content is so small and plain that `_scan` certainly accepts its pickle."""
     level, text, depth = [content], 0, 0
     while level and depth < MAX_DEPTH and len(level) < MAX_OPCODES / 100:
         inner: list[object] = []
@@ -235,7 +237,7 @@ def _is_plain(content: object) -> bool:
 
 
 def _text_length(arg: object) -> int:
-    """Return the number of characters in the argument of an opcode, after checking it."""
+    """Check the argument of an opcode, and return its number of characters."""
     if isinstance(arg, int) and not -(2**63) <= arg < 2**63:
         raise RefusedError("a whole number needs more than 64 bits")
     if not isinstance(arg, str):
@@ -246,7 +248,7 @@ def _text_length(arg: object) -> int:
 
 def _reason(error: BaseException) -> str:
     if isinstance(error, MemoryError):
-        return "it needs more memory than there is"
+        return "it needs more memory than is available"
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     return str(error) or type(error).__name__
@@ -261,6 +263,6 @@ def _refusal(
     return CheckpointError(
         f"{path.name} cannot be read as a checkpoint: {reason}",
         where=str(path),
-        allowed=allowed or "a checkpoint that gaitsim wrote",
+        allowed=allowed or "a checkpoint written by gaitsim",
         remedy=remedy,
     )

@@ -1,6 +1,6 @@
 """Types of values read from a file: exact builtins, printable names, bounded arrays.
 
-pydantic validates dataclasses of these types. A number must have exactly its type, so that
+pydantic validates dataclasses with these types. Numbers must have exactly their type, so that
 `True` is not a whole number.
 """
 
@@ -73,15 +73,16 @@ def array(
     allowed: str,
     accepts: Callable[[Array], Array],
 ) -> PlainValidator:
-    """Read an array as `plain_array` stores it: a writable copy, in the machine's byte order.
+    """Return a validator that reads an array stored by `plain_array`.
 
-    Writable, because compiled code would be compiled once more for read-only arrays.
+    The array is in native byte order, and writable, as read-only arrays would need separately
+    compiled code.
 
     Args:
-        shape: the names of the axes, none of them empty; None allows any shape.
-        dtypes: NumPy's names of the dtypes allowed; never one that holds objects.
-        allowed: what each element has to be, for messages.
-        accepts: checks every element.
+        shape: names of the axes, which must not be empty; None allows any shape.
+        dtypes: NumPy names of the allowed dtypes, never object dtypes.
+        allowed: description of valid elements, for messages.
+        accepts: function that checks every element.
     """
     axes = "of any shape" if shape is None else f"({', '.join(shape)})"
 
@@ -103,13 +104,13 @@ def array(
 
 
 def plain_array(values: Array) -> dict[str, object]:
-    """Return an array as the builtins that `array` reads."""
+    """Return an array as builtins, which `array` reads."""
     little = values.astype(values.dtype.newbyteorder("<"), copy=False)
     return {"dtype": little.dtype.str, "shape": list(values.shape), "bytes": little.tobytes()}
 
 
 def first_problem(error: ValidationError, of: str) -> tuple[str, str]:
-    """Return the key of the first wrong value, safe to print, and what is wrong with it."""
+    """Return the key of the first invalid value, safe to print, and the reason."""
     first = error.errors(include_url=False, include_input=False)[0]
     parts = [of, *map(str, first["loc"])]
     key = ".".join(part if part.isprintable() else ascii(part) for part in parts)

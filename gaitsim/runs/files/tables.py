@@ -1,6 +1,6 @@
-"""Tables of numbers in CSV: a line of names, then a row per generation.
+"""CSV tables of numbers: a line of names, then one row per generation.
 
-They grow while they are read, and someone else may have made them.
+They may grow while they are read, and are not trusted.
 """
 
 import csv
@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 from gaitsim.errors import RunError
 from gaitsim.opening import open_regular
 
-LARGEST = 2**30  # bytes of a table, which are more than two million generations
+LARGEST = 2**30  # bytes of a table, enough for more than two million generations
 LONGEST_HEAD = 2**20  # bytes of a table's first line
-LONGEST_CELL = 25  # bytes, with the comma: -2.2250738585072014e-308,
+LONGEST_CELL = 25  # bytes, including the comma, of -2.2250738585072014e-308,
 Columns = dict[str, NDArray[np.float64]]
-"""Columns of a history by name, (generations,) each."""
+"""Columns of a history by name, each (generations,)."""
 
 
 def line(cells: Iterable[str | float]) -> str:
-    """Return one line of CSV, with numbers in the shortest form that reads back the same."""
+    """Return one line of CSV, with numbers in the shortest form that reads back exactly."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerow(
         [cell if isinstance(cell, str) else repr(cell) for cell in cells]
@@ -36,9 +36,9 @@ def line(cells: Iterable[str | float]) -> str:
 
 
 def line_ends(path: Path, rows: int) -> list[int]:
-    """Return the end of the first line of a file and of the next `rows`, in bytes from its start.
+    """Return the ends of the first line and the next `rows` lines, in bytes from the start.
 
-    Fewer where there are not as many whole lines; [] without a file.
+    There are fewer if the file has fewer whole lines, and none without a file.
 
     Raises:
         RunError: the file cannot be read.
@@ -53,7 +53,7 @@ def line_ends(path: Path, rows: int) -> list[int]:
 
 
 def first_rows(path: Path, rows: int) -> bytes:
-    """Return the first line of a table and at most so many whole rows.
+    """Return the first line of a table and at most `rows` whole rows.
 
     Raises:
         RunError: the file cannot be read.
@@ -64,10 +64,10 @@ def first_rows(path: Path, rows: int) -> bytes:
 
 
 def read_head(path: Path, file: BinaryIO) -> bytes:
-    """Return the first line of a table; b"" where it is not whole yet.
+    """Return the first line of a table; b"" if it is incomplete.
 
     Raises:
-        RunError: it is too long to be one.
+        RunError: the line is too long.
     """
     head = file.readline(LONGEST_HEAD)
     if len(head) == LONGEST_HEAD:
@@ -76,13 +76,14 @@ def read_head(path: Path, file: BinaryIO) -> bytes:
 
 
 def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> bytes:
-    """Return the whole lines of a table from here on, at most the first `most`.
+    """Return the whole lines of a table from the current position.
 
     Args:
-        path: the file, for messages.
-        file: the file, opened.
-        head: its first line, by which rows that are too long or too short are found unparsed.
-        most: the number of lines; None for all.
+        path: path of the file, for messages.
+        file: opened file.
+        head: first line of the file, from which too long or too short rows are detected without
+            parsing.
+        most: maximum number of lines; None for all.
 
     Raises:
         RunError: the first line or a row is damaged.
@@ -102,9 +103,9 @@ def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> byte
 
 
 def read_up_to(file: BinaryIO, most: int) -> bytes:
-    """Return at most so many bytes from here on.
+    """Return at most `most` bytes from the current position.
 
-    A file reserves memory for all that it is asked for.
+    The size is limited to that of the file, as reading allocates the requested size.
     """
     here = file.tell()
     left = file.seek(0, os.SEEK_END) - here
@@ -127,14 +128,14 @@ def column_names(path: Path, head: bytes) -> list[str]:
 def read_table(
     path: Path, most: int | None, parse: Callable[[Path, bytes, bytes], Columns]
 ) -> Columns:
-    """Return the columns of a table by name; {} where there is no file.
+    """Return the columns of a table by name; {} without a file.
 
-    An incomplete last line is being written, and left out, as are rows after the first `most`.
+    An incomplete last line, which is still being written, is left out.
 
     Args:
-        path: the file.
-        most: the number of rows; None for all.
-        parse: checks and parses the path's first line and whole rows.
+        path: path of the file.
+        most: maximum number of rows; None for all.
+        parse: function that checks and parses the path's first line and whole rows.
 
     Raises:
         RunError: the file cannot be read, or is damaged.
@@ -148,14 +149,14 @@ def read_table(
 def parse_rows(
     path: Path, head: bytes, rows: bytes, first: int, wrong_names: Callable[[list[str]], str]
 ) -> Columns:
-    """Return whole rows of a table as columns by name, (rows,) each.
+    """Return whole rows of a table as columns by name, each (rows,).
 
     Args:
-        path: the file, for messages.
-        head: its first line.
-        rows: whole lines of it.
-        first: the generation of the first row.
-        wrong_names: says what is wrong with the names of the columns, or ''.
+        path: path of the file, for messages.
+        head: first line of the file.
+        rows: whole lines of the file.
+        first: generation of the first row.
+        wrong_names: function that returns what is wrong with the names of the columns, or ''.
 
     Raises:
         RunError: the first line or a row is damaged.
@@ -176,24 +177,24 @@ def parse_rows(
     if table.shape != (count, len(names)):
         raise damaged(path, "a row does not have one number per column")
     if not np.array_equal(table[:, 0], np.arange(first, first + count)):
-        raise damaged(path, "its rows are not those of the generations from 1 on")
+        raise damaged(path, "its rows are not numbered by generation from 1")
     return {name: table[:, column] for column, name in enumerate(names)}
 
 
 def check_values(
     path: Path, columns: Columns, name: str, accepted: NDArray[np.bool_], allowed: str
 ) -> None:
-    """Refuse a column with a value that is not accepted.
+    """Check the values of a column.
 
     Args:
-        path: the file, for messages.
-        columns: its columns.
-        name: the column.
-        accepted: which of its values are accepted, (rows,).
-        allowed: what each value should be.
+        path: path of the file, for messages.
+        columns: columns of the file.
+        name: name of the column.
+        accepted: whether each value is valid, (rows,).
+        allowed: description of valid values.
 
     Raises:
-        RunError: names the first such value and its generation.
+        RunError: a value is invalid; the message names the first one and its generation.
     """
     for at in np.flatnonzero(~accepted)[:1]:
         generation = columns["generation"][at]
@@ -206,16 +207,16 @@ def damaged(path: Path, reason: str) -> RunError:
     return RunError(
         f"{path.name} is damaged: {reason}",
         where=str(path),
-        remedy="restore it from a copy; the checkpoint beside it is separate",
+        remedy="restore it from a copy; the checkpoint is not affected",
     )
 
 
 @contextmanager
 def opened(path: Path, largest: int = LARGEST) -> Iterator[BinaryIO]:
-    """Open a file with one record per generation for reading; a missing one is empty.
+    """Open a file with one record per generation for reading; a missing file reads as empty.
 
     Raises:
-        RunError: it cannot be read.
+        RunError: the file cannot be read.
     """
     try:
         with ExitStack() as held:

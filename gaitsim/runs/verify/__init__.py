@@ -1,1 +1,1 @@
-"""Re-evolve recorded generations and compare them with the files of the run."""
+"""Verification: reproduce recorded generations and compare them with the files of the run."""

@@ -1,4 +1,4 @@
-"""Check whether the files of a run agree with one another."""
+"""Check whether the files of a run are consistent."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -28,22 +28,22 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, changes, comparable
 
 KEEPING = ("fitness_threshold", "delta_fitness")
-"""Options of [evolution] that begin no stage, but decide which champions are kept."""
+"""Options of [evolution] that start no stage, but decide which champions are saved."""
 
 
 def row_of(run: RunSnapshot, generation: int) -> dict[str, float]:
-    """Return a generation's row of the history by column."""
+    """Return a generation's row of the history, by column name."""
     return {name: float(values[generation - 1]) for name, values in run.history.items()}
 
 
 def best_record(run: RunSnapshot, generation: int) -> bytes:
-    """Return the records of a generation's best, as its checksum counts them."""
+    """Return the records of a generation's best individual, as covered by its checksum."""
     record: bytes = run.bests[generation - 1].tobytes()
     return record + islands_record(run.islands[generation - 1])
 
 
 def checksum(run: RunSnapshot, generation: int, part: str) -> bytes | None:
-    """Return a recorded checksum: of `genomes`, `scores` or `chain`; None where there is none."""
+    """Return the recorded checksum of `genomes`, `scores` or `chain`; None if it is missing."""
     if not 1 <= generation <= len(run.checksums):
         return None
     found: bytes = run.checksums[generation - 1][part].tobytes()
@@ -51,14 +51,14 @@ def checksum(run: RunSnapshot, generation: int, part: str) -> bytes | None:
 
 
 def expected_chain(run: RunSnapshot, generation: int) -> bytes:
-    """Return the checksum of a generation's chain by the files of the run."""
+    """Return the chain checksum of a generation, computed from the files of the run."""
     before = checksum(run, generation - 1, "chain") or NONE
     parts = run.checksums[generation - 1].tobytes()[: -len(NONE)]
     return chain_checksum(before, parts, row_of(run, generation), best_record(run, generation))
 
 
 def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
-    """Return which parts of a generation, `genomes` or `scores`, have another checksum."""
+    """Return which parts of a generation, `genomes` or `scores`, differ from their checksums."""
     parts = {
         "genomes": genomes_checksum(generation.genomes),
         "scores": scores_checksum(generation.evaluation),
@@ -71,16 +71,16 @@ def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
 
 
 def without_checksum(run: RunSnapshot) -> int:
-    """Return the number of generations that have no checksum."""
+    """Return the number of generations without a checksum."""
     if not len(run.checksums):
         return run.generation
     return run.generation - int((run.checksums["chain"] != np.void(NONE)).sum())
 
 
 def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
-    """Return what `experiment.toml` changes against the experiment of the last generation.
+    """Return the differences of `experiment.toml` from the experiment of the last generation.
 
-    Options that only say how long the search goes are left out.
+    Options that only affect when the search stops are left out.
 
     Raises:
         ExperimentError: the file has problems.
@@ -89,16 +89,16 @@ def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
         return ()
     then, now = (one.evolution.model_dump() for one in (run.stages[-1].outline, run.experiment))
     saved = then["fitness_threshold"], now["fitness_threshold"]
-    keys = KEEPING if saved != (None, None) else ()  # else none are saved, by whatever step
+    keys = KEEPING if saved != (None, None) else ()  # without a threshold, none are saved
     changed = [Change(f"evolution.{key}", then[key], now[key]) for key in keys]
     return (*run.pending, *(change for change in changed if change.then != change.now))
 
 
 def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
-    """Return where the files of a run disagree with one another, by generation in order.
+    """Return the inconsistencies between the files of a run, by generation in order.
 
     Raises:
-        GaitsimError: an experiment of it has problems, or its body fails.
+        GaitsimError: an experiment of the run has problems, or its body fails.
     """
     found: dict[int, list[str]] = {}
     for generation, what in (
@@ -113,7 +113,7 @@ def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
 
 
 def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
-    """Compare history and bests with one another and with their checksums."""
+    """Compare history and bests with each other and with their checksums."""
     files = (HISTORY, ISLANDS, BESTS) if run.islands.shape[1] > 1 else (HISTORY, BESTS)
     for at, score in enumerate(run.bests["score"].tolist()):
         generation = at + 1
@@ -124,7 +124,7 @@ def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
         if islands != score and run.islands.shape[1] > 1:
             yield generation, f"best is {islands!r} in {ISLANDS}, {score!r} in {BESTS}"
         if found["stage"] != run.stage_at(generation).number:
-            yield generation, f"stage is {found['stage']:g} in {HISTORY} alone"
+            yield generation, f"stage is {found['stage']:g} only in {HISTORY}"
         chain = checksum(run, generation, "chain")
         if chain is not None and chain != expected_chain(run, generation):
             yield generation, f"its row or record of {', '.join(files)} or {CHECKSUMS} was changed"
@@ -145,13 +145,13 @@ def _of_checkpoint(
         return
     space = run.experiment_at(number).space()
     diversity = float(space.diversity(generation.genomes))
-    said = figures(run.experiment_at(number), generation.state)
-    for what in row_differences(run, replace(generation, diversity=diversity, figures=said)):
-        yield number, f"{what} by {name}"
+    reported = figures(run.experiment_at(number), generation.state)
+    for what in row_differences(run, replace(generation, diversity=diversity, figures=reported)):
+        yield number, f"{what} in {name}"
 
 
 def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
-    """Return which gene in a checkpoint's population leaves the bounds of its stage's body, or ''.
+    """Return which gene of a checkpoint's population is outside the body's bounds, or ''.
 
     Raises:
         GaitsimError: the experiment of the stage has problems, or its body fails.
@@ -169,10 +169,10 @@ def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
         yield last, f"the best score is {checkpoint.best_score!r} in {CHECKPOINT}, not {best!r}"
     since = len(course) - 1 - int(np.argmax(course))
     if np.isfinite(best) and checkpoint.stagnation != since:
-        yield last, f"{CHECKPOINT} counts {checkpoint.stagnation} generations since, not {since}"
+        yield last, f"{CHECKPOINT} has a stagnation of {checkpoint.stagnation}, not {since}"
     threshold = checkpoint.threshold
     if last > 1 and run.previous is None:
-        # It may have been raised in any generation, but never below the option.
+        # Any generation may have raised the threshold, but it is never below the option.
         least = run.stages[-1].outline.evolution.fitness_threshold
         if (threshold is None) != (least is None) or (threshold or 0.0) < (least or 0.0):
             yield last, f"the threshold is {threshold} in {CHECKPOINT}, below {least}"
@@ -181,7 +181,7 @@ def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 
 
 def _threshold(run: RunSnapshot) -> float | None:
-    """Return the threshold after the last generation by the one before it."""
+    """Return the threshold after the last generation, computed from the previous one."""
     evolution = run.stages[-1].outline.evolution
     before = Progress(0, -np.inf, -1, evolution.fitness_threshold)
     if run.previous is not None:
@@ -206,7 +206,7 @@ def _of_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
             continue
         best = run.bests[generation - 1]
         if champion.generation != generation:
-            yield generation, f"{name} says that it is of generation {champion.generation}"
+            yield generation, f"{name} contains the champion of generation {champion.generation}"
         if not np.array_equal(champion.genome, best["genome"]):
             yield generation, f"the genome in {name} is not that in {BESTS}"
         if champion.score != best["score"]:
@@ -232,7 +232,7 @@ def row_differences(run: RunSnapshot, generation: Generation) -> list[str]:
     islands = island_bests(generation, run.islands.shape[1])
     wrong = np.flatnonzero(run.islands[number - 1] != islands)
     if len(wrong) and len(islands) > 1:
-        found.append(f"{ISLANDS}: the best score of island {wrong[0] + 1} is another")
+        found.append(f"{ISLANDS}: the best score of island {wrong[0] + 1} differs")
     for at in np.flatnonzero(best["genome"] != genome)[:1]:
         then_gene, gene = best["genome"][at].item(), genome[at].item()
         found.append(f"{BESTS}: gene {at + 1} is {then_gene!r}, but {gene!r}")

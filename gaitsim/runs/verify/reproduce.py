@@ -1,4 +1,4 @@
-"""Reproduce recorded generations of a run, and report what differs from the record."""
+"""Reproduce recorded generations of a run, and report differences from the record."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -23,31 +23,33 @@ from gaitsim.runs.verify.consistency import (
     wrong_checksums,
 )
 
-Judges = Callable[[Experiment], Evaluator]
-"""Makes an evaluator of an experiment."""
+NewEvaluator = Callable[[Experiment], Evaluator]
+"""Creates the evaluator of an experiment."""
 
 Reproduced = Iterator[tuple[int, bool, list[str]]]
-"""Each generation's number, whether it was fully reproduced, and what differs from the record."""
+"""Number of each generation, whether it was fully reproduced, and differences from the record."""
 
 
-def reproduce_all(run: RunSnapshot, judges: Judges) -> Reproduced:
-    """Evolve the whole run again, from its file alone, stage by stage.
+def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Reproduced:
+    """Reproduce the whole run from its experiments, stage by stage.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
     """
     last: Generation | None = None
     for stage in run.stages:
-        for generation in _evolve(run, last, stage.last, judges):
+        for generation in _evolve(run, last, stage.last, new_evaluator):
             yield generation.number, True, _differences(run, generation)
             last = generation
 
 
-def reproduce_some(run: RunSnapshot, generations: list[int], judges: Judges) -> Reproduced:
-    """Reproduce some generations, fully where the population that they were bred from is stored.
+def reproduce_some(
+    run: RunSnapshot, generations: list[int], new_evaluator: NewEvaluator
+) -> Reproduced:
+    """Reproduce some generations, in full if the previous population is stored.
 
-    This is so for the first one, and for the last one with the checkpoint before it. Of any
-    other generation, the best individual is re-evaluated.
+    That is the case for the first generation, and for the last one if the previous checkpoint
+    exists. For other generations, only the best individual is re-evaluated.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
@@ -58,10 +60,10 @@ def reproduce_some(run: RunSnapshot, generations: list[int], judges: Judges) -> 
         if previous is not None and not population_out_of_bounds(run, previous):
             before = restored(previous)
         if number == 1 or before is not None:
-            (generation,) = _evolve(run, before, number, judges)
+            (generation,) = _evolve(run, before, number, new_evaluator)
             yield number, True, _differences(run, generation)
             continue
-        with judges(run.experiment_at(number)) as evaluator:
+        with new_evaluator(run.experiment_at(number)) as evaluator:
             found = _best_differences(run, number, evaluator.evaluate)
             if number == run.generation:
                 again = evaluator.evaluate(run.finished.genomes, number)
@@ -70,13 +72,13 @@ def reproduce_some(run: RunSnapshot, generations: list[int], judges: Judges) -> 
 
 
 def _evolve(
-    run: RunSnapshot, last: Generation | None, until: int, judges: Judges
+    run: RunSnapshot, last: Generation | None, until: int, new_evaluator: NewEvaluator
 ) -> Iterator[Generation]:
     """Yield the generations after `last` up to `until`, all of one stage."""
     stage = run.stage_at(until)
     experiment = _endless(run.experiment_at(until), until)
     start = start_genome(run, experiment) if last is None else None
-    with judges(experiment) as evaluator:
+    with new_evaluator(experiment) as evaluator:
         if last is not None and last.number < stage.first:
             progress = last.progress.next_stage(
                 experiment.evolution, reevaluated=stage.reevaluated, population=len(last.genomes)
@@ -88,7 +90,7 @@ def _evolve(
 
 
 def _endless(experiment: Experiment, generations: int) -> Experiment:
-    """Return the experiment without any stop condition but the number of generations."""
+    """Return the experiment with the number of generations as its only stop condition."""
     never = {"target_score": None, "max_evaluations": None, "stagnation": None}
     evolution = experiment.evolution.model_copy(update={"generations": generations, **never})
     return replace(experiment, evolution=evolution)
@@ -97,10 +99,10 @@ def _endless(experiment: Experiment, generations: int) -> Experiment:
 def _differences(run: RunSnapshot, again: Generation) -> list[str]:
     """Return how a reproduced generation differs from the record.
 
-    Champions are left out: `consistency` compares them with the record.
+    Champions are left out, as `consistency` compares them with the record.
     """
     found = [
-        f"the {part} of the population are others" for part in wrong_checksums(run, again)
+        f"the {part} of the population differ" for part in wrong_checksums(run, again)
     ] + row_differences(run, again)
     for checkpoint, name in ((run.finished, CHECKPOINT), (run.previous, PREVIOUS)):
         if checkpoint is not None and checkpoint.generation == again.number:
@@ -115,15 +117,15 @@ def _checkpoint_differences(checkpoint: Checkpoint, name: str, again: Generation
     else:
         individuals, genes = np.nonzero(checkpoint.genomes != again.genomes)
         if len(genes):
-            found.append(f"{name}: gene {genes[0] + 1} of individual {individuals[0]} is another")
+            found.append(f"{name}: gene {genes[0] + 1} of individual {individuals[0]} differs")
         found += _score_differences(checkpoint, name, again.evaluation)
     for array, values in again.state.items():
         if not np.array_equal(checkpoint.state.get(array, np.empty(0)), values, equal_nan=True):
-            found.append(f"{name}: the search's {array} is another")
+            found.append(f"{name}: the search's {array} differs")
     if checkpoint.best_score != again.progress.best_score:
-        found.append(f"{name}: the best score so far is another")
+        found.append(f"{name}: the best score so far differs")
     if checkpoint.stagnation != again.progress.stagnation:
-        found.append(f"{name}: the generations since it rose are others")
+        found.append(f"{name}: the stagnation differs")
     return found
 
 
@@ -135,12 +137,12 @@ def _score_differences(checkpoint: Checkpoint, name: str, again: Evaluation) -> 
         found.append(f"{name}: the score of individual {wrong[0]} is {then!r}, but {now!r}")
     for term, values in checkpoint.terms.items():
         if not np.array_equal(values, again.terms.get(term, np.empty(0)), equal_nan=True):
-            found.append(f"{name}: the term {term} is another")
+            found.append(f"{name}: the term {term} differs")
     return found
 
 
 def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> list[str]:
-    """Re-evaluate a generation's best individual, and return what differs from the record."""
+    """Re-evaluate a generation's best individual, and return differences from the record."""
     best, kept = run.bests[number - 1], best_terms(run.history, number)
     try:
         genome = run.best_genome(number)

@@ -1,4 +1,4 @@
-"""Verify that a run can be reproduced to the last bit."""
+"""Verify that a run can be reproduced bit for bit."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,17 +23,17 @@ class Verdict:
     """The result of verifying a run.
 
     Attributes:
-        last: the run's last generation.
-        whole: the generations that were fully reproduced.
-        best: those of which the best individual was re-evaluated.
-        differences: what is not as recorded, by generation in order; {} where all is identical.
-        without_checksum: how many generations have no checksum to be compared with.
-        warning: what a user should know about how the run was found, or ''.
-        damaged: checkpoints that cannot be read, a text each: which, and why.
-        asked: the options of `experiment.toml`, the end of the search aside, that are not those
-            that the last generation was made with.
-        origins: what the run was made with; () where it does not say.
-        elsewhere: where that differs from what is here, a text each.
+        last: last generation of the run.
+        whole: generations that were fully reproduced.
+        best: generations whose best individual was re-evaluated.
+        differences: differences from the record, by generation in order; {} if all is identical.
+        without_checksum: number of generations without a checksum.
+        warning: warning about the files of the run, or ''.
+        damaged: one message for each checkpoint that cannot be read.
+        asked: options of `experiment.toml` that differ from those of the last generation, except
+            for those that only affect when the search stops.
+        origins: versions and processors that computed the run; () if not recorded.
+        elsewhere: one message for each difference between these and the current ones.
     """
 
     last: int
@@ -54,14 +54,14 @@ class Verdict:
 
     @property
     def not_reproduced(self) -> tuple[tuple[int, int], ...]:
-        """The generations of which only the files were compared: first and last of each span."""
+        """The spans, first and last, of generations of which only the files were checked."""
         done = sorted({*self.whole, *self.best})
         gaps = zip([0, *done], [*done, self.last + 1], strict=True)
         return tuple((before + 1, after - 1) for before, after in gaps if after - before > 1)
 
 
 def sample(last: int, count: int = SAMPLES) -> list[int]:
-    """Generations spread evenly from the first to the last one."""
+    """Return generations spread evenly from the first to the last."""
     return sorted({int(number) for number in np.linspace(1, last, min(count, last)).round()})
 
 
@@ -74,24 +74,24 @@ def verify(
     begin: Callable[[int], None] = lambda total: None,
     advance: Callable[[], None] = lambda: None,
 ) -> Verdict:
-    """Check that a run's files agree, then reproduce generations and compare them.
+    """Check that a run's files are consistent, then reproduce generations and compare them.
 
     Args:
-        run: the run; generations that a process adds meanwhile are left out.
-        generations: which to reproduce; None for a sample.
-        everything: evolve the whole run again instead, up to the first difference.
-        workers: how many work at a time; None for another number than the default.
-        begin: called with the number of generations to reproduce.
-        advance: called after each one.
+        run: run to verify; generations added during the verification are left out.
+        generations: generations to reproduce; None for a sample.
+        everything: whether to reproduce the whole run instead, up to the first difference.
+        workers: number of parallel workers; None deliberately differs from the run's default.
+        begin: callback with the number of generations to reproduce.
+        advance: callback after each generation.
 
     Raises:
-        RunError: the run is damaged beyond comparing, has no generation yet, or not one that is
-            asked for.
-        ExperimentError: its experiment has problems, such as a plugin that is not installed.
+        RunError: the run is too damaged to compare, has no generation yet, or lacks a requested
+            generation.
+        ExperimentError: the experiment has problems, such as a plugin that is not installed.
         PluginError: a plugin fails.
     """
     last = run.finished.generation
-    _ = run.previous  # now, before the run grows
+    _ = run.previous  # read and cached now, before the run grows
     asked = sorted({*generations}) if generations else sample(last)
     for number in (asked[0], asked[-1]):
         if not 1 <= number <= last:
@@ -102,13 +102,17 @@ def verify(
             )
     found = disagreements(run)
 
-    def judges(experiment: Experiment) -> Evaluator:
-        # Another number of workers than the run's default: the result must not depend on it.
+    def new_evaluator(experiment: Experiment) -> Evaluator:
+        # Not the run's default number of workers, as the result must not depend on it.
         return Evaluator(experiment, workers or (1 if experiment.organism.threads else 2))
 
     begin(last if everything else len(asked))
     reproduced: dict[bool, list[int]] = {True: [], False: []}
-    again = reproduce_all(run, judges) if everything else reproduce_some(run, asked, judges)
+    again = (
+        reproduce_all(run, new_evaluator)
+        if everything
+        else reproduce_some(run, asked, new_evaluator)
+    )
     for number, wholly, wrong in again:
         reproduced[wholly].append(number)
         advance()
