@@ -93,7 +93,7 @@ def test_a_run_that_is_being_written_is_copied_as_of_its_checkpoint(gaitsim, pup
         (("puppet", "--set", "evolution.population=9"), "keeps its size"),
         (("puppet", "--set", "fitness.price=0.5"), "no generation would be evolved"),
         (("puppet", "--generations", "3"), "is already at generation 5"),
-        (("puppet", "--out", ".."), "cannot be made as a new folder"),
+        (("puppet", "--out", ".."), "already exists, and cannot be created"),
     ],
 )
 def test_a_copy_that_fails_is_reported_and_leaves_nothing(gaitsim, run, arguments, said):

@@ -82,7 +82,7 @@ class TestRename:
     def test_a_name_that_is_taken_is_refused(self, gaitsim, run):
         run.with_name("strut").mkdir()  # an empty folder, which a rename would replace
         done = gaitsim("rename", "walk", "strut", code=2)
-        assert "exists already" in done.stderr
+        assert "already exists" in done.stderr
         assert run.exists()
 
     def test_a_run_that_is_written_and_a_link_keep_their_names(self, run):

@@ -36,7 +36,7 @@ def test_a_shared_score_is_true_to_the_bit(gaitsim, code, tmp_path):
     assert checked.terms == champion.terms
     played = gs.Challenge.read(code).individual
     assert np.array_equal(played.motion["reach"], champion.motion["reach"])
-    assert "true, the score is" in gaitsim("verify", code).stdout
+    assert "reproduced, the score is" in gaitsim("verify", code).stdout
     (tmp_path / "code.txt").write_text(f"\n{code[:20]}\n{code[20:]}\n")
     found = json.loads(gaitsim("verify", "code.txt", "--json").stdout)
     assert (found["identical"], found["claimed"]) == (True, champion.score)
@@ -46,7 +46,7 @@ def test_each_generation_has_a_code(gaitsim, code):
     other = gaitsim("share", "puppet", "--generation", 1)
     assert "--generation" not in other.stdout
     assert Challenge.read(other.stdout).generation == 1
-    assert "true" in gaitsim("verify", other.stdout.strip()).stdout
+    assert ": reproduced" in gaitsim("verify", other.stdout.strip()).stdout
 
 
 def test_a_changed_digit_of_the_score_is_found(gaitsim, code):
@@ -55,7 +55,7 @@ def test_a_changed_digit_of_the_score_is_found(gaitsim, code):
     shown = gaitsim("verify", forged(code, score=claimed), code=1).stdout
     assert f"claimed: {claimed!r}" in shown
     assert f"here:    {score!r}" in shown
-    assert "the score is not that of this individual" in shown
+    assert "the claimed score is not the score of this individual" in shown
     found = json.loads(gaitsim("verify", forged(code, score=9.5), "--json", code=1).stdout)
     assert (found["identical"], found["claimed"], found["score"]) == (False, 9.5, score)
 
@@ -70,7 +70,7 @@ def test_other_versions_are_named(gaitsim, code):
     shown = gaitsim("verify", forged(code, score=0.5, versions=versions), code=1).stdout
     assert "numpy: 1.0 then" in shown
     assert "processor: abacus then" in shown
-    assert "true" in gaitsim("verify", forged(code, versions=versions)).stdout
+    assert ": reproduced" in gaitsim("verify", forged(code, versions=versions)).stdout
     assert "does not record" in gaitsim("verify", forged(code, versions={})).stdout
 
 
