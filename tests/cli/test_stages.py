@@ -110,7 +110,7 @@ def test_a_run_that_a_target_stopped_is_not_finished_under_another_fitness(
         (("--set", "fitness.plugin=climbing"), "unknown fitness plugin 'climbing'"),
         (("--set", "evolution.generations=3"), "is already at generation 5"),
         (("--set", "fitness"), "is not KEY=VALUE"),
-        (("--set", "mutation.rate=\udcff"), "is not text"),
+        (("--set", "mutation.rate=\udcff"), "is not valid UTF-8"),
     ],
     ids=str,
 )
