@@ -6,13 +6,13 @@ from typing import Any
 
 
 class GaitsimError(Exception):
-    """A mistake that the reader of the message can correct.
+    """An error that the reader of the message can correct.
 
     The command line prints it without a traceback and exits with code 2.
 
     Args:
-        what: description of the mistake, one sentence.
-        where: file, key or plugin with the mistake.
+        what: description of the error, one sentence.
+        where: file, key or plugin with the error.
         allowed: allowed values.
         remedy: suggested correction.
         key: wrong key of an experiment, study or settings file, such as `mutation.rate`, or its
@@ -155,7 +155,7 @@ def not_installed(what: str, package: str | None, extra: str, *, where: str = ""
         what: feature that needs the package.
         package: name of the package.
         extra: name of the extra.
-        where: place of the mistake, as in `GaitsimError`.
+        where: place of the error, as in `GaitsimError`.
     """
     return GaitsimError(
         f"{what} needs the package {package}, which is not installed",

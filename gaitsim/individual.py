@@ -181,7 +181,7 @@ class Individual(ReprMixin):
             return skeleton
         raise contract_error(
             entry,
-            f"gave a {type(skeleton).__name__} from skeleton()",
+            f"returned a {type(skeleton).__name__} from skeleton()",
             "a gaitsim.contracts.Skeleton",
         )
 

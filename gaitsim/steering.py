@@ -176,7 +176,7 @@ class Drive:
             steered: object = self._organism.steer(self._controllers)
         if not isinstance(steered, Steered):
             raise contract_error(
-                self._entry, f"gave a {type(steered).__name__} to be steered", "a Steered"
+                self._entry, f"returned a {type(steered).__name__} from steer()", "a Steered"
             )
         with plugin_errors(self._entry, "saying its frame rate"):
             self.frame_rate = float(steered.frame_rate)
@@ -255,7 +255,7 @@ class Drive:
         elif not (np.isfinite(skeleton.segments).all() and np.isfinite(skeleton.path).all()):
             wrong = "advanced to positions that are not finite"
         elif SHARES in motion and motion[SHARES].shape != (1, frames, len(self.commands)):
-            wrong = f"gave shares of the shape {motion[SHARES].shape}"
+            wrong = f"returned shares of shape {motion[SHARES].shape}"
         if wrong:
             allowed = "the requested number of frames, finite; shares (1, frames, commands)"
             raise contract_error(self._entry, wrong, allowed)

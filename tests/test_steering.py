@@ -82,7 +82,7 @@ def test_the_ground_and_failures_end_a_flight_and_restart_begins_another(kite):
         ("commands", ("rise",), r"has the commands \('rise',\)"),
         ("commands", (COMMANDS[0], replace(COMMANDS[0], key="up")), "with the same name"),
         ("commands", (COMMANDS[0], replace(COMMANDS[1], key="down")), "with the same key"),
-        ("steer", None, "gave a NoneType to be steered"),
+        ("steer", None, "returned a NoneType from steer"),
     ],
 )
 def test_commands_and_bodies_of_other_types_are_reported(
@@ -105,7 +105,7 @@ def test_a_frame_rate_that_cannot_be_is_reported(kite, monkeypatch, rate):
     [
         (np.ones((1, 1)), np.ones((1, 1, 3)), "advanced 1 frames instead of 50"),
         (np.full((1, 50), np.nan), np.ones((1, 50, 3)), "not finite"),
-        (np.ones((1, 50)), np.ones((1, 50, 2)), r"shares of the shape \(1, 50, 2\)"),
+        (np.ones((1, 50)), np.ones((1, 50, 2)), r"shares of shape \(1, 50, 2\)"),
     ],
 )
 def test_a_body_that_breaks_its_contract_is_reported_with_its_package(

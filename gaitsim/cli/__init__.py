@@ -11,7 +11,7 @@ MISTAKE, INTERRUPTED = 2, 130
 
 
 def main() -> None:
-    """Run the command line; a user's mistake prints one message and exits with code 2."""
+    """Run the command line; a user's error prints one message and exits with code 2."""
     from gaitsim.cli import streams
 
     # Imports leave no cycles to collect; searching for them takes a sixth of the start-up time.

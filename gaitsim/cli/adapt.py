@@ -203,7 +203,7 @@ def adapt(
     except KeyboardInterrupt:
         if interactive:
             echo("")  # ends the line of the question
-        notice(f"Stopped; all trials are saved. Continue: {command('adapt', run.path, *words)}")
+        notice(f"Stopped; all trials are saved. To continue: {command('adapt', run.path, *words)}")
         sys.exit(INTERRUPTED)
 
 

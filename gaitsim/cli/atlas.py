@@ -30,7 +30,7 @@ def atlas(
         str | None,
         typer.Option(
             metavar="NAME=LOW:HIGH,…",
-            help="Measures that tell gaits apart, each with its low and high end; duty factors "
+            help="Measures that distinguish gaits, each with its range; duty factors "
             "default to 0:1. Default: the duty factor of each leg.",
         ),
     ] = None,

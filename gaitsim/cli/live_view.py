@@ -53,7 +53,7 @@ class LiveView(Display):
         super().__init__(path, known)
         self._name = visible(path.name)
         self._row = _last(known.rows)
-        # Scores of another fitness or body would be on another scale.
+        # Scores of a different fitness or body would be on a different scale.
         first = known.scored_from - 1
         self._courses = {
             name: [*known.rows.get(name, [])[first if name in SCORES else 0 :]] for name in COURSES

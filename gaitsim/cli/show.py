@@ -136,7 +136,7 @@ def _print(run: RunSnapshot) -> None:
         )
     if not history:
         again = command("resume", run.path)
-        console.print(f"No generation is finished yet. Continue: {again}")
+        console.print(f"No generation is finished yet. To continue: {again}")
         return
     console.print(
         f"generation {len(history['best'])} of {experiment.evolution.generations}, "

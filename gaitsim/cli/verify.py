@@ -239,7 +239,7 @@ def _made_with(recorded: bool, elsewhere: Sequence[str], noun: str) -> list[str]
         return [f"the {noun} does not record its versions"]
     if elsewhere:
         return [
-            "computed with other versions or on another processor:",
+            "computed with different versions or on a different processor:",
             *(f"  {text}" for text in elsewhere),
         ]
     return ["computed with the versions and processor of this machine"]

@@ -45,7 +45,7 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
         joints = len(organism.joint_names())
     if angles.ndim != 3 or angles.shape[1] < 2 or angles.shape[2] != joints:
         raise GaitsimError(
-            f"joint angles of the shape {angles.shape} do not fit {entry}",
+            f"joint angles of shape {angles.shape} do not fit {entry}",
             allowed=f"(population, frames, joints) with at least 2 frames and {joints} joints",
             remedy="use a gait of the same body",
         )
@@ -57,7 +57,7 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
     if shape != angles.shape:
         raise contract_error(
             entry,
-            f"returned joint_angles of the shape {shape} from play()",
+            f"returned joint_angles of shape {shape} from play()",
             f"the shape of its argument, {angles.shape}",
         )
     return motion

@@ -47,7 +47,7 @@ def conditions_of(experiment: Experiment) -> Mapping[str, Condition]:
         found = experiment.organism.conditions() if has_worlds(experiment) else {}
     if not found:
         raise GaitsimError(
-            f"the body {entry.name!r} has only one world",
+            f"the body {entry.name!r} has no conditions that vary between worlds",
             where=experiment.name,
             allowed="a body with conditions, such as the walker",
         )

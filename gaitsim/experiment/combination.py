@@ -118,7 +118,9 @@ def check_worlds(
         return
     if not conditions:
         problems.report(
-            "worlds", f"the organism {entry.name!r} has only one world", "a body with conditions"
+            "worlds",
+            f"the body {entry.name!r} has no conditions that vary between worlds",
+            "a body with conditions",
         )
         return
     for name, (low, high) in worlds.ranges.items():

@@ -155,7 +155,7 @@ def expert_of_file(file: GaitFile, body: str | None = None) -> Expert:
     if file.frame_rate is None:
         raise GaitsimError(
             f"{file.path} has no frame rate, and {entry} cannot play joint angles at its own rate",
-            allowed="a .mat or .npz with frameRate, Hz, or a .csv with time_s, s",
+            allowed="a .mat or .npz file with frameRate (Hz), or a .csv file with time_s (s)",
         )
     gait = Gait(file.in_order(joints), joints, file.frame_rate, 0, math.nan, rest)
     return Expert(gait, experiment, None, file.path, named)

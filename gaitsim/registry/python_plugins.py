@@ -121,7 +121,7 @@ class FunctionBody(Organism):
             return found
         channels = found if isinstance(found, Mapping) else {"score": found}
         if channels is not found and np.ndim(self._channel("score", found, len(genomes))) != 1:
-            what = f"returned an array of the shape {np.shape(found)}"
+            what = f"returned an array of shape {np.shape(found)}"
             expected = f"a score for each individual, (population,) = ({len(genomes)},)"
             raise contract_error(self.entry, what, f"{expected}, or a dict of channels")
         if not channels:
@@ -150,7 +150,7 @@ class FunctionBody(Organism):
             GaitsimError: always.
         """
         raise GaitsimError(
-            f"the {self.entry} is a function: there is nothing to draw",
+            f"the {self.entry} cannot be drawn: it is a function without a skeleton",
             allowed="a body with a skeleton",
             remedy="write a subclass of gs.Organism with the method skeleton()",
         )

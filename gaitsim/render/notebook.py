@@ -89,7 +89,9 @@ def view(*individuals: Individual, height: int = 560) -> View:
     from gaitsim.render.page.player import page
 
     if not individuals:
-        raise GaitsimError("view() has nothing to show", allowed="one or more individuals")
+        raise GaitsimError(
+            "view() was called without an individual", allowed="one or more individuals"
+        )
     return View(page(individuals, embedded=True), height)
 
 

@@ -218,7 +218,9 @@ def _compare_versions(
             "results",
         )
     return (
-        f"another version of {', of '.join(libraries)}: the results may differ" if libraries else ""
+        f"a different version of {', of '.join(libraries)}: the results may differ"
+        if libraries
+        else ""
     )
 
 

@@ -37,7 +37,7 @@ _LARGEST_VERSIONS = 100_000  # bytes
 
 def _printable(text: str) -> str:
     if not text.isprintable():
-        raise ValueError("a version should be printable")
+        raise ValueError("a version should have only printable characters")
     return text
 
 

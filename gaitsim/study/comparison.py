@@ -150,7 +150,7 @@ def check_request(
     """
     if evaluations is not None and generations is not None:
         raise GaitsimError(
-            "evaluations and generations cannot be given together",
+            "evaluations cannot be combined with generations",
             where="--evaluations, --generations",
             allowed="one of the two",
         )

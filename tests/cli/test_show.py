@@ -68,7 +68,7 @@ def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
 
 def test_a_run_without_a_generation_is_shown(gaitsim, unbegun):
     shown = gaitsim("show", "unbegun")
-    assert "No generation is finished yet. Continue: gaitsim resume runs/unbegun" in shown.stdout
+    assert "No generation is finished yet. To continue: gaitsim resume runs/unbegun" in shown.stdout
     shown = strict(gaitsim("show", "unbegun", "--json").stdout)
     assert (shown["generation"], shown["champion"], shown["fingerprint"]) == (0, None, None)
     for arguments in (

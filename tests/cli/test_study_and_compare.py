@@ -69,7 +69,7 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
         ),
         (
             ["compare", "millipede", "spider", "--evaluations", "400", "--generations", "2"],
-            "cannot be given together",
+            "cannot be combined with generations",
         ),
     ],
 )
@@ -219,7 +219,7 @@ def test_runs_are_ranked_in_the_same_unseen_worlds(gaitsim):
     assert found["ranges"]["friction"][0] == 0.2
     gaitsim("run", "millipede", "--population", 11, "--generations", 2)
     refused = (
-        (("walker", "millipede"), "only one world"),
+        (("walker", "millipede"), "no conditions that vary between worlds"),
         (("walker",), "two runs"),
         (("walker", "walker-2", "--evaluations", 50), "--evaluations"),
     )

@@ -82,7 +82,7 @@ def test_angles_of_another_body_are_refused(playable, angles, says):
         (lambda self, angles: Motion(4.0, {"reach": angles}), "playing joint angles: KeyError"),
         (
             lambda self, angles: Motion(4.0, {"joint_angles": angles[:, 1:]}),
-            r"joint_angles of the shape \(1, 4, 3\)",
+            r"joint_angles of shape \(1, 4, 3\)",
         ),
     ],
 )

@@ -79,5 +79,5 @@ def test_impossible_worlds_are_refused(key, value, told):
 
 
 def test_a_body_without_conditions_has_no_worlds():
-    with pytest.raises(ExperimentError, match="only one world"):
+    with pytest.raises(ExperimentError, match="no conditions that vary between worlds"):
         with_overrides(load_experiment("millipede"), {"worlds.number": 2})

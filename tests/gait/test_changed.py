@@ -50,7 +50,10 @@ def test_a_gait_from_a_file_is_played_on_the_changed_body(walker):
 
 @pytest.mark.parametrize(
     ("preset", "world", "named"),
-    [("millipede", {"friction": 1.0}, "only one world"), ("walker", {"ice": 1.0}, "friction")],
+    [
+        ("millipede", {"friction": 1.0}, "no conditions that vary between worlds"),
+        ("walker", {"ice": 1.0}, "friction"),
+    ],
 )
 def test_a_body_is_only_in_worlds_that_it_can_be_in(preset, world, named):
     individual = Individual(load_experiment(preset), 0.0, {}, 1, GENOME[0])

@@ -134,7 +134,7 @@ def test_an_invalid_seed_is_refused(walker, seed):
 def test_a_body_with_one_world_is_refused():
     millipede = load_experiment("millipede")
     genome = millipede.space().random(1, np.random.default_rng(0))[0]
-    with pytest.raises(GaitsimError, match="only one world"):
+    with pytest.raises(GaitsimError, match="no conditions that vary between worlds"):
         judge(Individual(millipede, 0.0, {}, 1, genome))
 
 

@@ -63,7 +63,7 @@ def test_long_curves_are_thinned(spider, spider_run):
     [
         (lambda *_: Skeleton(np.full((2, 1, 2, 3), np.nan), ("a",), 1.0), "not finite"),
         (lambda *_: Skeleton(np.zeros((2, 0, 2, 3)), (), 1.0), "nothing to draw"),
-        (lambda *_: None, "gave a NoneType"),
+        (lambda *_: None, "returned a NoneType"),
     ],
 )
 def test_a_body_that_cannot_be_drawn_is_one_message(
@@ -179,7 +179,7 @@ def test_a_notebook_shows_a_page_in_a_frame_of_its_own(spider):
     shown = data_of(unescape(inside).encode())
     assert shown["page"] == {"embedded": True}
     assert len(shown["curve"]["best"]) == 3
-    with pytest.raises(GaitsimError, match="nothing to show"):
+    with pytest.raises(GaitsimError, match="without an individual"):
         gs.view()
 
 

@@ -370,7 +370,7 @@ def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):
             lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), np.inf),
             "frame rate of the body is inf",
         ),
-        (lambda *_: None, "gave a NoneType"),
+        (lambda *_: None, "returned a NoneType"),
         (lambda *_: 1 / 0, "drawing the champion: ZeroDivisionError"),
     ],
 )

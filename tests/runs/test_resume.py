@@ -249,7 +249,7 @@ def test_another_numpy_is_a_warning(half):
     checkpoint = half.checkpoint
     checkpoint.versions["numpy"] = "1.0"
     write_checkpoint(path, checkpoint)
-    assert "another version of numpy: 1.0 then" in go_on(half.path)
+    assert "a different version of numpy: 1.0 then" in go_on(half.path)
 
 
 def test_one_writer_at_a_time(half):

@@ -172,10 +172,10 @@ def read_npz(data: bytes, largest: int) -> dict[str, NDArray[Any]]:
 def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
     found = next((fields[name] for name in _ANGLES if name in fields), None)
     if found is None:
-        raise _refused(path, f"it has none of {' and '.join(_ANGLES)}")
+        raise _refused(path, f"it has neither {' nor '.join(_ANGLES)}")
     angles = np.asarray(found)
     if angles.dtype.kind not in "fiu" or angles.ndim != 2 or len(angles) < 2:
-        raise _refused(path, f"its angles are {angles.dtype} of the shape {angles.shape}")
+        raise _refused(path, f"its angles have dtype {angles.dtype} and shape {angles.shape}")
     frames, joints = angles.shape
     if frames > MOST_FRAMES or joints > MOST_JOINTS:
         raise GaitsimError(
@@ -191,9 +191,9 @@ def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
         raise _refused(path, f"its frame rate is {rate}")
     names = np.ravel(next((fields[name] for name in _NAMES if name in fields), ()))
     if len(names) and names.dtype.kind != "U":
-        raise _refused(path, f"its joint names are {names.dtype}, not texts")
+        raise _refused(path, f"its joint names have dtype {names.dtype}; they should be text")
     if len(names) not in (0, joints):
-        raise _refused(path, f"it names {len(names):,} joints of {joints:,}")
+        raise _refused(path, f"it names {len(names):,} of its {joints:,} joints")
     return GaitFile(path, angles, rate, tuple(names.tolist()))
 
 

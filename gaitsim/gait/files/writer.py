@@ -71,7 +71,7 @@ def gait_of(individual: Individual) -> Gait:
         raise contract_error(entry, f"moves at {frame_rate} frames per second", "above 0")
     if rest.shape != (len(names),):
         raise contract_error(
-            entry, f"returned a standing pose of the shape {rest.shape}", f"({len(names)},)"
+            entry, f"returned a standing pose of shape {rest.shape}", f"({len(names)},)"
         )
     return Gait(angles, names, frame_rate, individual.generation, individual.score, rest)
 

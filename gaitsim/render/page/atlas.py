@@ -126,7 +126,7 @@ def _rig(individual: Individual) -> Rig | None:
     with plugin_errors(entry, "describing the body's links"):
         rig: object = individual.experiment.organism.rig()
     if not (rig is None or isinstance(rig, Rig)):
-        raise contract_error(entry, f"gave a {type(rig).__name__} as its rig", "a Rig or None")
+        raise contract_error(entry, f"returned a {type(rig).__name__} from rig()", "a Rig or None")
     return rig
 
 

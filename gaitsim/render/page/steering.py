@@ -57,7 +57,7 @@ def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
         )
     if not isinstance(own, SteeringPage):
         raise contract_error(
-            entry, f"gave a {type(own).__name__} as a page to steer it", "a SteeringPage or None"
+            entry, f"returned a {type(own).__name__} from steering_page()", "a SteeringPage or None"
         )
     with plugin_errors(entry, "making data for a page"):
         json.dumps(own.data, allow_nan=False)

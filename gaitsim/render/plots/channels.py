@@ -53,7 +53,7 @@ def read_values(individual: Individual, name: str) -> NDArray[Any]:
     if values.shape[:1] != (1,) or not channels[name].fits(values.shape):
         raise contract_error(
             entry,
-            f"gave the channel {name!r} with the shape {values.shape} for one individual",
+            f"returned the channel {name!r} with the shape {values.shape} for one individual",
             channels[name].shape,
         )
     one: NDArray[Any] = values[0]
@@ -80,7 +80,9 @@ def read_signal(individual: Individual, name: str) -> Signal:
     channel = organism.channels[name]
     if values.dtype.kind not in "biuf":
         raise contract_error(
-            entry, f"gave the channel {name!r} as {values.dtype}", "real numbers or truth values"
+            entry,
+            f"returned the channel {name!r} as {values.dtype}",
+            "real numbers or truth values",
         )
     if not channel.over_time:
         timed = [one for one, other in organism.channels.items() if other.over_time]

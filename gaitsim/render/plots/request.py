@@ -80,7 +80,7 @@ def window_slice(
     """
     if frames < 2:
         raise NothingToPlotError(
-            "the motion has only one frame, so there is nothing to plot over time",
+            "the motion has only one frame, so no plot over time is possible",
             allowed="a motion of at least two frames",
         )
     if window is None:

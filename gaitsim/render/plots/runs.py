@@ -37,7 +37,7 @@ def runs_figure(request: Request) -> "Figure":
     groups = [_readable(RunsReader(repeats_of(path)).read()) for path in dict.fromkeys(paths)]
     if sum(map(len, groups)) == 1:
         raise NothingToPlotError(
-            f"no other run repeats the experiment of {request.run.path} with another seed",
+            f"no other run repeats the experiment of {request.run.path} with a different seed",
             allowed="runs that differ only in seed, name and generations",
             remedy="evolve the experiment with other values of --seed, or add runs with --beside",
         )

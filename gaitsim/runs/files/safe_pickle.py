@@ -132,7 +132,7 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
     if not header:
         raise _refusal(path, "it is empty")
     if not header.startswith(MAGIC):
-        raise _refusal(path, "it is another kind of file", "give the path of a checkpoint")
+        raise _refusal(path, "it is a different kind of file", "give the path of a checkpoint")
     if len(header) < HEADER:
         raise _refusal(path, "it is damaged: the header is cut off")
     _, version, length = _FIELDS.unpack_from(header)

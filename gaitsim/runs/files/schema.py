@@ -31,7 +31,7 @@ EXACT_KEYS = ConfigDict(extra="forbid")
 
 def _printable(name: str) -> str:
     if not name.isprintable():
-        raise ValueError("a name should be printable")
+        raise ValueError("a name should have only printable characters")
     return name
 
 

@@ -113,7 +113,7 @@ def _differences(run: RunSnapshot, again: Generation) -> list[str]:
 def _checkpoint_differences(checkpoint: Checkpoint, name: str, again: Generation) -> list[str]:
     found = []
     if checkpoint.genomes.shape != again.genomes.shape:
-        found.append(f"{name}: the population has another size")
+        found.append(f"{name}: the population has a different size")
     else:
         individuals, genes = np.nonzero(checkpoint.genomes != again.genomes)
         if len(genes):

@@ -96,7 +96,7 @@ def take_files(root: Element, files: Files, where: str, repairs: list[str]) -> d
             raise RobotError(
                 f"<{element.tag}> refers to a file",
                 where=where,
-                allowed="only files of meshes",
+                allowed="references to mesh files only",
                 remedy=f"remove <{element.tag}>",
             )
     return loaded
