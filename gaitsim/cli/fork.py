@@ -21,7 +21,7 @@ def fork(
     ] = None,
     set_: Set = None,
     generations: Annotated[
-        int | None, typer.Option(help="New last generation of the copy. Default: as planned.")
+        int | None, typer.Option(help="New last generation of the copy. Default: the planned one.")
     ] = None,
     any_version: Annotated[
         bool,

@@ -15,7 +15,7 @@ from gaitsim.runs.files.folder import find_run
 def resume(
     run: RunName,
     generations: Annotated[
-        int | None, typer.Option(help="New last generation. Default: as planned.")
+        int | None, typer.Option(help="New last generation. Default: the planned one.")
     ] = None,
     set_: Set = None,
     workers: Workers = None,

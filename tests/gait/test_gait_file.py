@@ -47,7 +47,7 @@ def npz(**fields):
         ("a", b"", "does not have the suffix of a gait file"),
         ("a.npz", b"", "is not a gait file"),
         ("a.npz", b"PK\3\4 and more", "is not a gait file"),
-        ("a.npz", npz(other=ANGLES), "none of joint_angles and bestGait"),
+        ("a.npz", npz(other=ANGLES), "neither joint_angles nor bestGait"),
         ("a.npz", npz(joint_angles=np.array([[{}]], dtype=object)), "allow_pickle"),
         ("a.npz", npz(joint_angles=ANGLES[0]), "the shape (3,)"),
         ("a.npz", npz(joint_angles=ANGLES[:1]), "the shape (1, 3)"),
