@@ -44,7 +44,7 @@ def study(
 ) -> None:
     """Sweep options on all cores; write a table, surfaces and a summary.
 
-    If the study has a target, new repeats confirm the cheapest cells that reach it ('confirm' in
+    If the study has a target, fresh repeats confirm the cheapest cells that reach it ('confirm' in
     the file). Ctrl-C stops and keeps finished cells; the same command with the folder runs the
     rest.
 
@@ -124,10 +124,10 @@ def _confirm(
     workers: int | None,
     executor: Executor | None,
 ) -> list[Reached] | None:
-    """Run new repeats with a progress bar; return None if the user stops it."""
+    """Run fresh repeats with a progress bar; return None if the user stops it."""
     if study.target is None:
         return []
-    log = f"study {folder}: {study.fresh.repeats:,} new repeats of each candidate cell"
+    log = f"study {folder}: {study.fresh.repeats:,} fresh repeats of each candidate cell"
     try:
         with (
             interruptible(),
