@@ -59,7 +59,7 @@ def python_experiment(
     if experiment is None:
         text = _body_alone(body, space)
     if "organism" in sections:
-        label = getattr(body, "__name__", type(body).__name__)
+        label = getattr(body, "__name__", type(body).__name__).strip("<>")  # of a lambda
         given = {"name": label, "description": f"the body {label}", **given}
     if text:
         return parse_experiment(text, "the experiment of a body", given, place)

@@ -91,13 +91,15 @@ def find_expert(reference: str, body: str | None = None, which: Asked = None) ->
             the body, or its body is unknown.
     """
     if not is_gait_file(reference):
+        run = RunSnapshot(find_run(reference))
         if body is not None:
             raise GaitsimError(
                 f"{reference} is a run, which defines its own body",
                 where="--body",
                 remedy="omit --body, or give a gait file",
             )
-        return expert_of(RunSnapshot(find_run(reference)).individual(which))
+        run.experiment.check_given()
+        return expert_of(run.individual(which))
     if which is not None:
         raise GaitsimError(
             f"{reference} is a gait file, which has neither generations nor members",

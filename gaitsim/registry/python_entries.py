@@ -6,6 +6,7 @@ read, but its individuals can neither move nor be scored.
 """
 
 from dataclasses import dataclass, field
+from keyword import iskeyword
 from typing import TYPE_CHECKING
 
 from gaitsim.errors import MissingFunctionError
@@ -49,7 +50,8 @@ class PythonEntry(Entry):
         A name from a file can be any text, such as code that runs where a reader pastes it, so
         the argument contains only an identifier.
         """
-        given = self.label if self.label.isidentifier() else "…"
+        usable = self.label.isidentifier() and not iskeyword(self.label)
+        given = self.label if usable else "…"
         return f"{ARGUMENTS.get(self.kind, self.kind)}={given}"
 
     @property

@@ -91,7 +91,7 @@ def _section(kind: str, thing: Any, space: GenomeSpace | None) -> dict[str, Any]
         values = dict.fromkeys(type(thing).model_fields, options.NOT_SET)
         return {PLUGIN: _name_of(kind, type(thing)), **values, **options.values(thing)}
     code = _code_of(kind, thing)
-    label, target = thing.__name__, f"{code.co_filename}, line {code.co_firstlineno}"
+    label, target = thing.__name__.strip("<>"), f"{code.co_filename}, line {code.co_firstlineno}"
     name = f"{PYTHON}{label}@{_checksum(thing, space)}"
     entry = PythonEntry(kind, name, target, OUTSIDE, "", file=code.co_filename)
     space_of = {"space": space} if space is not None else {}
@@ -127,7 +127,7 @@ def _code_of(kind: str, thing: Any) -> CodeType:
     """Return the code of a function.
 
     Raises:
-        GaitsimError: `thing` is not a function with a name.
+        GaitsimError: `thing` is not a Python function.
     """
     argument = ARGUMENTS[kind]
     base = f"gs.{_BASES[kind].__name__}"
@@ -140,8 +140,6 @@ def _code_of(kind: str, thing: Any) -> CodeType:
         inner = getattr(thing.func, "__name__", "function")
         what = f"a functools.partial of {inner} has no name, which is needed to resume a run"
         remedy = f"write a function that calls {inner} with these arguments"
-    elif name == "<lambda>":
-        what = "a lambda has no name, which is needed to resume a run"
     elif not callable(thing):
         what = f"{thing!r:.80} is not a function"
     elif (code := _code(thing)) is None:
@@ -153,7 +151,7 @@ def _code_of(kind: str, thing: Any) -> CodeType:
     raise GaitsimError(
         what,
         where=argument,
-        allowed=f"a function with a name, or an instance of a subclass of {base}",
+        allowed=f"a function, or an instance of a subclass of {base}",
         remedy=remedy,
     )
 

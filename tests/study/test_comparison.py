@@ -161,7 +161,7 @@ def test_report_and_json_hold_the_figures() -> None:
         ({"repeats": 1}, "1 is not a number of repeats"),
         ({"evaluations": 9.5}, "9.5 is not a number of evaluations"),
         ({"evaluations": 8}, "not enough for one generation"),
-        ({"evaluations": 10**12}, "not allowed: generations"),
+        ({"evaluations": 10**12}, "not allowed: number of generations"),
         ({"targets": [1, float("inf")]}, "inf is not a score"),
         ({"targets": "high"}, "'high' is not a score"),
     ],
