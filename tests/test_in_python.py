@@ -104,7 +104,7 @@ def test_a_function_that_returns_an_array_is_a_body_with_its_score() -> None:
 def test_a_lambda_is_a_body_too() -> None:
     by_name = evolved(gs.evolve(body=sphere, space=SPACE, generations=3, population=10))
     short = evolved(
-        gs.evolve(body=lambda genes: sphere(genes), space=SPACE, generations=3, population=10)
+        gs.evolve(body=lambda genes: 1 * sphere(genes), space=SPACE, generations=3, population=10)
     )
     assert np.array_equal(short.scores, by_name.scores)
 

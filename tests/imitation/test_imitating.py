@@ -103,7 +103,7 @@ def test_all_activations_are_compared(spider, gaitsim, tmp_path):
         "--settings", "steady", "--activation", "tanh", "--format", "csv", "--out", tmp_path,
     )  # fmt: skip
     for name in ("leaky-relu", "relu", "tanh", "sigmoid"):
-        assert f"learning, {name}: 30 epochs" in said.stderr
+        assert f"training, {name}: 30 epochs" in said.stderr
         assert f"\n{name} " in said.stdout
     assert "network 24-48-24, tanh" in said.stdout
     written = {path.name for path in tmp_path.iterdir()}
@@ -125,7 +125,7 @@ def test_a_short_way_names_the_other_settings_and_a_missing_folder_is_created(
 def test_a_third_partys_body_without_play(puppet_run, gaitsim):
     said = gaitsim("imitate", puppet_run.path, "--epochs", 2)
     assert "network 3-48-3" in said.stdout
-    assert "no play()" in said.stdout
+    assert "cannot play joint angles" in said.stdout
     plain = json.loads(gaitsim("imitate", puppet_run.path, "--epochs", 2, "--json").stdout)
     assert plain["imitator"] is None
     assert plain["beyond_limits"] is None
