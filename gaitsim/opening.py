@@ -2,7 +2,7 @@
 
 A pipe blocks its reader, a device may be endless, a link may lead out of a folder, and a file may
 exceed the memory. So files are opened without blocking and without following links, checked through
-their descriptor, and refused unless they are regular files of bounded size.
+their descriptor, and rejected unless they are regular files of bounded size.
 """
 
 import errno

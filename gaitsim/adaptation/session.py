@@ -31,7 +31,7 @@ class Session:
     """The conditions of an adaptation, and its trials so far.
 
     Attributes:
-        atlas: checksum of the members of the atlas, see `prior.checksum_of`.
+        atlas: checksum of the members of the atlas; see `prior.checksum_of`.
         place: place of the trials.
         damage: damage to the simulated body, in alphabetical order.
         measure: name of the performance measure.

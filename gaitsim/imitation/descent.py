@@ -55,7 +55,7 @@ def descend(
         b1: biases of the hidden layer, (hidden,).
         w2: weights of the outputs, (outputs, hidden).
         b2: biases of the outputs, (outputs,).
-        code: activation of the hidden layer, see `gaitsim.network`.
+        code: activation of the hidden layer; see `gaitsim.network`.
         output: activation of the outputs.
         inputs: inputs, (pairs, inputs).
         targets: targets, (pairs, outputs).

@@ -47,7 +47,7 @@ those after `generations_per_second` appear only if they have changed:
                   kept, stage and warning
     error         {"what", "where", "allowed", "remedy"}, with a list "problems" of the same form
                   if there are several. With the state `failed` the error ended the process.
-                  Otherwise a change was refused, and the run continues as before.
+                  Otherwise a change was rejected, and the run continues as before.
 
 Numbers that are not finite are null. The exit code is 0, or 2 after an `error`.
 """

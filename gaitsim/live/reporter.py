@@ -84,7 +84,7 @@ class Reporter:
             [("warning", writer.warning)] if writer.warning and not self._opened else []
         )
         events += [("stage", str(change)) for change in writer.changes]
-        # A run reopened after a refused change reports its old events again: skip those.
+        # A run reopened after a rejected change reports its old events again: skip those.
         for kind, text in events:
             if (first, kind, text) not in self._opened:
                 self.event(first, kind, text)

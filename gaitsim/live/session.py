@@ -54,7 +54,7 @@ def evolve_live(
                 changes, opened = {}, True
                 ended = _evolve(session, commands, reporter)
         except GaitsimError as error:
-            if opened and changes:  # refused before anything was changed
+            if opened and changes:  # rejected before anything was changed
                 refused, changes = error, {}
                 continue
             reporter.state("failed", error=commands.cause(error))

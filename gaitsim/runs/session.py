@@ -47,7 +47,7 @@ class Session(ExitStack):
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: workers of the cluster lack a package, or have another version of it.
+            GaitsimError: workers of the cluster lack a package, or have a different version of it.
         """
         if self._evaluator is None:
             self._evaluator = self.enter_context(

@@ -222,14 +222,14 @@ def fly(
 
     Args:
         genes: weights of each individual, (individuals, genes).
-        start: state of each trial at the start, (trials, STATE), see `flight`.
-        courses: course of each trial, (trials, frames, COURSE), see `course`.
+        start: state of each trial at the start, (trials, STATE); see `flight`.
+        courses: course of each trial, (trials, frames, COURSE); see `course`.
         layers: units of each layer, inputs first.
         code: activation of the hidden layers; the outputs always use tanh.
         limits: limits of flap, pitch and sweep, (3,) rad.
         dt: time step, s.
         steps: time steps between commands.
-        c: constants, see `flight`.
+        c: constants; see `flight`.
         offsets: constant error of each wing angle, (6,) rad.
         late: delay in commands; before the first command arrives, outputs are 0.
         pushed: frame after which the velocity changes.

@@ -22,9 +22,9 @@ def flights(
 
     Args:
         frame_rate: frames per second, Hz.
-        states: states, (population, frames, trials, STATE), see `gaitsim_fly.flight`.
+        states: states, (population, frames, trials, STATE); see `gaitsim_fly.flight`.
         angles: wing angles, (population, frames, trials, 6) rad.
-        courses: courses of the trials, (frames, trials, COURSE), see `gaitsim_fly.course`.
+        courses: courses of the trials, (frames, trials, COURSE); see `gaitsim_fly.course`.
         inertia: moments of inertia, (3,) kg·m².
         failures: reasons why flights failed, by individual.
         further: more channels, by name.

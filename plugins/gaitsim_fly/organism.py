@@ -61,7 +61,7 @@ class Fly(FlyOptions):
         return RealSpace(-limit, limit, labels, np.full(len(labels), self.weight_sigma))
 
     def starts(self) -> NDArray[np.float64]:
-        """Return the state at the start of each trial, (trials, STATE), see `flight`."""
+        """Return the state at the start of each trial, (trials, STATE); see `flight`."""
         return starts(
             self.trials,
             self.trial_seed,
@@ -147,7 +147,7 @@ class Fly(FlyOptions):
 
         Returns:
             Units of each layer; the activation's code; limits of flap, pitch and sweep, (3,) rad;
-            the time step, s; time steps between commands; the constants, see `gaitsim_fly.flight`.
+            the time step, s; time steps between commands; the constants (see `gaitsim_fly.flight`).
         """
         nominal = round(self.control_step / self.dt)
         # The time step of the options may be unstable in a denser world.

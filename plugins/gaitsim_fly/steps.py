@@ -73,8 +73,8 @@ def steer(
         limits: limits of flap, pitch and sweep, (3,) rad.
         dt: time step, s.
         steps: time steps per frame.
-        c: constants, see `flight`.
-        speeds: speeds of the course under each command, (commands, 3), see `course`.
+        c: constants; see `flight`.
+        speeds: speeds of the course under each command, (commands, 3); see `course`.
         part: share that passes to the commanded network in each frame.
         leash: largest distance of the course from the fly, m.
         b: state of the fly, the same in all lanes, (BUFFER, LANES); advanced in place.

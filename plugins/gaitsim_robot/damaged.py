@@ -18,7 +18,7 @@ from gaitsim_robot.shapes import surfaces
 
 LOCKED = 1e3  # × mass × length² of the robot: a joint's armature; more costs the solver digits
 RETURN = 10.0  # rad/s, natural frequency of such a joint: weight × length turns it by 1e-4 rad
-WEIGHTLESS = 1e-12  # kg and kg m², just above the values that MuJoCo rejects as mistakes
+WEIGHTLESS = 1e-12  # kg and kg m², just above the values that MuJoCo rejects as errors
 
 
 def impair(

@@ -36,7 +36,7 @@ def packed(values: ArrayLike, step: float) -> Packed:
     """
     array = np.asarray(values, dtype=np.float64)
     whole = np.rint(array / step)
-    if not (np.abs(whole) <= LARGEST).all():  # NaN is refused as well
+    if not (np.abs(whole) <= LARGEST).all():  # NaN is rejected as well
         raise GaitsimError(
             f"numbers of a motion cannot be stored in steps of {step:g}",
             allowed=f"finite numbers up to {LARGEST * step:.3g}",

@@ -26,7 +26,7 @@ class AltitudeScale:
         theme: colours of the picture.
         colours: colour of each body's pointer.
         scale: pixels per metre of altitude.
-        unit: size of the picture, see `unit_of`.
+        unit: size of the picture; see `unit_of`.
     """
 
     def __init__(

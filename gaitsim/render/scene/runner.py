@@ -28,7 +28,7 @@ class Runner:
         clip: the body in motion.
         theme: colours of the picture.
         colour: colour of the body.
-        unit: size of the picture, see `unit_of`.
+        unit: size of the picture; see `unit_of`.
         picture: width and height of the picture, pixels.
     """
 

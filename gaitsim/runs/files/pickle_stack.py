@@ -20,7 +20,7 @@ _WIDTHS = {"APPEND": 1, "SETITEM": 2}
 
 
 class RefusedError(Exception):
-    """A pickle is refused, for the reason in the message."""
+    """A pickle is rejected, for the reason in the message."""
 
 
 class OpcodeStack:
