@@ -1,9 +1,10 @@
 """Adaptation of the spider to the loss of each leg and each pair of legs, in rigid-body physics.
 
-Atlases of ten seeds that were not used for tuning are evolved in kinematics, unless they are there.
-Trials are made on the damaged twin `spider-physics`. Beside them: the champion of the map, random
-gaits of it, a hand-made tetrapod, a hand-made gait of the legs that are left, and evolution from
-scratch on the damaged body. 40 minutes on two cores, most of it physics; it can be interrupted.
+The benchmark evolves atlases in kinematics with ten seeds that were not used for tuning; atlases
+that exist in FOLDER are reused. Trials run on the damaged twin `spider-physics`. Baselines: the
+atlas's champion, random gaits from the atlas, a hand-made tetrapod gait, a hand-made gait of the
+remaining legs, and evolution from scratch on the damaged body. It takes 40 minutes on two cores,
+most of it physics. An interrupted benchmark continues when it is started again.
 
     python benchmarks/adaptation.py FOLDER [--seeds 10] [--generations 400]
 """
@@ -30,7 +31,7 @@ AT = (30, 300, 3_000, 10_000)  # evaluations
 
 
 def group(legs: Sequence[str]) -> str:
-    """Return the kind of a loss."""
+    """Return the kind of loss, such as 'adjacent pair'."""
     if len(legs) == 1:
         return "one leg"
     (side, place), (other, next_place) = legs
@@ -40,18 +41,19 @@ def group(legs: Sequence[str]) -> str:
 
 
 def lost(case: Case) -> list[str]:
-    """Return the legs that a case has lost."""
+    """Return the lost legs of a case."""
     return [text.removesuffix(" lost") for text in case.damage]
 
 
 def by_hand(left: Sequence[str], damage: Sequence[str]) -> float:
     """Return the forward distance of a hand-made gait on the damaged twin, m.
 
-    1.2 Hz, coxa 20°, lift 14°: legs of a side take turns, and left ones with right ones.
+    The gait has 1.2 Hz, coxa angles of ±20° and a lift of 14°. Neighbouring legs of a side
+    alternate, and so do the left and the right leg of a pair.
 
     Args:
-        left: legs whose turns are counted, front to back.
-        damage: to the twin.
+        left: remaining legs, front to back, which alternate in this order.
+        damage: damage to the twin.
     """
     turn = {
         leg: at for side in "LR" for at, leg in enumerate(one for one in left if one[0] == side)
@@ -69,7 +71,11 @@ def by_hand(left: Sequence[str], damage: Sequence[str]) -> float:
 
 
 def restarted(legs: Sequence[str], seed: int) -> list[float]:
-    """Return what gaits evolved on the damaged body by CMA-ES walk in physics, m, at `AT`."""
+    """Return the distances in physics of gaits that CMA-ES evolves on the damaged body.
+
+    Returns:
+        Forward distance of the champion after each number of evaluations in `AT`, m.
+    """
     damage = [f"{leg} lost" for leg in legs]
     given = {"organism.symmetry": "none", "organism.damage": damage, "evolution.population": 30}
     found: list[float] = []
@@ -81,13 +87,13 @@ def restarted(legs: Sequence[str], seed: int) -> list[float]:
 
 
 def quartiles(values: Iterable[float], scale: float = 100) -> str:
-    """Return median and quartiles."""
+    """Return the median and the quartiles of scaled values as text."""
     low, middle, high = np.quantile(np.array([*values]) * scale, (0.25, 0.5, 0.75))
     return f"{middle:.0f} ({low:.0f}–{high:.0f})"
 
 
 def reports(folder: Path, seeds: int, generations: int, *, physics: bool) -> list[Report]:
-    """Evolve the atlases that are not there, and make or continue their reports."""
+    """Evolve the missing atlases, and create or continue their reports."""
     made = []
     for seed in range(seeds):
         path = folder / f"atlas-{seed}"
@@ -129,10 +135,12 @@ def print_table(made: Sequence[Report]) -> None:
 
 
 def print_by_damage(made: Sequence[Report]) -> None:
-    """Print medians over the seeds of each damage, and what is made by hand."""
+    """Print medians over the seeds for each damage, and the hand-made gaits."""
     intact = float(np.median([report.best for report in made]))
     whole = by_hand(LEGS, ())
-    print(f"\nbest of the maps on the intact twin {intact:.2f} m; tetrapod by hand {whole:.2f} m")
+    print(
+        f"\nbest of the atlases on the intact twin {intact:.2f} m; tetrapod by hand {whole:.2f} m"
+    )
     print("\n| lost | trials | kept, % | m | champion, % | random, % | tetrapod, m | by hand, m |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for at, case in enumerate(made[0].cases):
@@ -157,7 +165,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--generations", type=int, default=400, help="of 1,000 gaits")
+    parser.add_argument(
+        "--generations", type=int, default=400, help="number of generations of 1,000 gaits"
+    )
     given = parser.parse_args()
     assert len(leg_losses(load_experiment("spider"), pairs=True)) == 36
     print_table(reports(given.folder, given.seeds, given.generations, physics=False))

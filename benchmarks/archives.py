@@ -1,11 +1,11 @@
-"""MAP-Elites on the 100-dimensional sphere of pyribs, beside the table that pyribs publishes.
+"""MAP-Elites on pyribs' 100-dimensional sphere, compared with the figures published by pyribs.
 
 Linear projection of Fontaine et al. 2020: 10,000 iterations of 540 genomes, a grid of 100 × 100,
-step sizes of 0.5 and a start at 0, as `examples/sphere.py` of pyribs has them. Genes have no bounds
-there; here they are too wide to be met. A run takes one minute, with emitters ten.
+step sizes of 0.5 and a start at 0, as in pyribs' `examples/sphere.py`. Genes have no bounds there;
+here the bounds are too wide to matter. A run takes one minute, or ten with emitters.
 
-pyribs multiplies the rank-one update of the covariance by its learning rate twice, so that there
-is practically none. The last rows do so, too.
+pyribs multiplies the rank-one update of the covariance by its learning rate twice, which makes the
+update negligible. The last rows reproduce this.
 
     python benchmarks/archives.py [--seeds 3] [--iterations 10000] [--only line]
 """
@@ -51,13 +51,16 @@ PUBLISHED = {
 
 
 def space(genes: int, width: float) -> RealSpace:
-    """Genes around 0."""
+    """Return a genome space of `genes` genes, each `width` wide and centred on 0."""
     side = np.full(genes, width / 2)
     return RealSpace(-side, side, tuple(f"gene {gene}" for gene in range(genes)))
 
 
 def sphere(genomes: NDArray[np.float64]) -> Results:
-    """Score from 0 to 100 at 0.4 · 5.12, and the sums of both halves of the genes."""
+    """Return scores, 100 where all genes are 0.4 · 5.12, and two measures.
+
+    The measures are the sums of the first and of the second half of the clipped genes.
+    """
     best = 0.4 * BOUND
     worst = GENES * (BOUND + best) ** 2
     scores = 100 * (1 - np.square(genomes - best).sum(1) / worst)
@@ -68,7 +71,7 @@ def sphere(genomes: NDArray[np.float64]) -> Results:
 
 
 def evolve(search: MapElites, generations: int, seed: int) -> State:
-    """The state after so many generations."""
+    """Return the search's state after `generations` generations."""
     genes, start = space(GENES, WIDTH), np.zeros(GENES)
 
     def context(generation: int, call: int) -> Context:
@@ -83,7 +86,7 @@ def evolve(search: MapElites, generations: int, seed: int) -> State:
 
 
 def rank_one_as_pyribs() -> AbstractContextManager[object]:
-    """Let emitters weight the rank-one update as pyribs 0.12 does."""
+    """Patch the emitters to weight the rank-one update as pyribs 0.12 does."""
     update = emitters.rank_one_update
     return mock.patch.object(
         emitters, "rank_one_update", lambda path, rate: update(path, rate * rate)
@@ -91,7 +94,7 @@ def rank_one_as_pyribs() -> AbstractContextManager[object]:
 
 
 def print_coverage(only: str | None, seeds: int, generations: int) -> None:
-    """Coverage and QD score of each variation, and how far they are from the published ones."""
+    """Print coverage and QD score of each variation next to the published figures."""
     print(
         f"{'':<19} {'coverage %':>13} {'published':>14} {'QD score':>9} {'published':>17}  minutes"
     )
@@ -122,7 +125,7 @@ def print_coverage(only: str | None, seeds: int, generations: int) -> None:
 
 
 def elites(number: int) -> Results:
-    """So many genomes in cells of their own among 200 × 200."""
+    """Return `number` genomes, each in a different cell of a grid of 200 × 200."""
     rng = np.random.default_rng(0)
     cells = np.stack(np.unravel_index(rng.permutation(40_000)[:number], (200, 200)))
     values = dict(zip("xy", (cells + 0.5) / 200, strict=True))
@@ -130,14 +133,14 @@ def elites(number: int) -> Results:
 
 
 def improvements(held: Results) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Scores and values of 100 genomes that all improve cells, again and again."""
+    """Yield scores and measures of 100 genomes, all of which improve their cell, without end."""
     rng, values = np.random.default_rng(1), np.stack([*held.values.values()], 1)
     for generation in count(1):
         yield generation + rng.random(100), values[rng.integers(0, len(values), 100)]
 
 
 def step_of_gaitsim(variation: str, held: Results) -> Callable[[], object]:
-    """Ask and tell of 100 genomes of 48 genes, with these elites."""
+    """Return a function that asks and tells 100 genomes of 48 genes, given an archive's elites."""
     search = MapElites(axes={"x": (0, 1), "y": (0, 1)}, cells=(200, 200), variation=variation)
     rng, box = np.random.default_rng(0), space(48, 1.0)
     states = [search.initial(Context(box, 100, 0, rng))]
@@ -155,7 +158,10 @@ def step_of_gaitsim(variation: str, held: Results) -> Callable[[], object]:
 
 
 def step_of_pyribs(variation: str, held: Results) -> Callable[[], object]:
-    """The same with pyribs, whose emitters have no bounds: it would draw anew until all fit."""
+    """Return the same function for pyribs.
+
+    Its emitters have no bounds here, as pyribs would redraw each genome outside them.
+    """
     from ribs.archives import GridArchive
     from ribs.emitters import EvolutionStrategyEmitter, GaussianEmitter, IsoLineEmitter
     from ribs.schedulers import Scheduler
@@ -187,7 +193,10 @@ def step_of_pyribs(variation: str, held: Results) -> Callable[[], object]:
 
 
 def processor_times(*steps: Callable[[], object]) -> list[float]:
-    """The least mean of 20 calls in five rounds, in which the steps take turns, seconds."""
+    """Return the processor time of a call of each step, seconds.
+
+    Five rounds, in which the steps take turns, each give a mean of 20 calls; the least counts.
+    """
     means: list[list[float]] = [[] for _ in steps]
     for _ in range(5):
         for step, found in zip(steps, means, strict=True):
@@ -200,8 +209,8 @@ def processor_times(*steps: Callable[[], object]) -> list[float]:
 
 
 def print_times() -> None:
-    """Ask and tell beside pyribs: processor time, which a busy machine changes little."""
-    print("\nask and tell of 100 genomes of 48 genes, all of which improve a cell: processor time")
+    """Print the processor time of ask and tell, next to that of pyribs if it is installed."""
+    print("\nask and tell for 100 genomes of 48 genes, all of which improve a cell: processor time")
     for variation in VARIATIONS:
         for number in (1_000, 15_000, 40_000):
             held = elites(number)

@@ -1,8 +1,8 @@
-"""The atlas of the spider's gaits: how fast, how large, and what it finds beside pyribs.
+"""The atlas of the spider's gaits: speed, sizes, and the archives compared with those of pyribs.
 
 The axes are the duty factors of the eight legs, as Voronoi cells. pyribs' `IsoLineEmitter` gets
-the same objective, axes, centroids, first population and budget; its genes are shares of their
-bounds, so that its standard deviation is in widths, as gaitsim's is.
+the same objective, axes, centroids, first population and budget. Its genes are scaled to their
+bounds, so that its standard deviation is relative to their width, as in gaitsim.
 
     python benchmarks/atlas.py [--seeds 3] [--evaluations 200000] [--population 1000]
 """
@@ -28,10 +28,10 @@ from gaitsim.runs.files.folder import CHECKPOINT, create_run
 from gaitsim.runs.writer import RunWriter
 
 SIZES = (15_625, 40_000)
-OFFSET = -10.0  # below all but the worst random gaits
+OFFSET = -10.0  # lower than all but the worst random gaits
 SECONDS = 10.0
 SIGMAS = (0.01, 0.03)  # pyribs' default and gaitsim's
-SHARES = (0.1, 0.25, 0.5, 1.0)  # of the budget, at which the curves are printed
+SHARES = (0.1, 0.25, 0.5, 1.0)  # shares of the budget at which the curves are printed
 Curve = list[tuple[float, float]]
 """Coverage in per cent and QD score at each share of the budget."""
 Evaluate = Callable[[Genomes], Evaluation]
@@ -40,7 +40,7 @@ Evaluate = Callable[[Genomes], Evaluation]
 def atlas(
     cells: int, population: int, generations: int, seed: int, **options: object
 ) -> Experiment:
-    """The spider's atlas over its duty factors, by line variation."""
+    """Return the experiment of the spider's atlas over its duty factors, with line variation."""
     legs = load_experiment("spider").organism.leg_joints()
     return load_experiment(
         "spider",
@@ -61,7 +61,7 @@ def atlas(
 
 
 def filled(experiment: Experiment, cells: int) -> State:
-    """The state of an archive with an elite in each cell."""
+    """Return the search's state with an elite in each cell."""
     search, space, rng = experiment.search, experiment.space(), np.random.default_rng(0)
     state = search.initial(Context(space, cells, 0, rng))
     values = dict(zip(search.reads(), state["centroids"].T, strict=True))
@@ -70,7 +70,7 @@ def filled(experiment: Experiment, cells: int) -> State:
 
 
 def print_speed(cells: int, population: int) -> None:
-    """Speed, memory and folder of a run that is written to disk, and the same when it is full."""
+    """Print speed, memory and folder size of a run on disk, also with all cells occupied."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as held:
         experiment = atlas(cells, population, 1_000_000, 0)
         writer = held.enter_context(RunWriter.open(create_run(experiment, Path(folder) / "run")))
@@ -104,18 +104,18 @@ def print_speed(cells: int, population: int) -> None:
         writer.record(full)
         work, seconds = time.process_time() - work, time.perf_counter() - start
         beside = f"{milliseconds(work)} of processor time"
-        print_figure("writing a generation with all cells full", milliseconds(seconds), beside)
+        print_figure("writing a generation, all cells occupied", milliseconds(seconds), beside)
         print_figure(
-            "its checkpoint, of which a folder has two",
+            "its checkpoint; a run folder holds two",
             _megabytes((writer.path / CHECKPOINT).stat().st_size),
         )
-        print_figure("asked and told", milliseconds(_step(experiment, full.state, generation)))
+        print_figure("ask and tell", milliseconds(_step(experiment, full.state, generation)))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print_figure("peak memory of the process", _megabytes(1024 * peak))
 
 
 def _step(experiment: Experiment, state: State, generation: Generation) -> float:
-    """Processor time of an ask and a tell of a generation, the least of five, seconds."""
+    """Return the processor time of ask and tell for a generation, the least of five, seconds."""
     search, space, rng = experiment.search, experiment.space(), np.random.default_rng(0)
     told = Results(generation.genomes, generation.scores, generation.evaluation.values)
     taken = []
@@ -137,7 +137,7 @@ def _megabytes(size: float) -> str:
 
 
 def curve_of_gaitsim(experiment: Experiment, evaluate: Evaluate) -> Curve:
-    """Coverage and QD score as gaitsim evolves."""
+    """Return coverage and QD score during gaitsim's evolution."""
     found = [
         (100 * generation.figures["coverage"], generation.figures["QD score"])
         for generation in evolve(experiment, evaluate)
@@ -146,7 +146,7 @@ def curve_of_gaitsim(experiment: Experiment, evaluate: Evaluate) -> Curve:
 
 
 def curve_of_pyribs(experiment: Experiment, evaluate: Evaluate, sigma: float) -> Curve:
-    """The same with pyribs, from the same first population."""
+    """Return coverage and QD score with pyribs, from the same first population."""
     from ribs.archives import CVTArchive
     from ribs.emitters import IsoLineEmitter
     from ribs.schedulers import Scheduler
@@ -182,7 +182,7 @@ def curve_of_pyribs(experiment: Experiment, evaluate: Evaluate, sigma: float) ->
 
 
 def print_curves(cells: int, population: int, evaluations: int, seeds: int) -> None:
-    """Medians over seeds of coverage and QD score, with the least and the most coverage."""
+    """Print the medians of coverage and QD score over the seeds, and the range of coverage."""
     print(f"\n{cells:,} cells, {population:,} a generation, {seeds} seeds")
     heads = "".join(f"{share * evaluations:>37,.0f}" for share in SHARES)
     print(f"{'evaluations':<22}{heads}")
@@ -216,7 +216,7 @@ def main() -> None:
     arguments = parser.parse_args()
     print_machine()
     if arguments.only != "curves":
-        for cells in SIZES:  # in processes of their own, for their memory
+        for cells in SIZES:  # a process for each size, to measure its peak memory
             child = get_context("spawn").Process(
                 target=print_speed, args=(cells, arguments.population)
             )

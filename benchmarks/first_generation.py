@@ -1,8 +1,8 @@
-"""What the first generation takes beside later ones, of bodies of a known cost.
+"""The time of the first generation compared with later ones, for bodies of known cost.
 
-A body that moves whole arrays has fixed costs a call, which workers repeat; one that loops takes as
-long for each individual. Each line has the medians of a few starts, and of the ratio the extremes
-as well. Processor time is what a body takes here, so other programs slow it as they do a real one.
+A body that moves whole arrays has a fixed cost per call, which each worker pays; a body that loops
+takes the same time for each individual. Each line has the medians of a few starts, and the extremes
+of the ratio. The bodies consume processor time, so other programs slow them like real bodies.
 """
 
 import argparse
@@ -49,7 +49,7 @@ PACKAGE = {
     "entry_points.txt": "[gaitsim.organism]\ncostly = first_generation:Costly\n"
     "[gaitsim.fitness]\ncostly-reach = first_generation:Reach\n",
 }
-# Fixed seconds of a call, seconds of each individual, population, workers asked for.
+# Seconds per call, seconds per individual, population, option --workers.
 BODIES: tuple[tuple[float, float, int, int | None], ...] = (
     (0.009, 2e-6, 2000, 2),
     (0.05, 1e-5, 2000, None),
@@ -62,35 +62,35 @@ BODIES: tuple[tuple[float, float, int, int | None], ...] = (
 
 
 class Costly(Organism):
-    """A body that takes the processor time that it is told to take."""
+    """A body that consumes a given processor time."""
 
-    fixed: float = option(0.0, "fixed cost of a call", unit="s", ge=0)
-    each: float = option(0.0, "cost of each individual", unit="s", ge=0)
+    fixed: float = option(0.0, "fixed cost per call", unit="s", ge=0)
+    each: float = option(0.0, "cost per individual", unit="s", ge=0)
 
-    channels: ClassVar[Mapping[str, Channel]] = {"reach": Channel((), "m", "how far it reaches")}
+    channels: ClassVar[Mapping[str, Channel]] = {"reach": Channel((), "m", "distance reached")}
 
     def genome_space(self) -> GenomeSpace:
         """Return two genes."""
         return RealSpace(np.full(2, -1.0), np.full(2, 1.0), ("a", "b"))
 
     def move(self, genomes: Genomes) -> Motion:
-        """Compute for as long as it is told to."""
+        """Compute for the given time."""
         end = time.thread_time() + self.fixed + len(genomes) * self.each
         while time.thread_time() < end:
             pass
         return Motion(1.0, {"reach": genomes.sum(axis=1)})
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Return a point."""
+        """Return a skeleton of one point."""
         return Skeleton(np.zeros((1, 1, 2, 3)), ("a",), motion.frame_rate)
 
     def joint_names(self) -> tuple[str, ...]:
-        """Return none."""
+        """Return no names."""
         return ()
 
 
 class Reach(Fitness):
-    """How far it reaches."""
+    """The distance reached."""
 
     needs: ClassVar[tuple[str, ...]] = ("reach",)
 
@@ -101,7 +101,7 @@ class Reach(Fitness):
 
 @contextmanager
 def installed() -> Iterator[None]:
-    """Register both plugins, here and in the processes that start here."""
+    """Register both plugins, in this process and in its worker processes."""
     with TemporaryDirectory() as folder:
         metadata = Path(folder) / "costly-0.dist-info"
         metadata.mkdir()
@@ -112,7 +112,7 @@ def installed() -> Iterator[None]:
 
 
 def generations(experiment: Experiment, workers: int | None) -> list[float]:
-    """Return the seconds that preparing takes, and each generation."""
+    """Return the seconds of the preparation and of each generation."""
     with Evaluator(experiment, workers) as evaluator:
         taken = [stopwatch(evaluator.prepare)]
         evolved = evolve(experiment, evaluator.evaluate)
@@ -122,11 +122,11 @@ def generations(experiment: Experiment, workers: int | None) -> list[float]:
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--repeats", type=int, default=5, help="starts of each; default: 5")
+    parser.add_argument("--repeats", type=int, default=5, help="starts per line; default: 5")
     repeats = parser.parse_args().repeats
     print_machine()
     names = "population", "--workers", "before", "first", "later", "ratio"
-    print(f"{'a call + each individual':<26}" + "".join(f"{name:>12}" for name in names))
+    print(f"{'per call + individual':<26}" + "".join(f"{name:>12}" for name in names))
     with installed():
         for fixed, each, population, workers in BODIES:
             text = PRESET.format(fixed=fixed, each=each, population=population)

@@ -1,6 +1,6 @@
-"""One generation of the preset fly, one trial: 100 flies × 3 s, 1 ms steps, a command each 10 ms.
+"""One generation of the preset fly, one trial: 100 flies × 3 s, 1 ms steps, 10 ms commands.
 
-Beside it: one worker, one fly at a time, and real time.
+It is compared with one worker, with one fly at a time, and with real time.
 """
 
 from timing import medians, milliseconds, print_figure, print_machine

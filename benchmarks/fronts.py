@@ -1,8 +1,8 @@
-"""`nsga-2` beside pymoo's NSGA2: hypervolume on ZDT1-3 and DTLZ2, and the time of ask and tell.
+"""`nsga-2` and pymoo's NSGA2: hypervolume on ZDT1-3 and DTLZ2, and the time of ask and tell.
 
-Both with 100 individuals, 250 generations and their defaults, as in Deb et al. 2002. Median of
-15 seeds, both measured with pymoo's hypervolume. pymoo is measured without evaluation, too:
-the problems' own time is taken off.
+Both have 100 individuals, 250 generations and their defaults, as in Deb et al. 2002. Figures are
+medians of 15 seeds; pymoo computes the hypervolume of both fronts. The times exclude the evaluation
+of the problems.
 """
 
 import statistics
@@ -22,11 +22,11 @@ from gaitsim.contracts.search import Context, Results
 from gaitsim_searches.nsga_2 import Nsga2
 
 POPULATION, GENERATIONS, SEEDS = 100, 250, 15
-REFERENCE = 1.1  # in each objective; the true fronts reach 1
+REFERENCE = 1.1  # in each objective; the true fronts end at 1
 
 
 def ours(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
-    """Return the front that `nsga-2` finds, (members, objectives), and the time it took."""
+    """Return the front that `nsga-2` finds, (members, objectives), and the seconds it takes."""
     labels = tuple(f"x{gene}" for gene in range(problem.n_var))
     space = RealSpace(problem.xl.astype(float), problem.xu.astype(float), labels)
     names = [f"f{number}" for number in range(problem.n_obj)]
@@ -52,7 +52,7 @@ def ours(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
 
 
 def theirs(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
-    """Return the same of pymoo."""
+    """Return the front that pymoo finds, (members, objectives), and the seconds it takes."""
     algorithm = NSGA2(pop_size=POPULATION)
     termination = get_termination("n_gen", GENERATIONS)
     algorithm.setup(problem, termination=termination, seed=seed, verbose=False)
@@ -71,7 +71,7 @@ def theirs(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
 def main() -> None:
     """Print the table."""
     print_machine()
-    print(f"{POPULATION} × {GENERATIONS} evaluations, median (least and most) of {SEEDS} seeds\n")
+    print(f"{POPULATION} × {GENERATIONS} evaluations, median (minimum–maximum) of {SEEDS} seeds\n")
     columns = "{:<8}{:>26}{:>26}{:>10}{:>16}{:>16}{:>8}"
     heads = "problem", "gaitsim", "pymoo", "ratio", "ask and tell", "pymoo", ""
     print(columns.format(*heads))
@@ -80,7 +80,7 @@ def main() -> None:
         measure = HV(ref_point=np.full(problem.n_obj, REFERENCE))
         volumes: list[list[float]] = [[], []]
         seconds: list[list[float]] = [[], []]
-        for seed in range(SEEDS):  # in turns, so that a busy machine slows both
+        for seed in range(SEEDS):  # in turns, so that other programs slow both alike
             for index, search in enumerate((ours, theirs)):
                 front, taken = search(problem, seed)
                 volumes[index].append(float(measure(front)))

@@ -1,6 +1,6 @@
-"""The network that imitates the default spider's champion: training time, and how far it walks.
+"""The network that imitates the default spider's champion: training time and distance walked.
 
-Beside it: the same training in NumPy, one pair at a time.
+The training time is compared with NumPy code that trains on one pair at a time.
 """
 
 import argparse
@@ -23,13 +23,13 @@ from gaitsim.imitation.learning import SETTINGS, Settings, learn, prepare
 from gaitsim.individual import Individual
 from gaitsim.network import Network
 
-EPOCHS, SAMPLE = 1000, 3  # of the compiled training, and of the one in NumPy
+EPOCHS, SAMPLE = 1000, 3  # epochs of the compiled training, and of that in NumPy
 SEEDS = range(5)
-LATER = 10  # times as long
+LATER = 10  # multiple of the expert's duration
 
 
 def champion(experiment: Experiment) -> NDArray[np.float64]:
-    """Joint angles of the best of all generations, (frames, joints)."""
+    """Return the joint angles of the best individual of all generations, (frames, joints)."""
     best, score = None, -np.inf
     with Evaluator(experiment) as evaluator:
         for generation in evolve(experiment, evaluator.evaluate):
@@ -43,7 +43,7 @@ def champion(experiment: Experiment) -> NDArray[np.float64]:
 
 
 def in_numpy(expert: NDArray[np.float64], epochs: int) -> None:
-    """The same steps with `Network.gradients`, one pair at a time."""
+    """Train with `Network.gradients`, one pair at a time."""
     rng = np.random.default_rng(0)
     joints = expert.shape[1]
     network = Network.random((joints, 48, joints), rng, "leaky-relu")
@@ -56,7 +56,7 @@ def in_numpy(expert: NDArray[np.float64], epochs: int) -> None:
 
 
 def compile_seconds() -> float:
-    """What the first training pays for compiling, with an empty cache."""
+    """Return the seconds of compilation in the first training, with an empty cache."""
     code = (
         "import time; from gaitsim.imitation.learning import prepare; "
         "s = time.perf_counter(); prepare(); print(time.perf_counter() - s)"
@@ -75,7 +75,7 @@ def compile_seconds() -> float:
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=0, help="of the spider's run")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the spider's run")
     experiment = load_experiment("spider", {"seed": parser.parse_args().seed})
     print_machine()
     expert = champion(experiment)
@@ -100,7 +100,7 @@ def main() -> None:
 
 
 def print_walks(experiment: Experiment, expert: NDArray[np.float64], settings: Settings) -> None:
-    """How far and how well it goes on its own, at once and later, beside its expert."""
+    """Print distance and score of the free-running network, at once and later, and its expert's."""
     frames = len(expert)
 
     def played(angles: NDArray[np.float64]) -> Individual:

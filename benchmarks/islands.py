@@ -1,9 +1,9 @@
-"""What islands find for the same evaluations as one population, over repeats.
+"""Scores of islands and of one population after the same number of evaluations, over repeats.
 
     python benchmarks/islands.py [BODY] [REPEATS] [SEED]
 
-The four searches differ in nothing but how the individuals are parted, and the fly's elites with
-them. p is that of a Mann-Whitney test against one population.
+The four searches differ only in how the individuals are divided into populations, and for the fly
+in the number of elites. p is the p-value of a Mann-Whitney test against one population.
 """
 
 import sys
@@ -16,7 +16,7 @@ from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import load_experiment
 
 ISLANDS = 4
-# Individuals, generations, elites of one population, and of each island.
+# Individuals, generations, elites of one population, elites of each island.
 BUDGETS = {"spider": (200, 150, 2, 2), "fly": (100, 60, 4, 1)}
 SEARCHES = {
     "one population": {},
@@ -27,7 +27,7 @@ SEARCHES = {
 
 
 def finals(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
-    """The best score of each repeat at the end, (repeats,)."""
+    """Return the best score of each repeat in the last generation, (repeats,)."""
     individuals, generations, *elites = BUDGETS[body]
     parts = ISLANDS if SEARCHES[search] else 1
     experiment = load_experiment(
@@ -46,7 +46,7 @@ def finals(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
 
 
 def main() -> None:
-    """Print a line a search."""
+    """Print a line for each search."""
     bodies = sys.argv[1:2] or [*BUDGETS]
     repeats, seed = (int(text) for text in [*sys.argv[2:4], "12", "0"][:2])
     for body in bodies:

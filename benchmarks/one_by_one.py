@@ -1,8 +1,7 @@
-"""The spider of the recurrence preset in plain NumPy, one individual at a time.
+"""The body of the preset spider-recurrence in plain NumPy, one individual at a time.
 
-What a program looks like that holds one object per individual and loops over them in
-Python, as frameworks with lists of individuals lead to. Arrays run over legs or joints,
-and over frames where the model allows it.
+Programs built on lists of individuals typically look like this: one object per individual, and a
+loop over them in Python. Arrays hold the legs or joints, and the frames if the model allows it.
 """
 
 import math
@@ -17,18 +16,18 @@ from gaitsim_spider.classic import SpiderClassic
 
 
 class OneByOne:
-    """Scores genomes as the preset does."""
+    """Evaluator that scores genomes as the preset does."""
 
     def __init__(self, experiment: Experiment) -> None:
         assert isinstance(experiment.fitness, SpiderClassic)
         self._fitness = experiment.fitness
 
     def score(self, genome: NDArray[np.float64]) -> float:
-        """The score of one genome, (48,)."""
+        """Return the score of one genome, (48,)."""
         angles = _recur(genome.astype(np.float32))
-        return self._judge(angles, *_feet(angles))
+        return self._score(angles, *_feet(angles))
 
-    def _judge(self, angles: Any, x: Any, z: Any) -> float:
+    def _score(self, angles: Any, x: Any, z: Any) -> float:
         f = self._fitness
         travel = np.abs(np.diff(x, axis=0)).sum(axis=0)
         height = z + (body.STANDING_HEIGHT - body.FOOT_RADIUS)
@@ -49,7 +48,7 @@ class OneByOne:
 
 
 def _recur(genome: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Joint angles, (frames, 24)."""
+    """Return the joint angles of a genome, (frames, 24)."""
     weight, bias = genome.reshape(-1, 2).T
     step_limit, angle_limit = np.float32(body.STEP_LIMIT), np.float32(body.ANGLE_LIMIT)
     angles = np.zeros((body.FRAMES, len(body.JOINTS)), np.float32)
@@ -61,7 +60,7 @@ def _recur(genome: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _feet(angles: NDArray[np.float32]) -> tuple[Any, Any]:
-    """Where the feet are along x and z, each (frames, 8)."""
+    """Return the x and z coordinates of the feet, each (frames, 8)."""
     coxa, femur, tibia = angles[:, ::3], angles[:, 1::3], angles[:, 2::3]
     femur_pitch = body.FEMUR_PITCH + femur
     tibia_pitch = body.TIBIA_PITCH + femur + tibia

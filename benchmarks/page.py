@@ -1,10 +1,11 @@
-"""Pages in Chromium without a graphics card: frames a second, and milliseconds of each picture.
+"""Pages in Chromium without a graphics card: frames per second and milliseconds per picture.
 
     python benchmarks/page.py                     # a spider, evolved for 20 generations
     python benchmarks/page.py spider.html fly.html
 
-The processor draws, at 1280x800, with the network blocked; needs Chromium and Playwright. A machine
-with other work gives fewer frames: the milliseconds are the fastest of 30 pictures, alone.
+The processor draws at 1280 × 800, with the network blocked. The benchmark needs Chromium and
+Playwright. Other programs lower the frame rate; the milliseconds are those of the fastest of 30
+pictures, drawn singly.
 """
 
 import argparse
@@ -55,15 +56,17 @@ MEASURED = """async (seconds) => {
 def main() -> None:
     """Print a line for each page."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("pages", nargs="*", type=Path, help="Pages; default: a spider's.")
+    parser.add_argument(
+        "pages", nargs="*", type=Path, help="HTML pages; default: the page of a spider"
+    )
     pages = parser.parse_args().pages
     with tempfile.TemporaryDirectory() as folder:
         print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
         for page in pages or [_spider(Path(folder))]:
             frames, ratio, milliseconds = _measured(page)
             print(
-                f"{page.name}: {page.stat().st_size / 1e3:.0f} kB, {frames:.0f} frames a second at "
-                f"{ratio:.2f} of the resolution, {milliseconds:.1f} ms a picture"
+                f"{page.name}: {page.stat().st_size / 1e3:.0f} kB, {frames:.0f} frames/s at "
+                f"{ratio:.2f} of the resolution, {milliseconds:.1f} ms/picture"
             )
 
 

@@ -1,4 +1,4 @@
-"""Processor time of evaluation, in a module that worker processes can import, too."""
+"""Processor time of an evaluation, in a module that worker processes can import."""
 
 import time
 
@@ -8,7 +8,7 @@ from gaitsim.experiment import Experiment
 
 
 def processor_seconds(experiment: Experiment, genomes: Genomes) -> float:
-    """CPU seconds of one evaluation, whatever else the machine does."""
+    """Return the CPU seconds of one evaluation, which exclude other programs."""
     start = time.process_time()
     evaluate(experiment, genomes)
     return time.process_time() - start

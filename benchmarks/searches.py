@@ -1,7 +1,8 @@
-"""What a search takes beside the evaluation: ask and tell of 100 genomes with 48 genes.
+"""The time of a search without evaluation: ask and tell for 100 genomes with 48 genes.
 
-One generation after twenty others, so that the search is at work. pycma has bounds and the same
-population; it takes turns with ours. pyribs is in archives.py, with archives of several sizes.
+The measured generation follows twenty others, so that the search has built up its state. pycma has
+the same bounds and population, and takes turns with gaitsim. For pyribs see archives.py, which has
+archives of several sizes.
 """
 
 import importlib.util
@@ -29,7 +30,7 @@ SEARCHES: dict[str, tuple[Search, float]] = {
         0.004,
     ),
 }
-"""Name -> the search, and what it may take, seconds."""
+"""Name -> the search and its time budget, seconds."""
 
 
 def score(genomes: np.ndarray) -> np.ndarray:
@@ -38,7 +39,7 @@ def score(genomes: np.ndarray) -> np.ndarray:
 
 
 def generation(search: Search) -> Callable[[], object]:
-    """Return what asks and tells one generation, the same one at each call."""
+    """Return a function that asks and tells one generation, the same at each call."""
     state, last = None, None
 
     def context(number: int, call: int) -> Context:
@@ -57,7 +58,7 @@ def generation(search: Search) -> Callable[[], object]:
 
 
 def pycma(*, separable: bool) -> Callable[[], object]:
-    """Return what asks and tells pycma's next generation."""
+    """Return a function that asks and tells pycma's next generation."""
     import cma
 
     options = {"popsize": POPULATION, "bounds": [-1, 1], "verbose": -9, "CMA_diagonal": separable}

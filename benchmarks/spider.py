@@ -1,8 +1,8 @@
 """One generation of the presets spider, 200 × 300 frames, and spider-recurrence, 100 × 300.
 
-Beside the first: what the machine could do at best. Beside the second: that, the published run
-of the same scheme in MATLAB, the same kernels called for one spider at a time, and a NumPy
-version that moves and judges one spider at a time.
+Both are compared with the machine's peak arithmetic speed. spider-recurrence is also compared with
+the published MATLAB run of the same scheme, with the same kernels called for one spider at a time,
+and with a NumPy version that moves and scores one spider at a time.
 """
 
 import argparse
@@ -26,12 +26,12 @@ from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
 
-PUBLISHED = 1.5 * 3600  # seconds for 1,000 generations, MATLAB on its author's machine
+PUBLISHED = 1.5 * 3600  # seconds for 1,000 generations in MATLAB on the author's machine
 GENERATIONS, SAMPLE = 1000, 150
 
-# Operations on float32 that a spider takes, counted in the kernels' source: additions,
-# multiplications, divisions, roots, comparisons and signs one each, sines and cosines as the
-# polynomials are. Choices between two values are not counted.
+# float32 operations per spider, counted in the kernels' source. Additions, multiplications,
+# divisions, roots, comparisons and sign changes count as one, sines and cosines as the operations
+# of their polynomials. Selections between two values are not counted.
 JOINTS, LEGS, FRAMES = 24, 8, 300
 KINEMATICS = 109 * LEGS * FRAMES
 RECURRENCE = 7 * JOINTS * FRAMES + KINEMATICS + (17 * LEGS + 8 + 3 * JOINTS) * FRAMES
@@ -41,7 +41,7 @@ DEFAULT = 3 * JOINTS * FRAMES + KINEMATICS + INTERVAL * (FRAMES - 1) + 16 * JOIN
 
 
 def compile_seconds(preset: str) -> float:
-    """What the first run of a preset pays for compiling: an empty cache, a process of its own."""
+    """Return the seconds of a preset's first evaluation with an empty cache, in a new process."""
     code = (
         "import time; from gaitsim.experiment import load_experiment; "
         "from gaitsim.evaluation import Evaluator; "
@@ -61,7 +61,7 @@ def compile_seconds(preset: str) -> float:
 
 
 def run_seconds(experiment: Experiment, evaluator: Evaluator) -> float:
-    """A whole run, recorded to a folder of the disk that this is started on."""
+    """Return the seconds of a whole run, recorded on the disk of the working folder."""
     with tempfile.TemporaryDirectory(prefix=".benchmark-", dir=Path.cwd()) as folder:
         path = create_run(experiment, Path(folder) / "run")
 
@@ -74,7 +74,7 @@ def run_seconds(experiment: Experiment, evaluator: Evaluator) -> float:
 
 
 def sync_seconds() -> float:
-    """What it takes to force as much as a checkpoint holds to the disk, once."""
+    """Return the seconds of one `fsync` of a file as large as a checkpoint."""
     with tempfile.NamedTemporaryFile(prefix=".benchmark-", dir=Path.cwd()) as file:
 
         def work() -> None:
@@ -86,10 +86,10 @@ def sync_seconds() -> float:
 
 
 def peak() -> float:
-    """Operations on float32 a second that all cores reach together where nothing else limits.
+    """Return the peak float32 operations per second of all cores together.
 
-    Horner's scheme on numbers in the first-level cache: one load and one store for 64 fused
-    multiplications and additions, in vector instructions.
+    Measured with Horner's scheme on numbers in the first-level cache: one load and one store for 64
+    fused multiply-adds, in vector instructions.
     """
     from numba import njit
 
@@ -117,11 +117,13 @@ def peak() -> float:
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--full", action="store_true", help="all 1,000 generations, not 150")
+    parser.add_argument("--full", action="store_true", help="run 1,000 generations, not 150")
     full = parser.parse_args().full
     print_machine()
     speed = peak()
-    print_figure("the machine at its best", f"{speed / 1e9:.0f} G/s", "fused multiply-add, cached")
+    print_figure(
+        "peak speed of the machine", f"{speed / 1e9:.0f} G/s", "fused multiply-add, cached"
+    )
     print("\nspider: 200 spiders, eight terms")
     print_default(speed)
     print("\nspider-recurrence: 100 spiders, seven terms")
@@ -129,7 +131,7 @@ def main() -> None:
 
 
 def print_default(speed: float) -> None:
-    """The preset spider's evaluation, with all cores and with one."""
+    """Print the evaluation time of the preset spider, with all cores and with one."""
     experiment = load_experiment("spider")
     genomes = first_population(experiment)
     print_figure("compiling, first run only", f"{compile_seconds('spider'):.1f} s")
@@ -147,7 +149,7 @@ def print_default(speed: float) -> None:
 
 
 def print_recurrence(full: bool, speed: float) -> None:
-    """The preset spider-recurrence: its evaluation, whole runs, and the same done otherwise."""
+    """Print the evaluation time of spider-recurrence, whole runs, and the alternatives."""
     generations = GENERATIONS if full else SAMPLE
     experiment = load_experiment("spider-recurrence", {"evolution.generations": generations})
     space = experiment.space()
@@ -167,9 +169,11 @@ def print_recurrence(full: bool, speed: float) -> None:
     recording = whole / generations - evaluating - breeding
     thousand = whole * GENERATIONS / generations
     print_figure("evaluating a generation", milliseconds(evaluating))
-    print_figure("breeding one", milliseconds(breeding))
+    print_figure("breeding a generation", milliseconds(breeding))
     forced = milliseconds(sync_seconds())
-    print_figure("recording one, by difference", milliseconds(recording), f"one fsync: {forced}")
+    print_figure(
+        "recording a generation, by difference", milliseconds(recording), f"one fsync: {forced}"
+    )
     print_figure("a generation of the whole run", milliseconds(whole / generations))
     print_figure(
         f"1,000 generations{'' if full else f', scaled from {generations}'}",
@@ -182,7 +186,7 @@ def print_recurrence(full: bool, speed: float) -> None:
 
 
 def print_alternatives(experiment: Experiment, genomes: NDArray[np.float64]) -> None:
-    """The same work on one core, and one spider at a time."""
+    """Print the times of the same work on one core, and of one spider at a time."""
     numpy, few = OneByOne(experiment), genomes[:10]
     with Evaluator(experiment) as all_cores, Evaluator(experiment, workers=1) as one_core:
         whole, alone, single, loop = medians(
@@ -195,7 +199,7 @@ def print_alternatives(experiment: Experiment, genomes: NDArray[np.float64]) -> 
         scores = all_cores.evaluate(few).scores
     loop *= len(genomes) / len(few)
     worst = np.abs([numpy.score(genome) for genome in few] - scores).max()
-    print_figure("evaluating a generation, taking turns with", milliseconds(whole))
+    print_figure("evaluating a generation, in turns with", milliseconds(whole))
     for what, seconds in (
         ("- the same with one worker", alone),
         ("- one core, spider by spider, same kernels", single),
@@ -206,11 +210,11 @@ def print_alternatives(experiment: Experiment, genomes: NDArray[np.float64]) -> 
 
 
 def print_floor(operations: int, speed: float, evaluating: float) -> None:
-    """What could not be beaten on this machine, and how far above it the evaluation is."""
+    """Print the least possible time on this machine, and how far the evaluation exceeds it."""
     floor = operations / speed
-    print_figure("- its arithmetic", f"{operations / 1e6:.0f} M", "operations on float32")
+    print_figure("- its arithmetic", f"{operations / 1e6:.0f} M", "float32 operations")
     beside = f"evaluating: {times(evaluating / floor)} the floor"
-    print_figure("- so the floor", milliseconds(floor), beside)
+    print_figure("- the resulting floor", milliseconds(floor), beside)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How long `gaitsim --help` takes, beside Python and the libraries that it cannot do without."""
+"""The time of `gaitsim --help`, compared with Python and the libraries that it must import."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ REPEATS = 2  # in each of five rounds
 
 
 def program(*command: str) -> Callable[[], object]:
-    """A program to be run to its end, which must be a good one."""
+    """Return a function that runs a program, which must exit with code 0."""
     return lambda: subprocess.run(command, check=True, capture_output=True)
 
 
@@ -28,12 +28,14 @@ def main() -> None:
     )
     print_figure("gaitsim --help", milliseconds(ours))
     for what, seconds in (
-        ("import typer.rich_utils", help_),  # what typer prints help with
+        ("import typer.rich_utils", help_),  # the module with which typer prints help
         ("import typer, rich", libraries),
         ("pass", bare),
     ):
         print_figure(
-            f"python -c '{what}'", milliseconds(seconds), f"gaitsim: {times(ours / seconds)} that"
+            f"python -c '{what}'",
+            milliseconds(seconds),
+            f"gaitsim: {times(ours / seconds)} as long",
         )
 
 

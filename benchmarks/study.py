@@ -1,10 +1,10 @@
-"""The published millipede study, whole, beside the same work in DEAP; do its claims hold?
+"""The full published millipede study, compared with DEAP, and a check of its claims.
 
-Five algorithms × 39 pool sizes × 80 generations × 100 repeats, over all cores, as
-`gaitsim study millipede-operators` does it without its pictures. DEAP does two repeats
-of each algorithm at three pool sizes on one core; its time is scaled by the number of
-individuals bred. Then each cell that the study reports is repeated 4,000 times from seeds of
-its own: does the 95 % interval of its mean meet the reported one, and reach the target?
+gaitsim evolves five algorithms × 39 pool sizes × 80 generations × 100 repeats on all cores, as
+`gaitsim study millipede-operators` does, without the pictures. DEAP evolves two repeats of each
+algorithm at three pool sizes on one core; its time is scaled by the number of individuals bred.
+Then each cell that the study reports is repeated 4,000 times with other seeds. The benchmark prints
+whether the 95 % interval of the new mean overlaps the reported interval and reaches the target.
 """
 
 import importlib.util
@@ -23,13 +23,13 @@ from gaitsim.study.confirming import confirm
 from gaitsim.study.file import Study, cells, read_study
 from gaitsim.study.running import results, run_cells
 
-POOLS, REPEATS = (9, 41, 73), 2  # what DEAP does
+POOLS, REPEATS = (9, 41, 73), 2  # the part evolved with DEAP
 LEGS, BITS = 6, 6
 CHECKED, SEED = 4000, 20_000_000  # repeats of each reported cell, and the first seed
 
 
 def sweep(study: Study, folder: Path) -> float:
-    """Seconds for the whole sweep."""
+    """Evolve all cells of the study, and return the seconds."""
 
     def work() -> None:
         for _ in run_cells(folder, study, cells(study), None):
@@ -39,12 +39,12 @@ def sweep(study: Study, folder: Path) -> float:
 
 
 def claims(study: Study, folder: Path) -> list[Reached]:
-    """What the study reports, once it has been swept."""
+    """Return the cells that the finished study reports."""
     return confirm(folder, study, results(folder, study, cells(study))[0], None)
 
 
 def repeated(claim: Reached, seed: int) -> tuple[float, float]:
-    """Mean of other repeats of a reported cell, and its standard error."""
+    """Return the mean of other repeats of a reported cell, and its standard error."""
     size = {"population": claim.population, "generations": claim.generations}
     changes = {f"evolution.{name}": value for name, value in size.items()}
     experiment = load_experiment(claim.experiment, changes | {"seed": seed})
@@ -54,7 +54,7 @@ def repeated(claim: Reached, seed: int) -> tuple[float, float]:
 
 
 def _degrees(individual: list[int]) -> list[int]:
-    """The legs' angles; magnitudes above 20 are truncated in the genome, too."""
+    """Return the legs' angles; truncate magnitudes above 20, also in the genome."""
     angles = []
     for start in range(0, LEGS * BITS, BITS):
         sign, *magnitude = individual[start : start + BITS]
@@ -79,7 +79,7 @@ def _score(individual: list[int]) -> tuple[float]:
 
 
 def deap_run(algorithm: str, pool: int, generations: int) -> None:
-    """One repeat with DEAP's toolbox: drop the worst, breed the rest, add the best's copy."""
+    """Evolve one repeat with DEAP: drop the worst, breed the rest, add a copy of the best."""
     from deap import base, creator, tools
 
     if not hasattr(creator, "Millipede"):
@@ -118,8 +118,8 @@ def deap_run(algorithm: str, pool: int, generations: int) -> None:
 
 
 def deap(study: Study, generations: int) -> float:
-    """Seconds that the whole study would take DEAP, scaled from a part."""
-    random.seed(0)  # DEAP draws from the global generator
+    """Return the seconds of the whole study with DEAP, scaled from a part."""
+    random.seed(0)  # DEAP uses the global generator
 
     def part() -> None:
         for algorithm in study.experiments:

@@ -1,4 +1,4 @@
-"""What the benchmarks share: medians, ratios, and the load of the machine."""
+"""Functions shared by the benchmarks: timing, formats, and the load of the machine."""
 
 import os
 import statistics
@@ -9,10 +9,10 @@ ROUNDS = 5
 
 
 def medians(*works: Callable[[], object], repeats: int) -> list[float]:
-    """The median time of each of `works`, seconds, called so often in each of five rounds.
+    """Return the median time of each of `works`, seconds, over `repeats` calls in five rounds.
 
-    They take turns, round by round, so that whatever else the machine does slows all of
-    them alike. The first call of a round finds the caches filled by others; it does not count.
+    The functions take turns, so that other programs slow all of them alike. The first call of a
+    round is not measured, as the other functions have displaced its data from the caches.
     """
     taken: list[list[float]] = [[] for _ in works]
     for _ in range(ROUNDS):
@@ -23,28 +23,28 @@ def medians(*works: Callable[[], object], repeats: int) -> list[float]:
 
 
 def stopwatch(work: Callable[[], object]) -> float:
-    """How long `work` takes, seconds."""
+    """Call `work`, and return the seconds."""
     start = time.perf_counter()
     work()
     return time.perf_counter() - start
 
 
 def milliseconds(seconds: float) -> str:
-    """Such as '1.74 ms' or '2.69 s'."""
+    """Format a duration, as '1.74 ms' or '2.69 s'."""
     return f"{seconds:.3g} s" if seconds >= 1 else f"{1000 * seconds:.3g} ms"
 
 
 def times(ratio: float) -> str:
-    """Such as '3.1 ×' or '1,300 ×'."""
+    """Format a ratio, as '3.1 ×' or '1,300 ×'."""
     return f"{ratio:,.0f} ×" if ratio >= 100 else f"{ratio:.2g} ×"
 
 
 def print_machine() -> None:
-    """How many cores there are, and how many programs want one: figures are for an idle machine."""
+    """Print the number of cores and the load; figures are meaningful on an idle machine only."""
     busy = f", load {os.getloadavg()[0]:.1f} before the start" if hasattr(os, "getloadavg") else ""
     print(f"{os.cpu_count()} cores{busy}\n")
 
 
 def print_figure(what: str, figure: str, beside: str = "") -> None:
-    """One aligned line."""
+    """Print a label, a figure and a remark on one aligned line."""
     print(f"{what:<52} {figure:>12}  {beside}".rstrip())

@@ -1,4 +1,4 @@
-"""Gaits of the preset quadruped-transfer in reality, beside those found by the score alone."""
+"""Gaits of the preset quadruped-transfer in reality, compared with those found by score alone."""
 
 import argparse
 from functools import partial
@@ -16,7 +16,7 @@ ALONE = {"search.plugin": "nsga-2", "search.objectives": {"score": "max", "forwa
 
 
 def evolved(experiment: Experiment) -> tuple[Generation, Genomes]:
-    """Return the last generation, and the genome of the best score of all, (1, genes)."""
+    """Return the last generation, and the genome with the best score of all, (1, genes)."""
     best, score = np.empty(0), -np.inf
     for last in evolve(experiment, partial(evaluate, experiment)):
         if last.scores.max() > score:
@@ -32,7 +32,7 @@ def row(name: str, seed: int, experiment: Experiment, genome: Genomes) -> None:
 
 
 def main() -> None:
-    """Evolve both for each seed."""
+    """Evolve both kinds of gait for each seed, and print their rows."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=3)
     for seed in range(parser.parse_args().seeds):

@@ -1,10 +1,11 @@
-"""What the terminal UI costs a run and the terminal, and how soon it answers.
+"""The terminal UI: its cost for a run, its output to the terminal, and its response times.
 
-The same spider run, in turns: by the command line with `--json`, and on the live screen in
-pseudo-terminals of several sizes, whose output is counted. Then the app on many runs: from its
-start to the first picture and to the first run in it, and from a key to the end of its answer.
+The same run of a spider is evolved in turns on the command line with `--json`, and on the live
+screen in pseudo-terminals of several sizes, whose output is counted. Then the app opens many runs.
+The benchmark measures the time from the start to the first picture and to the first run in the
+list, and from a key to the end of the app's response.
 
-To compare two versions, run this file in turns with the interpreters of both.
+To compare two versions of gaitsim, run this file in turns with the interpreters of both.
 """
 
 import argparse
@@ -29,9 +30,9 @@ from timing import milliseconds, print_figure, print_machine
 from gaitsim.experiment import load_experiment
 from gaitsim.runs.files.folder import create_run
 
-# The app as `gaitsim tui` has it, showing one run that goes on at once. At its end it says from
-# when to when it was measured, how long a generation took, how often a second the panels were
-# drawn, and what share of one core its own process took.
+# The app of `gaitsim tui`, with one run that it resumes immediately. After the run it writes the
+# start and the end of the measurement, the seconds per generation, the redraws of the panels per
+# second, and the share of one core that its own process used.
 APP = """
 import sys, time
 from pathlib import Path
@@ -68,21 +69,21 @@ app = Benchmark(Path(sys.argv[1]).parent)
 Path(sys.argv[2]).write_text("{} {} {} {} {}".format(*app.run()))
 """
 SIZES = ((80, 24), (120, 34), (160, 48))
-QUIET = 0.2  # seconds without output after which an answer has ended
+QUIET = 0.2  # seconds without output that end a response
 DOWN, PRESSES = b"\x1b[B", 9
 DAY = 86400
-SETTLED = 8.0  # seconds after which the app has read what it shows
+SETTLED = 8.0  # seconds until the app has read all runs
 
 
 class Terminal:
-    """A command in a pseudo-terminal, and when it wrote how much."""
+    """A command in a pseudo-terminal, with the time and size of each of its outputs."""
 
     def __init__(self, command: Sequence[str], columns: int, lines: int) -> None:
         self.keys, theirs = pty.openpty()
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
         self.written: list[tuple[float, bytes]] = []
         self.begun = time.perf_counter()
-        # Textual draws on standard error.
+        # Textual writes to standard error.
         self.process = subprocess.Popen(
             command,
             stdin=theirs,
@@ -96,16 +97,16 @@ class Terminal:
         self._reader.start()
 
     def _read(self) -> None:
-        with contextlib.suppress(OSError):  # a pseudo-terminal's way to say that it was closed
+        with contextlib.suppress(OSError):  # a closed pseudo-terminal raises OSError
             while data := os.read(self.keys, 65536):
                 self.written.append((time.perf_counter(), data))
 
     def count(self, start: float, end: float) -> int:
-        """Bytes written between two moments."""
+        """Return the number of bytes written between two times."""
         return sum(len(data) for moment, data in self.written if start <= moment <= end)
 
     def until(self, text: bytes) -> float:
-        """Wait for a text; return its moment."""
+        """Wait for a text, and return the time of its output."""
         while text not in b"".join(data for _, data in self.written):
             time.sleep(0.001)
             if self.process.poll() is not None:
@@ -113,13 +114,13 @@ class Terminal:
         return self.written[-1][0]
 
     def until_quiet(self, seconds: float = QUIET) -> float:
-        """Wait until nothing is written for a time; return the moment of the last byte."""
+        """Wait until there is no output for `seconds`, and return the time of the last byte."""
         while time.perf_counter() - self.written[-1][0] < seconds:
             time.sleep(0.001)
         return self.written[-1][0]
 
     def press(self, key: bytes) -> float:
-        """Seconds from a key to the end of its answer."""
+        """Press a key, and return the seconds until the end of the response."""
         before, then = len(self.written), time.perf_counter()
         os.write(self.keys, key)
         while len(self.written) == before and time.perf_counter() - then < 5:
@@ -127,11 +128,11 @@ class Terminal:
         return self.until_quiet() - then
 
     def answers(self, key: bytes) -> float:
-        """The median of several presses."""
+        """Return the median response time of several presses, seconds."""
         return statistics.median(self.press(key) for _ in range(PRESSES))
 
     def close(self) -> None:
-        """End the command, and wait for it."""
+        """Terminate the command, and wait for its end."""
         self.process.kill()
         self.wait()
 
@@ -144,7 +145,7 @@ class Terminal:
 
 
 def by_command(run: Path, warm: int) -> float:
-    """Seconds a generation by the command line, from generation `warm` on."""
+    """Return the seconds per generation on the command line, after generation `warm`."""
     command = [sys.executable, "-m", "gaitsim", "resume", str(run), "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
@@ -154,7 +155,7 @@ def by_command(run: Path, warm: int) -> float:
 
 
 def under_ui(run: Path, warm: int, columns: int, lines: int) -> list[float]:
-    """Under the UI: seconds a generation, panels drawn a second, its share of a core, bytes/s."""
+    """Return seconds per generation, redraws/s, the UI's share of a core, and bytes/s."""
     figures = run.parent / "figures"
     command = [sys.executable, "-c", APP, str(run), str(figures), str(warm)]
     terminal = Terminal(command, columns, lines)
@@ -165,7 +166,12 @@ def under_ui(run: Path, warm: int, columns: int, lines: int) -> list[float]:
 
 
 def on_many(folder: Path, run: Path, count: int) -> list[float]:
-    """Of the app on many runs: first paint, first run, a key at home, a frame, a generation."""
+    """Return the response times of the app with many runs, seconds.
+
+    Returns:
+        Start to first picture, start to first run, a key on the home screen, a frame of the
+        replay, and a generation of the replay.
+    """
     runs = folder / "many"
     long_ago = time.time() - DAY
     for number in range(count):
@@ -180,7 +186,7 @@ def on_many(folder: Path, run: Path, count: int) -> list[float]:
     key = terminal.answers(DOWN)
     os.write(terminal.keys, b"r")
     time.sleep(SETTLED)
-    terminal.press(b" ")  # it plays at once
+    terminal.press(b" ")  # the replay starts playing immediately
     figures = [painted, listed, key, terminal.answers(b"."), terminal.answers(b"[")]
     terminal.close()
     shutil.rmtree(runs)
@@ -214,14 +220,14 @@ def main() -> None:
     for (columns, lines), figures in shown.items():
         under, drawn, share, sent = map(statistics.median, zip(*figures, strict=True))
         beside = f"{under / alone - 1:+.0%} time"
-        print_figure(f"the same under the UI, {columns} × {lines}", milliseconds(under), beside)
+        print_figure(f"the same in the UI, {columns} × {lines}", milliseconds(under), beside)
         print_figure("  sent to the terminal", f"{sent / 1000:.1f} kB/s")
-        print_figure("  panels drawn a second", f"{drawn:.1f}")
+        print_figure("  redraws of the panels per second", f"{drawn:.1f}")
         print_figure("  the UI's own process", f"{share:.0%}", "of one core")
     names = (
         f"from the start to the first picture, {given.runs} runs",
         "  to the first run in the list",
-        f"from a key to the end of its answer, {given.runs} runs",
+        f"from a key to the end of the response, {given.runs} runs",
         "  one frame of the replay",
         "  one generation of the replay",
     )

@@ -1,4 +1,4 @@
-"""How long a video of a spider takes, and that its length takes no memory."""
+"""The time to write a video of a spider, and the peak memory for two lengths."""
 
 import resource
 import subprocess
@@ -25,7 +25,7 @@ STILLS = 5
 
 
 def spider(path: Path) -> RunSnapshot:
-    """A short run."""
+    """Evolve a short run of a spider, and return its snapshot."""
     experiment = load_experiment("spider", {"evolution.generations": 30})
     with RunWriter.open(create_run(experiment, path)) as writer:
         for generation in evolve(experiment, partial(evaluate, experiment)):
@@ -34,7 +34,7 @@ def spider(path: Path) -> RunSnapshot:
 
 
 def matplotlib_3d(run: RunSnapshot) -> float:
-    """Seconds a picture of the same segments on matplotlib's own 3D axes, bare."""
+    """Return the seconds per picture of the same segments on matplotlib's 3D axes."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
@@ -53,7 +53,7 @@ def matplotlib_3d(run: RunSnapshot) -> float:
 
 
 def peak(run: Path, seconds: float, folder: Path) -> float:
-    """MB that a process takes at most for a video of so many seconds, in slow motion."""
+    """Return the peak memory of a process, MB, for a slow-motion video of `seconds`."""
     code = (
         "import sys; from pathlib import Path; from gaitsim.render.video import *;"
         "from gaitsim.runs.snapshot import RunSnapshot; speed = 10 / float(sys.argv[2]);"
@@ -81,10 +81,10 @@ def main() -> None:
         print_figure(
             f"an MP4 of {len(video)} pictures, 1280 × 720",
             f"{whole:.1f} s",
-            f"budget {BUDGET:.0f} s: {times(BUDGET / whole)}; {worked:.1f} s of both cores' time",
+            f"budget {BUDGET:.0f} s: {times(BUDGET / whole)}; {worked:.1f} s of processor time",
         )
         size = (folder / "a.mp4").stat().st_size / 1e6
-        print_figure("- its file", f"{size:.1f} MB", f"{size / 10:.2f} MB a second")
+        print_figure("- its file", f"{size:.1f} MB", f"{size / 10:.2f} MB per second")
         gif = Video(run, (), replace(settings, format="gif"))
         taken = stopwatch(lambda: gif.write(folder / "a.gif"))
         size = (folder / "a.gif").stat().st_size / 1e6
@@ -101,7 +101,7 @@ def main() -> None:
             f"{times(theirs / ours)} as long",
         )
         short, long = (peak(folder / "run", seconds, folder) for seconds in (5, 30))
-        print_figure("memory at most, 5 s of video", f"{short:.0f} MB")
+        print_figure("peak memory, 5 s of video", f"{short:.0f} MB")
         print_figure("- 30 s of video", f"{long:.0f} MB", f"{times(long / short)}")
 
 

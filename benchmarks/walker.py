@@ -1,7 +1,7 @@
-"""Walkers of the presets, 10 s each, on one core and on all; beside them the physics engine alone.
+"""Walkers of the presets, 10 s each, on one core and on all, and the physics engine alone.
 
-The floor is `Space.step` in a loop: the same bodies, joints and ground, standing on four legs for
-10 s, without a command, and nothing read or recorded.
+The floor is `Space.step` in a loop: the same bodies, joints and ground, with a walker that stands
+on four legs for 10 s, without commands and without reading or recording results.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
 
-LEAST = 60  # times real time a core
+LEAST = 60  # multiple of real time, per core
 COUNT = 20
 
 
@@ -26,7 +26,7 @@ def main() -> None:
 
 
 def walking(preset: str) -> None:
-    """Twenty that do not fall, which would end their work early, and their scores."""
+    """Print the figures of walkers that do not fall, as a fall ends the simulation early."""
     experiment = load_experiment(preset)
     walker = experiment.organism
     assert isinstance(walker, Walker)
@@ -45,7 +45,7 @@ def walking(preset: str) -> None:
 
 
 def floor(walker: Walker) -> None:
-    """One that stands, by `play` and by the physics engine alone."""
+    """Print the times of a standing walker, with `play` and with the physics engine alone."""
     commands = np.zeros((1, walker.frames, 2 * walker.legs))
     world = walker.surroundings(walker.frames)
 
@@ -55,7 +55,7 @@ def floor(walker: Walker) -> None:
             machine.space.step(world.step)
 
     stands, alone = medians(lambda: walker.play(commands), bare, repeats=5)
-    print_figure("one that stands on four legs for 10 s", milliseconds(stands))
+    print_figure("a walker standing on four legs for 10 s", milliseconds(stands))
     print_figure("the physics engine alone", milliseconds(alone), times(stands / alone))
 
 

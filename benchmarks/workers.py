@@ -1,7 +1,7 @@
-"""What sharing a population costs: threads, worker processes, Dask workers on this machine.
+"""The cost of dividing a population among threads, processes and Dask workers on this machine.
 
-Prints what a chunk costs beyond its work, and where that leaves the walker, which gains by
-workers, and the spider, which does not. Without `distributed`, Dask is left out.
+The benchmark prints the overhead of a chunk, and its effect on the walker, which benefits from
+workers, and on the spider, which does not. Dask is left out if `distributed` is not installed.
 """
 
 import importlib.util
@@ -27,7 +27,7 @@ WORKERS = 2
 
 
 class Threads(Executor):
-    """Threads, as an evaluator moves a compiled body in."""
+    """Threads as an executor; evaluators run compiled bodies in threads."""
 
     def __init__(self) -> None:
         self.workers = WORKERS
@@ -40,13 +40,13 @@ class Threads(Executor):
         yield from enumerate(self._pool.map(function, tasks))
 
     def close(self) -> None:
-        """End the threads."""
+        """Shut down the threads."""
         self._pool.shutdown()
 
 
 @contextmanager
 def kinds() -> Iterator[dict[str, Executor]]:
-    """The ways to share, by name."""
+    """Start the executors, and yield them by name."""
     with ExitStack() as held:
         found: dict[str, Executor] = {
             "threads": held.enter_context(Threads()),
@@ -60,12 +60,12 @@ def kinds() -> Iterator[dict[str, Executor]]:
 
 
 def population(experiment: Experiment) -> Genomes:
-    """A first one."""
+    """Return the first population of an experiment."""
     return first_population(experiment)
 
 
 def serialisation(experiment: Experiment, genomes: Genomes) -> tuple[float, int]:
-    """Seconds to pickle a chunk and its evaluation, and to read both again; their bytes."""
+    """Return the seconds to pickle and unpickle a chunk and its evaluation, and their bytes."""
     sent, answer = pickle.dumps(genomes, 5), pickle.dumps(evaluate(experiment, genomes), 5)
     evaluation = pickle.loads(answer)
 
@@ -77,7 +77,7 @@ def serialisation(experiment: Experiment, genomes: Genomes) -> tuple[float, int]
 
 
 def cost_model(experiment: Experiment, genomes: Genomes) -> CostModel:
-    """How long the body takes."""
+    """Return the cost model of a body, learnt from two measurements."""
     found = CostModel()
     one, all_ = medians(
         lambda: evaluate(experiment, genomes[:1]), lambda: evaluate(experiment, genomes), repeats=1
@@ -88,7 +88,7 @@ def cost_model(experiment: Experiment, genomes: Genomes) -> CostModel:
 
 
 def print_chunks(name: str, executors: dict[str, Executor], overheads: dict[str, Overhead]) -> None:
-    """What a chunk of the size that is chosen costs beyond its work."""
+    """Print the overhead of a chunk of the size that gaitsim chooses."""
     experiment = load_experiment(name)
     genomes = population(experiment)
     known = cost_model(experiment, genomes)
@@ -103,17 +103,18 @@ def print_chunks(name: str, executors: dict[str, Executor], overheads: dict[str,
         work = known.seconds(len(genomes) // plan.chunks)
         beyond = overhead.task + overhead.latency / plan.chunks
         print_figure(
-            f"  {kind}: beyond a chunk's work, {plan.chunks} chunks",
+            f"  {kind}: overhead of a chunk, {plan.chunks} chunks",
             milliseconds(beyond),
-            f"{100 * beyond / work:.2g} % of its {milliseconds(work)}",
+            f"{100 * beyond / work:.2g} % of its work, {milliseconds(work)}",
         )
 
 
 def print_gain(name: str, generation: int, rounds: int) -> None:
-    """One worker and two, and what the machine allows two: each with all the work, at once.
+    """Print the times of one worker, of two, and the ideal time of two.
 
-    They take turns one by one. The quickest of each are of moments in which nothing else wanted
-    the cores, or the hardware below a virtual machine.
+    For the ideal time, two workers each do all the work simultaneously, and the time is halved. The
+    three take turns. The quickest times are those with the least disturbance by other programs, or
+    by other users of the hardware below a virtual machine.
     """
     experiment = load_experiment(name)
     with Evaluator(experiment, 1) as one, Evaluator(experiment, WORKERS) as two:
@@ -130,7 +131,7 @@ def print_gain(name: str, generation: int, rounds: int) -> None:
         taken = np.array([[stopwatch(work) for work in works] for _ in range(rounds)])
     taken[:, 2] /= WORKERS
     print(f"{f'{name}, the population of generation {generation}':<52} {'median':>12}  quickest")
-    for what, seconds in zip(("one worker", "two", "two at the best"), taken.T, strict=True):
+    for what, seconds in zip(("one worker", "two workers", "two, ideal"), taken.T, strict=True):
         typical = np.median(taken[:, 0] / seconds)
         least = taken[:, 0].min() / seconds.min()
         print_figure(
@@ -141,7 +142,7 @@ def print_gain(name: str, generation: int, rounds: int) -> None:
 
 
 def print_idle(name: str, cluster: Executor) -> None:
-    """What a cluster costs that is not worth the way."""
+    """Print the cost of a cluster that stays idle, as sending work to it would not pay."""
     experiment = load_experiment(name)
     genomes = population(experiment)
     with Evaluator(experiment) as local, Evaluator(experiment, cluster=cluster) as asked:
@@ -152,7 +153,7 @@ def print_idle(name: str, cluster: Executor) -> None:
             lambda: local.evaluate(genomes), lambda: asked.evaluate(genomes), repeats=50
         )
     print_figure(f"{name}: without a cluster", milliseconds(without))
-    print_figure(f"{name}: with one that idles", milliseconds(beside), times(beside / without))
+    print_figure(f"{name}: with an idle cluster", milliseconds(beside), times(beside / without))
 
 
 def main() -> None:
@@ -161,8 +162,8 @@ def main() -> None:
     with kinds() as executors:
         overheads = {kind: measure_overhead(executor) for kind, executor in executors.items()}
         for kind, overhead in overheads.items():
-            beside = f"and {milliseconds(overhead.latency)} a population"
-            print_figure(f"{kind}: a task that does nothing", milliseconds(overhead.task), beside)
+            beside = f"and {milliseconds(overhead.latency)} per population"
+            print_figure(f"{kind}: an empty task", milliseconds(overhead.task), beside)
         for name in ("walker", "spider-recurrence"):
             print_chunks(name, executors, overheads)
         print()

@@ -1,15 +1,14 @@
-"""Gaits evolved over many worlds beside gaits of one world, in worlds that neither has seen.
+"""Gaits evolved in many worlds, compared with gaits of one world in unseen worlds.
 
     python benchmarks/worlds.py [--full] [--only NAME …] [--seeds 11 12 13] [--folder FOLDER]
 
-Each champion over worlds stands beside that of one world with the same seed. Both walk in the same
-unseen worlds: friction 0.3 to 1.2, masses ±20 %, latency 0 to 50 ms, torque and speed of the servos
-down to 70 %, slope ±3°. Searches are compared by their simulations: individuals times worlds.
+Each champion over worlds is compared with that of one world with the same seed. Both walk in the
+same unseen worlds: friction 0.3 to 1.2, masses ±20 %, latency 0 to 50 ms, torque and speed of the
+servos down to 70 %, slope ±3°. Searches are compared by simulations: individuals times worlds.
 
-By default one seed, two generations and ten worlds, which shows the table and nothing else.
-`--full` takes the presets' own generations, seeds 11, 12 and 13, and 100 worlds, which is about an
-hour of processor time. FOLDER keeps the runs: those that are in it are judged,
-not evolved again.
+The default of one seed, two generations and ten worlds only demonstrates the table. `--full` uses
+the presets' generations, seeds 11, 12 and 13, and 100 worlds, and takes about an hour of processor
+time. FOLDER keeps the runs; runs that exist in it are tested without evolving them.
 """
 
 import argparse
@@ -36,12 +35,12 @@ OVER_WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
     "quadruped": ("quadruped-worlds", {}),
     "hexapod": ("hexapod-worlds", {}),
     "walker-four": ("walker-worlds", {}),
-    "walker": (  # on two legs, which has no preset over worlds, as it falls in most of them
+    "walker": (  # two legs: has no preset over worlds, as it falls in most worlds
         "walker",
         {"worlds.number": 3, "worlds.ranges": {name: [*ends] for name, ends in RANGES.items()}},
     ),
 }
-"""By preset of one world: the preset over worlds, and options that differ."""
+"""Preset of one world -> the preset over worlds, and its other options."""
 
 TITLES = (
     f"{'evolved in':>11}{'seed':>6}{'simulations':>13}{'nominal m':>11}{'median m':>10}"
@@ -50,7 +49,7 @@ TITLES = (
 
 
 class Row(NamedTuple):
-    """A champion: the simulations of its search, and what became of it in unseen worlds."""
+    """A champion: the simulations of its search, and its results in unseen worlds."""
 
     simulations: int
     judgement: Judgement
@@ -58,7 +57,7 @@ class Row(NamedTuple):
 
     @property
     def kept(self) -> float:
-        """Mean of the worst tenth of distances over its own nominal distance."""
+        """Return the mean of the worst tenth of distances, as a share of the nominal distance."""
         return self.judgement.worst_tenth / self.judgement.nominal.result
 
 
@@ -80,7 +79,7 @@ def main() -> None:
 
 
 def compare(name: str, seeds: Sequence[int], folder: Path, *, full: bool) -> None:
-    """Print the rows of one body."""
+    """Print the rows for one body."""
     print(f"\n{name}\n{TITLES}")
     rows: dict[str, list[Row]] = {"one world": [], "worlds": []}
     preset, options = OVER_WORLDS[name]
@@ -88,16 +87,16 @@ def compare(name: str, seeds: Sequence[int], folder: Path, *, full: bool) -> Non
         generations = None if full else 2
         one = champion(folder / f"{name}-{seed}", name, seed, {}, generations)
         many = champion(folder / f"{name}-over-worlds-{seed}", preset, seed, options, generations)
-        alone = judged(one, full=full)
+        alone = tested(one, full=full)
         for label, run in (("one world", one), ("worlds", many)):
-            found = alone if run is one else judged(run, full=full)
+            found = alone if run is one else tested(run, full=full)
             row = Row(simulations(run), found, found.worst_tenth / alone.nominal.result)
             rows[label].append(row)
             hurts = ", ".join(effect.condition for effect in found.effects)
             print(
                 f"{label:>11}{seed:6}{row.simulations:13,}{found.nominal.result:11.2f}"
                 f"{found.median:10.2f}{found.worst_tenth:15.2f}{row.kept:16.0%}{row.of_one:16.0%}"
-                f"{found.falls:7}  {hurts or 'nothing beyond chance'}",
+                f"{found.falls:7}  {hurts or 'no significant effect'}",
                 flush=True,
             )
     for label, of_label in rows.items():
@@ -111,7 +110,7 @@ def compare(name: str, seeds: Sequence[int], folder: Path, *, full: bool) -> Non
 def champion(
     path: Path, preset: str, seed: int, options: dict[str, Any], generations: int | None
 ) -> gs.Run:
-    """Return the run in a folder, evolved if there is none."""
+    """Return the run in a folder; evolve it if it is missing."""
     if path.exists():
         return gs.load(path)
     with gs.evolve(preset, seed=seed, set=options, generations=generations, out=path) as search:
@@ -120,8 +119,8 @@ def champion(
         return search.run
 
 
-def judged(run: gs.Run, *, full: bool) -> Judgement:
-    """Judge a run's champion in the unseen worlds."""
+def tested(run: gs.Run, *, full: bool) -> Judgement:
+    """Test a run's champion in unseen worlds."""
     return judge(run.champion, 100 if full else 10, ranges=RANGES)
 
 
@@ -131,7 +130,7 @@ def simulations(run: gs.Run) -> int:
 
 
 def spread(values: Sequence[float], form: str) -> str:
-    """Return the median and the range of values in words."""
+    """Return the median and the range of values as text."""
     return f"{median(values):{form}} ({min(values):{form}} to {max(values):{form}})"
 
 
