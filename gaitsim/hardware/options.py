@@ -90,7 +90,7 @@ def refuse_options(
         raise GaitsimError(
             f"the format {format} does not take {' and '.join(idle)}",
             where="--format",
-            allowed=f"with these options: {', '.join(takers) or 'no format'}",
+            allowed=f"{', '.join(takers) or 'no format'}, for these options",
         )
 
 
