@@ -1,11 +1,11 @@
-"""Single steps of the genetic algorithm, through the search of an experiment."""
+"""Single steps of the genetic algorithm, run through the search of an experiment."""
 
 from gaitsim.contracts import Results
 from gaitsim.evolution import ask
 
 
 def initial_population(experiment, space, island=0, populations=None):
-    """Generation 1: (population, genes), or of several populations, one more axis."""
+    """Return generation 1, (population, genes), with a leading axis for several populations."""
     several = () if populations is None else (populations,)
     return ask(experiment, space, {}, None, 1, island=island, populations=several)[0]
 

@@ -1,4 +1,4 @@
-"""Packages that exist only for a test: a folder with metadata and modules, put on the path."""
+"""Fixtures for all tests: temporary plugin packages, the command line, and small runs."""
 
 import gc
 import importlib
@@ -19,22 +19,24 @@ from gaitsim.registry.kernel_cache import allow_missing_cache
 
 Install = Callable[..., Path]
 
-settings.register_profile("tests", derandomize=True, deadline=None)  # the same on any machine
+settings.register_profile(
+    "tests", derandomize=True, deadline=None
+)  # the same examples on every machine
 settings.load_profile("tests")
 
-# Looking for garbage as often as usual takes a tenth of the time of the terminal UI's tests.
+# With the default threshold, garbage collection takes a tenth of the time of the UI's tests.
 gc.set_threshold(100_000, 50, 50)
 
-# Programs that tests start would compile all of the package each, where bytecode is not kept.
+# Without a bytecode cache, each program that a test starts would compile the whole package.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-# What a test writes need not outlast a loss of power, and thousands of waits for the disk add up.
+# Files of tests need not survive a power failure, and thousands of fsync calls add up.
 os.fsync = lambda descriptor: None
 
-allow_missing_cache()  # as a run does: tests import kernels without it, but share its cache
+allow_missing_cache()  # runs call this; tests import kernels directly, but share the cache
 
-# A shell that starts the tests in the background lets them ignore Ctrl-C, and what they start.
+# A shell that starts the tests in the background makes them and their children ignore SIGINT.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 WORKING = '''
@@ -50,9 +52,9 @@ from gaitsim.contracts import (
 
 
 class Body(Organism):
-    """A point that goes as far as its genes add up to."""
+    """A point that moves by the sum of its genes."""
 
-    channels: ClassVar = {"distance": Channel((), "m", "how far it goes")}
+    channels: ClassVar = {"distance": Channel((), "m", "distance moved")}
 
     def genome_space(self):
         return RealSpace(np.full(3, -1.0), np.full(3, 1.0), ("a", "b", "c"))
@@ -65,14 +67,14 @@ class Body(Organism):
 
 
 class BitBody(Body):
-    """The same of bits."""
+    """The same body with genes of bits."""
 
     def genome_space(self):
         return BitSpace(("a", "b", "c"))
 
 
 class Distance(Fitness):
-    """How far it goes."""
+    """The distance moved."""
 
     needs: ClassVar = ("distance",)
 
@@ -81,7 +83,7 @@ class Distance(Fitness):
 
 
 class Fresh(Search):
-    """Random genomes, and the best of the generation before."""
+    """Random genomes, and the best genome of the previous generation."""
 
     def initial(self, context):
         return {"best": np.zeros((0, context.space.genes), context.space.dtype)}
@@ -95,14 +97,14 @@ class Fresh(Search):
 
 
 class First(Selection):
-    """The first two."""
+    """Select the first two individuals."""
 
     def parents(self, scores, pairs, rng):
         return np.tile(np.array([0, 1], dtype=np.intp), (pairs, 1))
 
 
 class Solo(Crossover):
-    """One child, which is the mother's copy; its number is no option."""
+    """Copy the mother as the only child; the number of children is not an option."""
 
     children: ClassVar[int] = 1
 
@@ -119,13 +121,13 @@ class Still(Mutation):
 
 
 def pytest_xdist_auto_num_workers():
-    """One worker more than cores: tests that wait for other processes leave theirs idle."""
+    """Return one worker more than cores, as tests that wait for processes leave cores idle."""
     return (os.cpu_count() or 1) + 1
 
 
 @pytest.fixture(autouse=True)
 def runtime_folder(tmp_path_factory, monkeypatch):
-    """The folder of background processes, of this test alone; none of them outlives it."""
+    """Give each test its own folder of background processes, and kill these after the test."""
     folder = tmp_path_factory.mktemp("runtime") / "own"
     monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(folder))
     yield folder
@@ -140,10 +142,10 @@ def runtime_folder(tmp_path_factory, monkeypatch):
 
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
-    """A function that puts a package on the path and returns the folder that it is in.
+    """Return a function that creates a package, puts it on the path and returns its folder.
 
-    Its arguments are the package's name, the source of its module of that name, and its entry
-    points: kind, then name, then what stands behind the colon.
+    Its arguments are the package's name, the source of the module of that name, and the entry
+    points: kind -> name -> object after the colon.
     """
 
     def install(
@@ -179,7 +181,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
             path.write_bytes(content.encode() if isinstance(content, str) else content)
         monkeypatch.syspath_prepend(folder)
         importlib.invalidate_caches()
-        # Forgotten afterwards, so that the next test can have another module of the name.
+        # Removed after the test, so that the next test can import another module of this name.
         monkeypatch.setitem(sys.modules, name, None)
         del sys.modules[name]
         return folder
@@ -189,7 +191,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
 
 @pytest.fixture
 def working() -> str:
-    """The source of a module with a working plugin of each kind."""
+    """Return the source of a module with a working plugin of each kind."""
     return WORKING
 
 
@@ -237,7 +239,7 @@ class X(Body):
 
 @pytest.fixture
 def shaped(install, working) -> str:
-    """The TOML of an experiment whose body takes a file; its package is installed."""
+    """Install a body that reads a file, and return the TOML of an experiment with it."""
     text = (
         PUPPET.replace('"puppet-reach"', '"far"')
         .replace('"puppet-best"', '"tournament"')
@@ -257,7 +259,7 @@ def shaped(install, working) -> str:
     return text
 
 
-# The plugin package in tests/puppets is a third party's, and is installed by being on the path.
+# tests/puppets holds a third-party plugin package; being on the path is enough to install it.
 PUPPETS = Path(__file__).parent / "puppets"
 PUPPET = """
 name = "puppet"
@@ -283,7 +285,7 @@ plugin = "puppet-jitter"
 
 @pytest.fixture
 def puppets(monkeypatch):
-    """The module of the puppets' package, as if it were installed."""
+    """Install the puppets' package, and return its module."""
     monkeypatch.syspath_prepend(str(PUPPETS))
     import gaitsim_puppets
 
@@ -292,7 +294,7 @@ def puppets(monkeypatch):
 
 @pytest.fixture
 def puppet(puppets):
-    """Makes an experiment of puppets with the overrides asked for."""
+    """Return a function that creates an experiment of puppets, with overrides."""
     from gaitsim.experiment import parse_assignments, parse_experiment
 
     return lambda *overrides: parse_experiment(PUPPET, "puppet.toml", parse_assignments(overrides))
@@ -300,7 +302,7 @@ def puppet(puppets):
 
 @pytest.fixture
 def puppet_file(tmp_path):
-    """The same experiment as a file."""
+    """Return the path of an experiment file of puppets."""
     path = tmp_path / "puppet.toml"
     path.write_text(PUPPET)
     return path
@@ -328,7 +330,7 @@ class Shaped(Puppet):
 
 @pytest.fixture
 def climb(puppets, install, monkeypatch):
-    """A package with another fitness for puppets, and a puppet of other shapes; its folder."""
+    """Install a second fitness for puppets and a puppet with options; return the folder."""
     folder = install(
         "climb",
         CLIMB,
@@ -356,7 +358,7 @@ def _program(folder, arguments, options):
 
 @pytest.fixture
 def gaitsim(tmp_path, puppets, monkeypatch, capsys):
-    """Runs the command line in this process, in the test's folder; checks its exit code."""
+    """Return a function that runs a command in this process and checks its exit code."""
     from gaitsim.cli import main
 
     monkeypatch.chdir(tmp_path)
@@ -374,7 +376,7 @@ def gaitsim(tmp_path, puppets, monkeypatch, capsys):
 
 @pytest.fixture
 def program(tmp_path):
-    """Runs the program as a process of its own, puppets installed; checks its exit code."""
+    """Return a function that runs a command in a new process and checks its exit code."""
 
     def run(*arguments, code=0, **options):
         done = subprocess.run(**_program(tmp_path, arguments, options), check=False, timeout=120)
@@ -387,7 +389,7 @@ def program(tmp_path):
 
 @pytest.fixture
 def start(tmp_path):
-    """Starts the program there and lets it run; it is ended with the test."""
+    """Return a function that starts a process, which is killed after the test."""
     started = []
 
     def begin(*arguments, **options):
@@ -404,7 +406,7 @@ def start(tmp_path):
 
 
 def evolved(experiment, path):
-    """A finished run of an experiment, evolved without workers."""
+    """Evolve an experiment without workers, and return the finished run."""
     from gaitsim.evaluation import evaluate
     from gaitsim.evolution import evolve
     from gaitsim.runs.files.folder import create_run
@@ -420,7 +422,7 @@ def evolved(experiment, path):
 
 @pytest.fixture
 def checkpoint_reads(monkeypatch):
-    """The paths of the checkpoints and champions that are read, in order."""
+    """Return a list to which each checkpoint or champion that is read adds its path."""
     from gaitsim.runs.files import safe_pickle
 
     paths, load = [], safe_pickle.load
@@ -430,7 +432,7 @@ def checkpoint_reads(monkeypatch):
 
 @pytest.fixture(scope="session")
 def spider_run(tmp_path_factory):
-    """A finished run of three generations of ten spiders."""
+    """Return a finished run of three generations of ten spiders."""
     from gaitsim.experiment import load_experiment
 
     experiment = load_experiment(
@@ -441,7 +443,7 @@ def spider_run(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def bundled(tmp_path_factory):
-    """Makes a finished run of a preset, of one generation; the same one for the same preset."""
+    """Return a cached function that evolves a preset for one generation and returns the run."""
 
     from gaitsim.experiment import load_experiment
 
@@ -456,6 +458,6 @@ def bundled(tmp_path_factory):
 
 @pytest.fixture
 def puppet_run(puppet, tmp_path, monkeypatch):
-    """Makes a finished run of puppets."""
+    """Return a function that evolves an experiment of puppets and returns the run."""
     monkeypatch.chdir(tmp_path)
     return lambda *overrides: evolved(puppet(*overrides), Path("run"))

@@ -1,4 +1,4 @@
-"""How tests read glTF: the structure of a GLB, and its animation as the specification says."""
+"""A reader of GLB files for tests: checks the structure, and evaluates the animation."""
 
 import json
 import struct
@@ -11,7 +11,7 @@ TYPES = {5126: "<f4", 5123: "<u2", 5125: "<u4"}
 
 
 class Gltf:
-    """A GLB whose structure is right."""
+    """A GLB file with a verified structure."""
 
     def __init__(self, data):
         magic, number, length = struct.unpack_from("<4sII", data)
@@ -80,11 +80,11 @@ class Gltf:
                 assert ((values[1:] * values[:-1]).sum(axis=1) > 0).all(), self.nodes[node]
 
     def numbers(self, name):
-        """The nodes of a name."""
+        """Return the numbers of the nodes with a name."""
         return [i for i, node in enumerate(self.nodes) if node["name"] == name]
 
     def value(self, node, path, time):
-        """What a node's translation, rotation or scale is at a time."""
+        """Return a node's translation, rotation or scale at a time."""
         usual = {"translation": [0, 0, 0], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}[path]
         if (node, path) not in self.tracks:
             return np.array(self.nodes[node].get(path, usual), float)
@@ -97,7 +97,7 @@ class Gltf:
         return np.array([np.interp(time, times, column) for column in values.T])
 
     def placed(self, node, points, time):
-        """Where points of a node's mesh are at a time, in gaitsim's axes."""
+        """Return the positions of points of a node's mesh at a time, in gaitsim's axes."""
         for number in (node, 0):
             move, turn, scale = (
                 self.value(number, path, time) for path in ("translation", "rotation", "scale")
@@ -106,6 +106,6 @@ class Gltf:
         return points[:, [2, 0, 1]]  # glTF's z is forward, its x left, its y up
 
     def points(self, node):
-        """The points of a node's mesh."""
+        """Return the points of a node's mesh."""
         primitive = self.tree["meshes"][self.nodes[node]["mesh"]]["primitives"][0]
         return self.accessors[primitive["attributes"]["POSITION"]]

@@ -1,4 +1,4 @@
-"""Run folders as someone hostile could send them: a file of a run is replaced."""
+"""Hostile run folders: runs in which a file is replaced by an attack."""
 
 import os
 import shutil
@@ -31,7 +31,7 @@ FILES = (
 
 def a_socket(path):
     here = Path.cwd()
-    os.chdir(path.parent)  # the path of a socket is short
+    os.chdir(path.parent)  # paths of sockets are limited to about 100 characters
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(path.name)
     os.chdir(here)
@@ -39,7 +39,7 @@ def a_socket(path):
 
 def a_device(path):
     try:
-        os.mknod(path, 0o666 | 0o020000, os.makedev(1, 5))  # as /dev/zero
+        os.mknod(path, 0o666 | 0o020000, os.makedev(1, 5))  # the same device as /dev/zero
     except PermissionError:
         path.symlink_to("/dev/full")
 
@@ -58,7 +58,7 @@ def mutated(path, data):
     filled(path, bytes(data))
 
 
-# What takes the place of a file: from its path, its content, and what is outside.
+# Attack -> function that replaces a file, given its path, its content and an outside folder.
 ATTACKS = {
     "pipe": lambda path, data, outside: os.mkfifo(path),
     "socket": lambda path, data, outside: a_socket(path),
@@ -90,7 +90,7 @@ def make_template(run):
     """Fill the current folder with a run that has every file, another run, and an experiment.
 
     Args:
-        run: runs a gaitsim command from its arguments.
+        run: function that runs a gaitsim command, given its arguments.
     """
     Path("puppet.toml").write_text(PUPPET)
     given = ("run", "puppet.toml", "--workers", "1", "--set", "evolution.fitness_threshold=0")
@@ -99,7 +99,7 @@ def make_template(run):
     run("plot", "victim", "--kind", "fitness")
     run("note", "victim", "It drags a leg.")
     Path("runs/victim/.gaitsim-0.partial").touch()
-    experiment = Path("runs/victim/experiment.toml")  # which asks for more: it can be resumed
+    experiment = Path("runs/victim/experiment.toml")  # more generations, so that resume has work
     experiment.write_text(experiment.read_text().replace("generations = 5", "generations = 7"))
     assert {file for file in FILES if not Path("runs/victim", file).exists()} == set()
 
@@ -112,7 +112,7 @@ def attacked(template, folder, file, attack):
     path = folder / "runs/victim" / file
     data = b"" if path.is_dir() else path.read_bytes()
     shutil.move(path, outside / path.name)
-    if path.name == "champions":  # one that no checkpoint counts, and resume removes
+    if path.name == "champions":  # a champion not in the checkpoint, which resume removes
         shutil.copy(outside / "champions/generation-000001.pickle", outside / "champions/x.pickle")
         (outside / "champions/x.pickle").rename(outside / "champions/generation-000099.pickle")
     (outside / "file").write_bytes(b"mine")

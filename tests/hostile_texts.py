@@ -1,19 +1,19 @@
-"""Texts that would steer a terminal, and a package and a run folder that are full of them."""
+"""Texts that would control a terminal, and a plugin package that uses them everywhere."""
 
 import re
 
-# It would write to the clipboard, turn colours, reverse what follows, and be read as markup, a
-# link, an emoji and an equation.
+# Unescaped, the text would write to the clipboard, change colours, reverse the text after it, and
+# be interpreted as markup, a link, an emoji and an equation.
 HOSTILE = "é\x1b]52;c;ZXZpbA==\x07\x9b31m\u202e[bold]b[/nope][link=http://evil]:boom:$\\frac{"
-MARKUP = "[bold]b[/nope][link=http://evil]:boom:$\\frac{"  # what is left where only letters may be
-NAME = HOSTILE.replace("/", "")  # as a folder may be called
+MARKUP = "[bold]b[/nope][link=http://evil]:boom:$\\frac{"  # the printable part
+NAME = HOSTILE.replace("/", "")  # a valid name of a folder
 
-_STYLES = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]")  # colours and the cursor, which are gaitsim's own
+_STYLES = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]")  # gaitsim's own colours and cursor movements
 _RAW = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
 
 def raw(text, styled=False):
-    """What is left in a text that a terminal takes as a command."""
+    """Return the characters of a text that a terminal would interpret as commands."""
     return _RAW.findall(_STYLES.sub("", text).replace("\r", "") if styled else text)
 
 

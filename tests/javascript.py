@@ -1,4 +1,4 @@
-"""Call a JavaScript function with data: in Node.js, else in Chromium."""
+"""Call a JavaScript function with data, in Node.js or else in Chromium."""
 
 import json
 import shutil
@@ -8,11 +8,11 @@ import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""With WebGL, in software."""
+"""Options of Chromium for WebGL rendered in software."""
 
 
 def call(scripts, body, data):
-    """Return what a function body, which sees `data` and the scripts before it, returns."""
+    """Return the result of a function body, which can use `data` and the scripts."""
     text = f"{scripts}\n{body}"
     if shutil.which("node"):
         read = "const data = JSON.parse(require('fs').readFileSync(0, 'utf8'));"

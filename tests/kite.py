@@ -1,4 +1,4 @@
-"""A puppet that can be steered: it rises by the first gene of the controller in command."""
+"""A steerable puppet that rises by the first gene of the active controller."""
 
 import numpy as np
 
@@ -50,7 +50,7 @@ class Kite(Steered):
 
 
 def fly_kites(monkeypatch, body):
-    """Let a class of bodies be steered."""
+    """Make a class of bodies steerable."""
 
     before = body.skeleton
 

@@ -1,4 +1,4 @@
-"""Mutations of valid files: what damage, editors and ill will make of them."""
+"""Mutations of valid files, as caused by damage, editors or attackers."""
 
 import math
 import random
@@ -10,13 +10,13 @@ WORDS = (
     *("9" * 5000, "9" * 19, "x" * 70_000, "[" * 3000, '{"a":' * 3000, "\n" * 5000, "#", "\r", "\0"),
     *("é", "\u202e", "\x1b]52;c;eA==\x07", "generation", "1e308", "2020-01-01", "''", "\t"),
 )
-"""Words that a parser may not expect."""
+"""Words that can break a parser."""
 
 VALUES = (
     *(None, True, -1, 0, 1, 3, 2**62, -(2**63), 1.5, -0.0, 1e308, math.nan, math.inf, -math.inf),
     *("", "x" * 300, "nan", "[" * 3000, "\x1b[2J", b"", bytes(8), bytes(960), [], [[]], {}),
 )
-"""Values that a reader of plain values may not expect."""
+"""Values that can break a reader of plain values."""
 
 _TOKEN = re.compile(rb"[\w.+:-]+")
 

@@ -1,4 +1,4 @@
-"""Commands that the documentation prints: in blocks, in tables and sentences, and in `--help`."""
+"""Commands printed in the documentation: in blocks, tables and sentences, and in `--help`."""
 
 import re
 import shlex
@@ -16,18 +16,18 @@ PRINTED = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 PLACEHOLDER = re.compile(r"…|\b[A-Z]+\b")
-"""What stands for something of the reader's: `gaitsim play RUN`."""
+"""Placeholder that the reader replaces, as in `gaitsim play RUN`."""
 
 
 class Step(NamedTuple):
-    """What a page tells its reader to do: a line for a shell, or a file to write."""
+    """Instruction on a page: a line for a shell, or a file to write."""
 
     text: str
     file: str = ""
 
 
 def steps(text: str) -> Iterator[Step]:
-    """What a page tells its reader to do, in order: in blocks, tables and sentences."""
+    """Yield the instructions of a page, in order, from blocks, tables and sentences."""
     for found in PRINTED.finditer(text):
         if found["file"]:
             yield Step(found["block"], found["file"])
@@ -44,7 +44,7 @@ def steps(text: str) -> Iterator[Step]:
 
 
 def examples(text: str) -> Iterator[Step]:
-    """The examples of a command's `--help`."""
+    """Yield the examples in a command's `--help`."""
     printed = text.partition("[bold]Example")[2].partition('"""')[0]
     for line in re.findall(r"^    ((?:\w.* )?gaitsim .*)", printed, re.MULTILINE):
         if "…" not in line:
@@ -52,7 +52,7 @@ def examples(text: str) -> Iterator[Step]:
 
 
 def has_arguments(command: str) -> bool:
-    """Whether a command in a sentence is one to type, and not the mere name of one."""
+    """Return whether a command in a sentence has arguments, or is just its name."""
     try:
         return parse(command)
     except Exception as error:  # typer has a click of its own, and other mistakes are for tests
@@ -60,7 +60,7 @@ def has_arguments(command: str) -> bool:
 
 
 def parse(line: str) -> bool:
-    """Parse the commands of gaitsim in a line of a shell; whether one has arguments."""
+    """Parse the gaitsim commands in a shell line; return whether one has arguments."""
     given = False
     for part in re.split(r"\s(?:[|>]|2>|&&)(?:\s|$)", line.partition(" # ")[0]):
         arguments = part.partition("gaitsim ")[2]

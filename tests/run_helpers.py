@@ -1,4 +1,4 @@
-"""How tests write runs: evolve them, stop them, and compare their files."""
+"""Helpers that evolve runs, interrupt them, and compare their files."""
 
 import hashlib
 import struct
@@ -15,7 +15,7 @@ THRESHOLD = "evolution.fitness_threshold=0"
 
 
 def events(writer):
-    """The generations that follow in a run."""
+    """Return an iterator over the next generations of a run."""
     return evolve(writer.experiment, partial(evaluate, writer.experiment), writer.last)
 
 
@@ -25,7 +25,7 @@ def record_all(writer):
 
 
 def go_on(path, until=None, **options):
-    """Evolve a run, at most to a generation; what its writer warned of."""
+    """Resume a run, up to a generation if given; return the writer's warning."""
     with RunWriter.open(path, **options) as writer:
         for event in writer.evolve(partial(evaluate, writer.experiment)):
             if event.number == until:
@@ -34,12 +34,12 @@ def go_on(path, until=None, **options):
 
 
 def again(run):
-    """The same run as it is now."""
+    """Return a new snapshot of the same run."""
     return RunSnapshot(run.path)
 
 
 def assert_same(one, other):
-    """Two runs hold the same, but for the times in their histories."""
+    """Check that two runs are equal, except for the times in their histories."""
     one, other = again(one), again(other)
     assert one.fingerprint() == other.fingerprint()
     assert (one.path / "bests.bin").read_bytes() == (other.path / "bests.bin").read_bytes()
@@ -55,11 +55,11 @@ def names(path):
 
 
 class Killed(BaseException):
-    """As if the process were gone."""
+    """Simulated death of the process."""
 
 
 def kill_at(patch, owner, step, number):
-    """Let the n-th call of a step, counted from 0, raise `Killed`; a write is then cut short."""
+    """Patch a step to raise `Killed` at call `number`, counted from 0; truncate a write."""
     real, calls = getattr(owner, step), iter(range(100))
 
     def stub(*arguments, **options):
@@ -73,6 +73,6 @@ def kill_at(patch, owner, step, number):
 
 
 def seal(payload: bytes, version: int = VERSION, more: int = 0) -> bytes:
-    """A file with a right digest: the format, written down a second time."""
+    """Return a file with a valid digest, from a second implementation of the format."""
     start = b"GAITSIM\0" + struct.pack("<IQ", version, len(payload) + more)
     return start + hashlib.sha256(start + payload).digest() + payload

@@ -1,4 +1,4 @@
-"""Programs in a terminal of their own, that end when they are told to."""
+"""Programs in a pseudo-terminal, ended by a key or Ctrl-C."""
 
 import os
 import pty
@@ -12,7 +12,7 @@ from select import select
 
 
 def shell(line: str, folder: Path) -> dict[str, object]:
-    """The arguments of `subprocess` for a line of a shell that finds this installation first."""
+    """Return the `subprocess` arguments of a shell line with this installation on its PATH."""
     places = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     return {
         "args": ["bash", "-c", line],
@@ -22,7 +22,7 @@ def shell(line: str, folder: Path) -> dict[str, object]:
 
 
 def begin_and_end(line: str, folder: Path, shows: str, key: str) -> None:
-    """Begin a command in a terminal, and end it by a key, or Ctrl-C, once it shows something."""
+    """Run a command in a terminal until it shows a text, then end it with a key or Ctrl-C."""
     terminal, inside = pty.openpty()
     termios.tcsetwinsize(inside, (40, 120))
     places = {"stdin": inside, "stdout": inside, "stderr": inside}
@@ -47,7 +47,7 @@ def begin_and_end(line: str, folder: Path, shows: str, key: str) -> None:
 
 
 def _read(terminal: int) -> bytes:
-    """What the terminal shows next, if anything does soon."""
+    """Return the next output of the terminal, or nothing after a short timeout."""
     if not select([terminal], [], [], 0.2)[0]:
         return b""
     try:

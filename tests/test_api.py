@@ -1,4 +1,4 @@
-"""`import gaitsim as gs`: searches as loops, runs opened, reprs."""
+"""The Python interface, `import gaitsim as gs`: searches as loops, loaded runs, reprs."""
 
 import html
 import subprocess
@@ -23,7 +23,7 @@ from gaitsim.runs.writer import RunWriter
 
 @pytest.fixture(scope="module")
 def walked(tmp_path_factory: pytest.TempPathFactory) -> gs.Search:
-    """A recorded search of a spider, at its end."""
+    """Return a finished, recorded search of a spider."""
     out = tmp_path_factory.mktemp("runs") / "walked"
     search = gs.evolve("spider", generations=4, population=24, seed=2, out=out)
     assert [generation.number for generation in search] == [1, 2, 3, 4]
@@ -61,7 +61,7 @@ def test_a_loop_records_the_run_that_the_command_records(
         timeout=120,
     )
     assert gs.load("commanded").fingerprint() == walked.run.fingerprint()
-    # What is not recorded is evolved in the same way.
+    # An unrecorded search evolves the same generations.
     unrecorded = list(gs.evolve("spider", generations=4, population=24, seed=2, workers=1))
     assert walked.last is not None
     assert np.array_equal(unrecorded[-1].genomes, walked.last.genomes)
@@ -135,9 +135,9 @@ def test_leaving_a_loop_frees_the_workers_and_the_run(tmp_path: Path) -> None:
         if generation.number == 3:
             break
     for thread in set(threading.enumerate()) - before:
-        thread.join(60)  # each ends when what it does is done
+        thread.join(60)  # each thread ends with its work
         assert not thread.is_alive()
-    with RunWriter.open(out) as writer:  # its lock is free
+    with RunWriter.open(out) as writer:  # the lock is released
         assert writer.last is not None
         assert writer.last.number == 3
 
@@ -168,7 +168,7 @@ ISLANDS: dict[str, Any] = {
         "islands.migrants": 1,
     },
 }
-"""Two small islands, which are evolved each by a worker."""
+"""Two small islands, each evolved by a worker."""
 
 
 def test_an_error_in_a_loop_leaves_a_run_that_resumes(tmp_path: Path) -> None:
@@ -207,7 +207,7 @@ def test_a_run_resumes_from_python_to_the_same_bits(tmp_path: Path, walked: gs.S
         assert name == "seconds" or np.array_equal(values, again.history[name]), name
     assert again.fingerprint() == whole.fingerprint()
     assert list(again.resume()) == []
-    # Another option begins a stage.
+    # A changed option starts a new stage.
     (fifth,) = again.resume(5, set={"mutation.rate": 0.5})
     assert fifth.progress.stage == 2
 

@@ -1,4 +1,4 @@
-"""What options can choose is what there is."""
+"""The choices of options equal the available implementations."""
 
 from typing import get_args
 

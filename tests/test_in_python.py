@@ -1,4 +1,4 @@
-"""Functions and objects of Python as fitness and body, and genomes scored for any optimiser."""
+"""Python functions and objects as fitness and body; genomes scored for external optimisers."""
 
 import functools
 import json
@@ -20,70 +20,70 @@ SPACE = gs.RealSpace(np.full(3, -5.0), np.full(3, 5.0))
 
 
 def sphere(genomes: Genomes) -> Array:
-    """The score alone."""
+    """Return scores without terms."""
     return -(genomes**2).sum(axis=1)
 
 
 def pendulum(genomes: Genomes) -> dict[str, Array]:
-    """A pendulum with a torque for each genome, as channels."""
+    """Return the channels of a pendulum, driven by a torque for each genome."""
     return {"angle": np.sin(genomes), "effort": np.abs(genomes).sum(axis=1)}
 
 
 def upright(motion: gs.Motion) -> dict[str, Array]:
-    """Two terms."""
+    """Return two terms."""
     return {"angle": motion["angle"].sum(axis=1), "effort": -0.1 * motion["effort"]}
 
 
 def height(motion: gs.Motion) -> Array:
-    """One term, of which no channel is declared."""
+    """Return one term, which reads an undeclared channel."""
     return np.asarray(motion["feet"][:, :, :, 2].max(axis=(1, 2)))
 
 
 class Weighted(gs.Fitness):
-    """A fitness that no package has."""
+    """A fitness outside any package."""
 
     weight: float = option(1.0, "of the effort")
     floor: float | None = option(None, "lowest term")
     needs: ClassVar[tuple[str, ...]] = ("effort",)
 
     def terms(self, motion: gs.Motion) -> dict[str, Array]:
-        """One term."""
+        """Return one term."""
         return {"effort": -self.weight * motion["effort"]}
 
 
 class Stick(gs.Organism):
-    """A body that no package has."""
+    """A body outside any package."""
 
     length: float = option(1.0, "of the stick", unit="m")
     channels: ClassVar[Mapping[str, Channel]] = {"effort": Channel((), "J", "of a motor")}
 
     def genome_space(self) -> gs.RealSpace:
-        """Two genes."""
+        """Return a space of two genes."""
         return gs.RealSpace(np.zeros(2), np.ones(2))
 
     def move(self, genomes: Genomes) -> gs.Motion:
-        """Effort alone."""
+        """Return a motion with the effort only."""
         return gs.Motion(10.0, {"effort": genomes.sum(axis=1) * self.length})
 
     def skeleton(self, motion: gs.Motion, individual: int) -> Skeleton:
-        """Nothing to draw."""
+        """Raise an error, as there is nothing to draw."""
         raise NotImplementedError
 
 
 @pytest.fixture
 def elsewhere(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
-    """Forgets all functions, as another process does not know them."""
+    """Return a function that forgets the given functions, as in another process."""
     return lambda: monkeypatch.setattr(python_entries, "_given", {})
 
 
 def evolved(search: gs.Search) -> gs.Generation:
-    """The last generation."""
+    """Run a search, and return the last generation."""
     *_, last = search
     return last
 
 
 def swung(out: Path | None = None, generations: int = 6) -> gs.Search:
-    """A search of the pendulum."""
+    """Return a search for the pendulum."""
     return gs.evolve(
         body=pendulum,
         space=SPACE,

@@ -37,7 +37,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def plainly(sizes, genes, activation, output, inputs):
-    """One sample, neuron by neuron, straight from the definition."""
+    """Compute one sample, neuron by neuron, from the definition of the network."""
     values, place = list(inputs), 0
     for layer, (come, to) in enumerate(pairwise(sizes), 1):
         function = PLAIN[output if layer == len(sizes) - 1 else activation]
@@ -167,7 +167,7 @@ def test_the_order_of_layers_and_of_genes():
     assert gene_labels((2, 1, 2)) == (
         "W1[0,0]", "W1[0,1]", "b1[0]", "W2[0,0]", "W2[1,0]", "b2[0]", "b2[1]",
     )  # fmt: skip
-    # Row i of W leads to neuron i: with one weight only input 1 reaches output 0.
+    # Row i of W leads to neuron i: with this one weight, only input 1 reaches output 0.
     network = Network.from_genes((2, 2), [0, 1, 0, 0, 0, 5], output="linear")
     assert network.activate([[10.0], [20.0]]).tolist() == [[20.0], [5.0]]
 

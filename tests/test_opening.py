@@ -1,4 +1,4 @@
-"""Opening files that someone else may have made."""
+"""Opening files from untrusted sources."""
 
 import os
 import socket
@@ -42,7 +42,7 @@ KINDS = "a pipe", "a folder", "a socket", "a link", "a link to nothing", "a link
 @pytest.mark.parametrize("flags", [os.O_RDONLY, os.O_RDWR | os.O_CREAT])
 @pytest.mark.parametrize("kind", KINDS)
 def test_only_a_regular_file_is_opened(tmp_path, file, monkeypatch, kind, flags):
-    monkeypatch.chdir(tmp_path)  # the path of a socket is short
+    monkeypatch.chdir(tmp_path)  # paths of sockets are limited to about 100 characters
     make(kind, path := tmp_path / "a", file)
     with pytest.raises(OSError, match=r"not a regular file|symbolic link|Is a directory") as error:
         open_descriptor(path, flags)
@@ -63,7 +63,7 @@ def test_a_file_is_read_to_its_limit_and_not_beyond(file, monkeypatch):
     for read in (read_regular, open_regular):
         with pytest.raises(OSError, match="too large: 5 bytes, at most 4"):
             read(file, 4)
-    # As with a file that grows, or whose system says 0.
+    # Simulates a file that grows, or whose reported size is 0.
     monkeypatch.setattr("gaitsim.opening._size", lambda file: 0)
     assert read_regular(file, 5) == b"12345"
     with pytest.raises(OSError, match="too large"):

@@ -1,4 +1,4 @@
-"""The wheel and the sdist: what is in them, and that the wheel works alone."""
+"""The wheel and the sdist: their content, and the wheel in a clean environment."""
 
 import hashlib
 import os
@@ -26,7 +26,7 @@ MEGABYTE = 1_000_000
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the wheel and the sdist."""
+    """Return a folder with the wheel and the sdist."""
     return build(ROOT, tmp_path_factory.mktemp("dist"))
 
 
@@ -49,7 +49,7 @@ def build(sources: Path, folder: Path) -> Path:
 
 
 def content(wheel: Path) -> dict[str, str]:
-    """The checksums of a wheel's files."""
+    """Return the checksums of a wheel's files."""
     with zipfile.ZipFile(wheel) as archive:
         return {name: hashlib.sha256(archive.read(name)).hexdigest() for name in archive.namelist()}
 
@@ -131,7 +131,7 @@ def test_the_sdist_builds_the_same_wheel(sdist: Path, wheel: Path, tmp_path: Pat
 
 
 def required(distribution_name: str, extras: frozenset[str], seen: set[str]) -> Iterator[str]:
-    """The distributions that one requires, directly or not, itself among them."""
+    """Yield a distribution and its direct and indirect requirements."""
     if distribution_name in seen:
         return
     seen.add(distribution_name)
@@ -149,9 +149,9 @@ def required(distribution_name: str, extras: frozenset[str], seen: set[str]) -> 
 
 @pytest.fixture(scope="module")
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program of a new environment: the wheel, and links to what it requires.
+    """Install the wheel in a new environment with links to its requirements; return the program.
 
-    No other package and no sources are there, so that a requirement that is not declared is missed.
+    The environment has no other packages and no sources, so that undeclared requirements fail.
     """
     folder = tmp_path_factory.mktemp("installed") / "venv"
     venv.create(folder, with_pip=False, symlinks=True)

@@ -1,4 +1,4 @@
-"""A body under command: its controllers, and its flight by a clock."""
+"""Steered bodies: their controllers, and their movement over time."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from gaitsim.steering import Drive, controllers_of
 
 @pytest.fixture
 def kite(puppet, puppets, monkeypatch):
-    """The experiment of a kite."""
+    """Return an experiment with a kite."""
     fly_kites(monkeypatch, puppets.Puppet)
     return puppet()
 

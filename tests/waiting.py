@@ -1,11 +1,11 @@
-"""Wait for something to hold, with a limit; read what a widget shows."""
+"""Wait for a condition, with a timeout; read the content of a widget."""
 
 import asyncio
 import time
 
 
 def until(holds, seconds=60):
-    """Wait until something holds."""
+    """Wait until a condition holds."""
     end = time.monotonic() + seconds
     while not holds():
         assert time.monotonic() < end
@@ -13,9 +13,9 @@ def until(holds, seconds=60):
 
 
 async def app_until(pilot, holds, seconds=60):
-    """Wait until something holds in a running app, and until the app has settled.
+    """Wait until a condition holds in a running app and all its widgets are composed.
 
-    All widgets have their children then: one that is being mounted is found before it has any.
+    Queries also find widgets that are still being mounted and have no children yet.
     """
     async with asyncio.timeout(seconds):
         while not (holds() and composed(pilot.app)):
@@ -30,5 +30,5 @@ def composed(app):
 
 
 def strips(widget):
-    """The rows that a widget shows."""
+    """Return the rows of a widget as shown."""
     return [widget.render_line(row) for row in range(widget.content_size.height)]
