@@ -44,7 +44,7 @@ ENDLESS = {
     r"^gaitsim steer(?!.*--out)": ("hover", "\x11"),
     r"^gaitsim serve": ("http://", ""),
     r"^gaitsim attach": ("generation", ""),
-    r"^gaitsim adapt.*--interactive": ("Enter to leave", "\n"),
+    r"^gaitsim adapt.*--interactive": ("Enter to quit", "\n"),
 }
 """Commands that do not end by themselves: what they show, and the key that ends them, or Ctrl-C."""
 

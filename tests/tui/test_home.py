@@ -434,7 +434,7 @@ class TestNamesAndNotes:
             box = asked.query_one(Input)
             box.value = "c" if old != "c" else "a"
             await driver.press("enter")
-            assert "exists already" in driver.text("#ask-problem")
+            assert "already exists" in driver.text("#ask-problem")
             box.value = "new name"
             await driver.press("enter")
             await driver.until(lambda: "new name" in names(driver))
