@@ -176,7 +176,7 @@ def _train(expert: Expert, every: list[Settings], quiet: bool) -> list[Result]:
     if time.monotonic() - start > 1 and not quiet:
         notice("Prepared; the next training reuses the compiled kernel.")
     for settings in every:
-        label = f"learning, {settings.activation}"
+        label = f"training, {settings.activation}"
         log = "" if quiet else f"{label}: {settings.epochs} epochs"
         with Progress(label, "epochs", settings.epochs, log=log) as progress:
             found.append(imitate_expert(expert, settings, progress.advance))
