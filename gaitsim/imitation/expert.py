@@ -98,8 +98,9 @@ def find_expert(reference: str, body: str | None = None, which: Asked = None) ->
                 where="--body",
                 remedy="omit --body, or give a gait file",
             )
-        run.experiment.check_given()
-        return expert_of(run.individual(which))
+        individual = run.individual(which)
+        individual.experiment.check_given()
+        return expert_of(individual)
     if which is not None:
         raise GaitsimError(
             f"{reference} is a gait file, which has neither generations nor members",

@@ -96,7 +96,7 @@ DURING = {
     "changed genomes": (
         "organism",
         "def move(self, genomes):\n    genomes += 1\n    return super().move(genomes)",
-        "changes the genomes",
+        "modifies the genomes",
     ),
     "terms for one": ("fitness", "def terms(self, motion):\n    return {'a': 1.0}", "the shape ()"),
     "parents that are none": (

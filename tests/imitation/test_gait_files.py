@@ -126,7 +126,7 @@ ANGLES = np.zeros((3, 24))
         (("unnamed.npz", "--body", "fly"), "no joint angles"),
         (("unnamed.npz", "--body", "nothing"), "nothing"),
         (("unnamed.npz", "--body", "spider", "--generation", "3"), "neither generations"),
-        (("short.npz", "--body", "spider"), "the shape (1, 24)"),
+        (("short.npz", "--body", "spider"), "shape (1, 24)"),
         (("nan.npz", "--body", "spider"), "not all finite"),
         (("imitator.npz", "--body", "spider"), "would replace the imitated gait file imitator.npz"),
         (("run", "--body", "spider"), "run is not a run"),
@@ -146,9 +146,12 @@ def test_bad_input_is_one_message(arguments, says, folder, gaitsim):
     assert not list(folder.glob("imitator-*"))
 
 
-def test_wrong_arguments_in_python_are_one_message(champion):
+def test_a_run_has_its_own_body(puppet_run):
     with pytest.raises(gs.GaitsimError, match="defines its own body"):
-        gs.imitate(champion.source, body="spider")
+        gs.imitate(puppet_run().path, body="spider")
+
+
+def test_wrong_arguments_in_python_are_one_message(champion):
     for arguments, says in (
         ({"epoch": 3}, "epoch"),
         ({"epochs": 0}, "epochs"),

@@ -35,7 +35,7 @@ def test_a_page_is_one_small_file_with_the_script_of_the_body(kite, tmp_path):
     ("given", "kind", "says"),
     [
         (None, GaitsimError, "web pages cannot simulate the body 'puppet'"),
-        ("a script", ContractError, "a str as a page"),
+        ("a script", ContractError, "returned a str from steering_page"),
         (SteeringPage(SCRIPT, {"a": object()}), ContractError, "package gaitsim-puppets"),
     ],
 )
