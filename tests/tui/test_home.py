@@ -490,8 +490,8 @@ class TestBackground:
             await look(driver)
             await driver.until(lambda: "1 paused" in driver.screen.sub_title)
             table = driver.screen.query_one("#runs")
-            while table.run.name != "b":
-                await driver.press("down")
+            await driver.press("up", *["down"] * names(driver).index("b"))
+            assert table.run.name == "b"
             assert "‖ paused" in rows(driver)[table.cursor_row]
             assert not driver.offered() & {"home.delete", "home.rename"}
             await driver.press("x")
