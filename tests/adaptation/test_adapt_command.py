@@ -262,8 +262,8 @@ def test_a_report_is_over_all_leg_losses_and_continues(adapt, atlas, tmp_path):
     file.write_text(json.dumps(kept))
     gs.load(atlas).adaptation_report(folder, pairs=True, settings=Settings(3, stop=2.0))
     assert file.read_bytes() == made
-    assert "other options" in adapt(*given, "--kappa", 1, code=2).stderr
+    assert "different options" in adapt(*given, "--kappa", 1, code=2).stderr
     file.write_text("{}")
     assert "is damaged" in adapt(*given, code=2).stderr
     assert "leg losses" in adapt("--report", "losses", *LOST, code=2).stderr
-    assert "of a report" in adapt("--pairs", code=2).stderr
+    assert "needs --report DIR" in adapt("--pairs", code=2).stderr

@@ -299,7 +299,7 @@ class TestSteering:
                 else:
                     await pilot.press(*way)
                 await app_until(pilot, lambda: typed.value == "search.elites=1 fitness.price=")
-                await app_until(pilot, lambda: "now " in str(said.render()))
+                await app_until(pilot, lambda: "Current value" in str(said.render()))
                 assert not said.has_class("problem")
                 await pilot.press("enter")  # no value yet
                 await pilot.press(*"0.7")

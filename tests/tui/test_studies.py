@@ -57,7 +57,7 @@ class TestStudies:
         async def test(driver):
             await driver.press("u")
             screen = await driver.at("Studies")
-            await driver.until(lambda: "No study" in driver.text("#no-studies"))
+            await driver.until(lambda: "no studies" in driver.text("#no-studies"))
             await driver.press("n")
             await driver.at("StudyDialog")
             await write(driver, "nosuch.toml")
