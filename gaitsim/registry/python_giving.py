@@ -26,9 +26,6 @@ _SIGNATURES = {
 }
 
 
-_SIMPLE = (bool, int, float, complex, str, bytes, Path, type(None), np.generic)
-
-
 def given_options(
     fitness: Any = None, body: Any = None, space: Any = None
 ) -> dict[str, dict[str, Any]]:
