@@ -1,4 +1,4 @@
-"""A view of an archive along a few of its axes."""
+"""Views of an archive along one or two axes."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ RNG = np.random.default_rng(0)
 
 
 def view(axes: int, cells: int | tuple[int, ...], members: int) -> ArchiveView:
-    """Return an archive of axes from 0 to 10; in a tessellation, values are near centroids."""
+    """Return an archive with axes from 0 to 10; the values of a tessellation are near centroids."""
     names = [f"axis {number}" for number in range(axes)]
     if isinstance(cells, tuple):
         borders = [np.linspace(0, 10, count + 1) for count in cells]
@@ -26,7 +26,7 @@ def view(axes: int, cells: int | tuple[int, ...], members: int) -> ArchiveView:
         found = RNG.permutation(cells)[:members, None].astype(np.int64)
         values = centroids[found[:, 0]]
     by_name = dict(zip(names, values.T, strict=True))
-    scores = RNG.integers(0, 9, members).astype(float)  # with equals
+    scores = RNG.integers(0, 9, members).astype(float)  # with ties
     all_borders = dict(zip(names, borders, strict=True))
     genomes = np.zeros((members, 1))
     archive = ArchiveView.of(Members(genomes, scores, by_name, found, all_borders, centroids))
@@ -35,7 +35,7 @@ def view(axes: int, cells: int | tuple[int, ...], members: int) -> ArchiveView:
 
 
 @pytest.mark.parametrize(("axes", "cells"), [(3, (4, 50, 7)), (8, 900)])
-def test_a_panel_has_the_first_of_the_best_members_in_each_cell(axes, cells):
+def test_panel_cells_hold_the_first_of_the_best_members(axes, cells):
     archive = view(axes, cells, 700)
     names = "axis 1", "axis 0"
     panel = archive.panel(*names, most=(20, 60))
@@ -56,7 +56,7 @@ def test_a_panel_has_the_first_of_the_best_members_in_each_cell(axes, cells):
             assert np.isnan(panel.scores[cell])
 
 
-def test_two_axes_of_a_tessellation_show_the_voronoi_cells():
+def test_panel_of_a_two_axis_tessellation_shows_voronoi_cells():
     archive = view(2, 300, 200)
     panel = archive.panel(*archive.names)
     centroids = archive.members.centroids
@@ -67,7 +67,7 @@ def test_two_axes_of_a_tessellation_show_the_voronoi_cells():
         assert panel.members[i, j] == held.get(int(np.argmin(away)), EMPTY)
 
 
-def test_opposite_legs_are_the_first_pairs_of_many_axes_and_an_empty_archive_is_shown():
+def test_pairs_begin_with_opposite_legs_even_in_an_empty_archive():
     archive = view(8, 50, 0)
     assert archive.pairs[:2] == (("axis 0", "axis 4"), ("axis 1", "axis 5"))
     assert len(set(archive.pairs)) == 28
@@ -75,7 +75,7 @@ def test_opposite_legs_are_the_first_pairs_of_many_axes_and_an_empty_archive_is_
     assert (archive.panel(*archive.pairs[0]).members == EMPTY).all()
 
 
-def test_duty_factors_of_strides_of_20_frames_leave_no_stripe_empty():
+def test_no_part_of_duty_factors_in_20_frame_strides_is_empty():
     members = view(8, 15_625, 400).members
     borders = {name: np.array([0.0, 0.7]) for name in members.values}
     values = {name: RNG.integers(0, 14, 400) / 20 for name in members.values}

@@ -1,4 +1,4 @@
-"""A gallery: a card and a page for each run, reasons for the rest, and nobody else's files."""
+"""Galleries: a card and a page for each run, reasons for missing runs, and safe files."""
 
 import base64
 import json
@@ -24,7 +24,7 @@ HOSTILE = "<img src=x onerror=alert(1)>"
 
 @pytest.fixture
 def runs(tmp_path, puppets, puppet, monkeypatch):
-    """Two runs of different scores, one with a hostile name and note; pages are stubs."""
+    """Two runs with different scores, one with a hostile name and note; pages are stubs."""
     monkeypatch.setattr(cards, "_picture", lambda skeleton, theme: PICTURE)
     monkeypatch.setattr(
         site, "write_page", lambda ones, path, run: path.write_text(ones[0].name) and ""
@@ -39,7 +39,7 @@ def runs(tmp_path, puppets, puppet, monkeypatch):
 
 
 class Reader(HTMLParser):
-    """The elements of a page, their attributes, and its texts."""
+    """Collect the elements of a page, their attributes, and the texts."""
 
     def __init__(self, page: bytes) -> None:
         super().__init__()
@@ -56,7 +56,7 @@ class Reader(HTMLParser):
         self.texts.append(data)
 
 
-def test_each_run_has_a_card_and_a_page_the_best_first(runs, tmp_path):
+def test_runs_have_cards_and_pages_in_order_of_score(runs, tmp_path):
     out = tmp_path / "site"
     made = write_gallery(runs, out)
     assert (made.shown, made.problems) == (2, ())
@@ -74,7 +74,7 @@ def test_each_run_has_a_card_and_a_page_the_best_first(runs, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_picture_holds_the_body():
+def test_pictures_show_the_body():
     experiment = gs.load_experiment("spider")
     genome = experiment.space().random(1, np.random.default_rng(1))[0]
     individual = gs.Individual(experiment, 0.0, {}, 1, genome)
@@ -88,7 +88,7 @@ def test_a_picture_holds_the_body():
     assert light != dark
 
 
-def test_names_and_notes_are_texts_and_no_script_may_run(runs, tmp_path):
+def test_names_and_notes_are_escaped_and_scripts_are_forbidden(runs, tmp_path):
     made = write_gallery(runs, tmp_path / "site")
     page = Reader(made.index.read_bytes())
     assert "script" not in page.tags
@@ -115,7 +115,7 @@ def test_the_same_runs_give_the_same_files(runs, tmp_path):
                                      ).read_bytes()  # fmt: skip
 
 
-def test_runs_that_cannot_be_shown_are_listed_with_the_reason(runs, tmp_path):
+def test_runs_that_cannot_be_shown_are_listed_with_reasons(runs, tmp_path):
     for name in ("gone", "damaged", "cut"):
         shutil.copytree(runs / "b", runs / name)
     path = runs / "gone/experiment.toml"
@@ -150,7 +150,7 @@ def test_a_run_without_a_skeleton_has_a_card_without_picture(runs, tmp_path, pup
     assert gs.verify_code(code).true
 
 
-def test_only_a_gallery_is_replaced_and_its_old_pages_go(runs, tmp_path):
+def test_only_a_gallery_is_replaced_and_its_old_pages_are_deleted(runs, tmp_path):
     out = tmp_path / "site"
     write_gallery(runs, out)
     (out / "pages/mine.html").write_text("mine")
@@ -172,7 +172,7 @@ def test_only_a_gallery_is_replaced_and_its_old_pages_go(runs, tmp_path):
             write_gallery(runs, out)
 
 
-def test_ctrl_c_leaves_a_gallery_of_what_was_done(runs, tmp_path, gaitsim, monkeypatch):
+def test_ctrl_c_leaves_a_gallery_of_the_processed_runs(runs, tmp_path, gaitsim, monkeypatch):
     calls = []
 
     def interrupted(ones, path: Path, run):
@@ -193,7 +193,7 @@ def test_ctrl_c_leaves_a_gallery_of_what_was_done(runs, tmp_path, gaitsim, monke
     assert "2 runs" in gaitsim("gallery", runs, "--out", "site").stdout
 
 
-def test_links_in_a_gallery_from_others_lead_nowhere(runs, tmp_path):
+def test_symbolic_links_in_a_gallery_are_not_followed(runs, tmp_path):
     out = tmp_path / "site"
     write_gallery(runs, out)
     elsewhere = tmp_path / "elsewhere"
@@ -211,12 +211,12 @@ def test_links_in_a_gallery_from_others_lead_nowhere(runs, tmp_path):
     assert {path.read_text() for path in elsewhere.iterdir()} == {"kept"}
 
 
-def test_mistakes_are_explained(gaitsim, runs):
+def test_invalid_folders_are_reported(gaitsim, runs):
     assert "folder not found" in gaitsim("gallery", "nowhere", code=2).stderr
     assert "is a run" in gaitsim("gallery", runs / "b", code=2).stderr
 
 
-def test_file_names_are_safe_and_differ():
+def test_file_names_are_safe_and_distinct():
     names = ["a b", "a-b", "A-B", "日本", "…", "con", "x" * 300, ".."]
     found = site._file_names([Path(name) for name in names])
     assert len({name.casefold() for name in found}) == len(names)

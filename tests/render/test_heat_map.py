@@ -1,4 +1,4 @@
-"""The heat map of an archive in characters: its colours, cells, and the way from cell to cell."""
+"""Heat maps of archives in characters: colours, cells, and movement of the cursor."""
 
 import matplotlib
 import numpy as np
@@ -16,7 +16,7 @@ WORDS = {"turn": "turn (°)", "stance": "stance 宽", "score": "score (m)"}
 
 
 def archive(columns, rows, members=None):
-    """An archive on a grid, the score being the sum of a member's column and row."""
+    """Return an archive on a grid; the score of a member is the sum of its column and row."""
     cells = np.argwhere(np.ones((columns, rows), bool))
     if members is not None:
         cells = cells[np.random.default_rng(1).permutation(len(cells))[:members]]
@@ -31,7 +31,7 @@ def archive(columns, rows, members=None):
     return view
 
 
-def test_levels_have_the_colours_of_viridis():
+def test_levels_have_viridis_colours():
     known = matplotlib.colormaps["viridis"](np.linspace(0, 1, LEVELS))
     assert [to_hex(colour) for colour in known] == [*VIRIDIS]
     assert len(styles("red", "blue")) <= 256  # an ink is a byte
@@ -41,7 +41,7 @@ def test_levels_have_the_colours_of_viridis():
 
 @pytest.mark.parametrize("shaded", [False, True])
 @pytest.mark.parametrize(("columns", "rows"), [(3, 4), (33, 40), (7, 90), (200, 1)])
-def test_each_cell_is_found_where_it_is_drawn(columns, rows, shaded):
+def test_cell_at_finds_each_cell_where_it_is_drawn(columns, rows, shaded):
     found = HeatMap(archive(columns, rows), ("turn", "stance"), WORDS, 60, 24, shaded=shaded)
     assert found.fits
     plain, before = found.draw()
@@ -61,7 +61,7 @@ def test_each_cell_is_found_where_it_is_drawn(columns, rows, shaded):
     assert "stance ?" in text
 
 
-def test_empty_cells_are_dots_and_members_are_found_in_their_cells():
+def test_empty_cells_are_dots_and_members_are_in_their_cells():
     view = archive(10, 10, members=30)
     found = HeatMap(view, ("turn", "stance"), WORDS, 50, 26)
     codes, inks = found.draw()
@@ -74,7 +74,7 @@ def test_empty_cells_are_dots_and_members_are_found_in_their_cells():
     HeatMap(view, ("turn", "stance"), WORDS, 12, 5).draw((0, 0))
 
 
-def test_the_cursor_goes_over_empty_cells_to_the_nearest_in_its_direction():
+def test_cursor_skips_empty_cells_in_its_direction():
     occupied = np.zeros((9, 9), bool)
     for cell in [(0, 0), (4, 1), (6, 0), (1, 8), (3, 3)]:
         occupied[cell] = True

@@ -1,4 +1,4 @@
-"""Pages for a browser: nothing in them is executed but the viewer."""
+"""Pages for browsers: their content, and that only the viewer is executed."""
 
 import json
 import re
@@ -21,7 +21,7 @@ EVIL = (
     "é</script><script>document.title = 'evil'; alert(1)</script><!--\"'><img src=x onerror="
     "alert(2)>&lt;\u2028\u2029\x00\x1b[31m\x85\u202e\u2066{policy}]]>\\u003c${alert(3)}`"
 )
-LINE = EVIL.partition("\u2028")[0]  # as a description may be
+LINE = EVIL.partition("\u2028")[0]  # descriptions have one line
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +30,12 @@ def spider(spider_run) -> Individual:
 
 
 def data_of(found: bytes) -> dict:
-    """The data of a page."""
+    """Return the data of a page."""
     (text,) = re.findall(r'id="data">(.*?)</script>', found.decode(), re.DOTALL)
     return json.loads(text)
 
 
-def test_the_same_page_is_the_same_bytes_and_small(spider, spider_run):
+def test_pages_are_reproducible_and_small(spider, spider_run):
     several = [spider_run.individual(number) for number in (1, 3)]
     one = page([spider], spider_run)
     assert one == page([RunSnapshot(spider_run.path).individual()], spider_run)
@@ -59,42 +59,42 @@ def test_long_curves_are_thinned(spider, spider_run):
 
 
 @pytest.mark.parametrize(
-    ("skeleton", "says"),
+    ("skeleton", "message"),
     [
         (lambda *_: Skeleton(np.full((2, 1, 2, 3), np.nan), ("a",), 1.0), "not finite"),
         (lambda *_: Skeleton(np.zeros((2, 0, 2, 3)), (), 1.0), "nothing to draw"),
         (lambda *_: None, "returned a NoneType"),
     ],
 )
-def test_a_body_that_cannot_be_drawn_is_one_message(
-    puppet_run, puppets, monkeypatch, gaitsim, tmp_path, skeleton, says
+def test_a_body_that_cannot_be_drawn_is_reported_in_one_message(
+    puppet_run, puppets, monkeypatch, gaitsim, tmp_path, skeleton, message
 ):
     run = puppet_run()
     monkeypatch.setattr(puppets.Puppet, "skeleton", skeleton)
-    with pytest.raises(PluginError, match=f"package gaitsim-puppets.*{says}"):
+    with pytest.raises(PluginError, match=f"package gaitsim-puppets.*{message}"):
         page([run.individual()])
-    said = gaitsim("export", run.path, "--format", "html", code=2).stderr
-    assert says in said
+    output = gaitsim("export", run.path, "--format", "html", code=2).stderr
+    assert message in output
     assert not (tmp_path / "run/exports").exists() or not [*(tmp_path / "run/exports").iterdir()]
 
 
 def test_the_command_and_python_write_the_same_page(gaitsim, puppet_run, tmp_path):
     run = puppet_run("evolution.generations=3").path
-    said = gaitsim("export", run, "--format", "html").stdout
+    output = gaitsim("export", run, "--format", "html").stdout
     (path,) = (tmp_path / "run/exports").glob("page-generation-*.html")
-    assert f"exports/{path.name}: generation " in said
+    assert f"exports/{path.name}: generation " in output
     gs.export(gs.load(run), tmp_path / "b.html")
     assert (tmp_path / "b.html").read_bytes() == path.read_bytes()
     gaitsim("export", run, "--generations", "1,3", "--out", "several.html")
     clips = data_of((tmp_path / "several.html").read_bytes())["clips"]
     assert [clip["tag"] for clip in clips] == ["generation 1", "generation 3"]
     many = ",".join(map(str, range(1, 14)))
-    said = gaitsim("export", run, "--format", "html", "--generations", many, code=2).stderr
-    assert "has no generation" in said
+    output = gaitsim("export", run, "--format", "html", "--generations", many, code=2).stderr
+    assert "has no generation" in output
 
 
 class Tags(HTMLParser):
-    """The elements of a page, with their attributes."""
+    """Collect the elements of a page with their attributes."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -110,7 +110,7 @@ class Tags(HTMLParser):
 
 @pytest.fixture
 def hostile(puppet_run, puppets, monkeypatch):
-    """A page of which every text is hostile, and a plain one of the same body."""
+    """A page in which every text is hostile, and a plain page of the same body."""
 
     def skeleton(self, motion, individual):
         segments = np.zeros((5, 3, 2, 3))
@@ -138,7 +138,7 @@ def test_no_text_of_a_run_becomes_markup(hostile):
     assert not raw.search(hostile[0].decode())
 
 
-def test_a_page_allows_its_scripts_alone():
+def test_the_policy_of_a_page_allows_only_its_scripts():
     text = document("a", "player", {}, ["1 < 2"]).decode()
     (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', text)
     assert policy.startswith("default-src 'none';")
@@ -150,7 +150,7 @@ def test_a_page_allows_its_scripts_alone():
 
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_a_browser_executes_nothing_of_a_hostile_page(hostile, tmp_path):
+def test_a_browser_does_not_execute_hostile_texts(hostile, tmp_path):
     playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
     (tmp_path / "page.html").write_bytes(hostile[0])
     seen = []
@@ -160,18 +160,18 @@ def test_a_browser_executes_nothing_of_a_hostile_page(hostile, tmp_path):
         opened = browser.new_page()
         for event in ("console", "pageerror", "dialog", "download", "popup"):
             opened.on(event, lambda found, event=event: seen.append((event, str(found))))
-        asked = []
-        opened.on("request", lambda request: asked.append(request.url))
+        requests = []
+        opened.on("request", lambda request: requests.append(request.url))
         opened.goto((tmp_path / "page.html").as_uri())
-        opened.wait_for_selector("canvas")  # the policy allows no function but the page's own
+        opened.wait_for_selector("canvas")  # wait_for_function would violate the policy
         assert opened.evaluate("document.images.length") == 0
         assert "evil" not in opened.evaluate("document.title").split("'")[0]
         browser.close()
     assert seen == []
-    assert asked == [(tmp_path / "page.html").as_uri()]
+    assert requests == [(tmp_path / "page.html").as_uri()]
 
 
-def test_a_notebook_shows_a_page_in_a_frame_of_its_own(spider):
+def test_a_notebook_shows_a_page_in_a_sandboxed_frame(spider):
     frame = gs.view(spider)._repr_html_()
     (found,) = Tags(frame).found
     assert found == ("iframe", ["allow", "sandbox", "srcdoc", "style", "title"])

@@ -1,4 +1,4 @@
-"""The page of an archive has all its cells, and the gaits that Python computes."""
+"""Pages of archives: all cells, and the same gaits as in Python."""
 
 import json
 
@@ -21,14 +21,14 @@ GRID = "search.plugin=map-elites", "search.axes={ reach = [-3, 3], price = [-1, 
 
 
 def in_waves(data, count):
-    """Joint angles (individuals, frames, joints) of a page."""
+    """Return the joint angles (individuals, frames, joints) of a page with waves."""
     waves = unpacked(data["waves"])
     amounts = unpacked(data["amounts"]).reshape(count, len(data["joints"]), -1) + data["lowest"]
     return (amounts @ waves).swapaxes(1, 2)
 
 
 def in_strides(data):
-    """Joint angles (frames, joints) of the stride of each individual of a page."""
+    """Return the joint angles (frames, joints) of each stride in a page's data."""
     changes = unpacked(data["amounts"]).ravel() + data["lowest"]
     lengths = unpacked(data["lengths"]).astype(int)
     parts = np.split(changes, np.cumsum(lengths * len(data["joints"]))[:-1])
@@ -49,10 +49,10 @@ def test_gaits_of_one_frequency_are_sums_of_two_waves():
     apart = np.abs(in_waves(data, 120) - moved(experiment, genomes)["joint_angles"])
     assert apart.max() <= data["error"] + 1e-12
     assert data["error"] <= EXACT
-    assert len(data["amounts"]["data"]) < 170 * 120  # more gaits are smaller each
+    assert len(data["amounts"]["data"]) < 170 * 120  # larger archives need less per gait
 
 
-def test_other_gaits_are_a_stride_of_each():
+def test_other_gaits_are_stored_as_strides():
     experiment = load_experiment("spider-atlas", {"organism.encoding": "cpg"})
     genomes = experiment.space().random(5, np.random.default_rng(2))
     data = json.loads(json.dumps(gaits_data(experiment, genomes, workers=1)))
@@ -78,7 +78,7 @@ def test_a_stride_is_found_after_the_start_and_before_a_fall(period):
 
 
 @pytest.mark.parametrize("angles", [np.zeros((9, 2)), np.eye(40)[:, :1], np.ones((1, 1))])
-def test_what_never_repeats_is_kept_as_it_is(angles):
+def test_a_motion_that_does_not_repeat_is_kept_whole(angles):
     period, stride = stride_of(angles)
     assert 0 <= period <= len(angles)
     assert 1 <= len(stride) <= len(angles)
@@ -98,30 +98,30 @@ def test_a_map_without_joint_angles_has_all_cells(puppet_run, tmp_path, cells):
     else:
         places = tuple(unpacked(axis["places"])[0].astype(int) for axis in data["axes"])
         assert (panel.members[places] == np.arange(1, len(members.scores) + 1)).all()
-    said = write_atlas(run, tmp_path / "atlas.html")
-    assert "no joint angles" in said
+    summary = write_atlas(run, tmp_path / "atlas.html")
+    assert "no joint angles" in summary
 
 
-def test_a_search_without_an_archive_is_refused(puppet_run):
+def test_a_search_without_an_archive_is_rejected(puppet_run):
     with pytest.raises(NothingToPlotError, match="keeps no archive"):
         atlas_data(puppet_run())
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_the_page_moves_the_gaits_without_a_request(bundled, tmp_path):
+def test_the_page_plays_gaits_without_network_requests(bundled, tmp_path):
     playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
     run = bundled("spider-atlas")
     write_atlas(run, tmp_path / "atlas.html")
     genomes = run.members.genomes
     angles = moved(run.experiment, genomes)["joint_angles"]
-    said, asked = [], []
+    messages, requests = [], []
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=DRAWING)
         page = browser.new_context(offline=True).new_page()
-        page.on("console", lambda message: said.append(message.text))
-        page.on("pageerror", lambda problem: said.append(str(problem)))
-        page.on("request", lambda request: asked.append(request.url))
+        page.on("console", lambda message: messages.append(message.text))
+        page.on("pageerror", lambda problem: messages.append(str(problem)))
+        page.on("request", lambda request: requests.append(request.url))
         page.goto((tmp_path / "atlas.html").as_uri())
         page.wait_for_selector("#chosen h2")
         best = int(run.members.scores.argmax())
@@ -147,5 +147,5 @@ def test_the_page_moves_the_gaits_without_a_request(bundled, tmp_path):
         page.click("table button >> nth=1")
         ranked = np.argsort(-run.members.scores, kind="stable")
         assert page.evaluate("gaitsimPage.member") in ranked[:3]
-        assert said == []
-        assert asked == [(tmp_path / "atlas.html").as_uri()]
+        assert messages == []
+        assert requests == [(tmp_path / "atlas.html").as_uri()]

@@ -50,7 +50,7 @@ def blind(driver):
 
 @pytest.fixture
 def show(browser, tmp_path):
-    """Opens a page; returns it, with what it asked and said."""
+    """A function that opens a page; returns it with its requests, messages and dialogs."""
     contexts = []
 
     def show(data, browser=browser, **options):
@@ -59,16 +59,16 @@ def show(browser, tmp_path):
         context = browser.new_context(offline=True, **options)
         contexts.append(context)
         page = context.new_page()
-        said = []
-        page.on("request", lambda request: said.append(request.url))
-        page.on("console", lambda message: said.append(message.text))
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("dialog", lambda dialog: said.append(dialog.message))
+        events = []
+        page.on("request", lambda request: events.append(request.url))
+        page.on("console", lambda message: events.append(message.text))
+        page.on("pageerror", lambda error: events.append(str(error)))
+        page.on("dialog", lambda dialog: events.append(dialog.message))
         page.goto(path.as_uri())
         page.wait_for_selector(".player")
-        # Wait for the first pictures: the graphics library speaks when it draws.
+        # Wait for the first pictures: the graphics library may print messages when it draws.
         page.evaluate(PICTURES)
-        return SimpleNamespace(page=page, said=said, uri=path.as_uri(), run=page.evaluate)
+        return SimpleNamespace(page=page, events=events, uri=path.as_uri(), run=page.evaluate)
 
     yield show
     for context in contexts:
@@ -90,7 +90,7 @@ PICTURES = """() => new Promise((go) => {
 
 
 def clip(**changes):
-    """A body of two limbs and a plate that walks 2 m along x in 2 s."""
+    """Return a body of two limbs and a plate that walks 2 m along x in 2 s."""
     time = np.arange(FRAMES) / RATE
     base = np.array([[0, 0, 0.3], [0.3, 0, 0.3], [0.15, 0.2, 0], [-0.2, 0.1, 0.3], [0.1, -0.2, 0]])
     points = np.repeat(base[None], FRAMES, axis=0)
@@ -209,12 +209,12 @@ BODIES = {
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_bodies_are_drawn_without_request_or_message(show, body):
+def test_bodies_are_drawn_without_requests_or_messages(show, body):
     shown = show(data(*BODIES[body]()), color_scheme="dark")
     for key in ("v", "v", "t", "+", "0", "ArrowRight", "ArrowUp"):
         shown.page.keyboard.press(key)
     shown.run(PICTURES)
-    assert shown.said == [shown.uri]
+    assert shown.events == [shown.uri]
     assert shown.page.title() == "walker"
     assert shown.run(COLOURS) > 20
 
@@ -227,7 +227,7 @@ COLOURS = """() => {
 }"""
 
 
-def test_numbers_arrive_within_half_a_step(show):
+def test_unpacked_numbers_are_within_half_a_step(show):
     values = np.random.default_rng(1).normal(0, 50, (40, 3, 2)).cumsum(axis=0)
     shown = show(data(clip()))
     got = shown.run("async (one) => [...(await gaitsim.unpack(one)).values]", packed(values, 1e-6))
@@ -237,10 +237,10 @@ def test_numbers_arrive_within_half_a_step(show):
     )
     assert np.abs(np.array(angles) - np.sin(np.arange(FRAMES) / RATE)).max() <= 1e-6
     line = shown.page.locator(".curve polyline").get_attribute("points")
-    assert len(line.split()) == 2  # a generation of which all failed has no score, not 0
+    assert len(line.split()) == 2  # a generation in which all failed has no score rather than 0
 
 
-def test_heights_of_a_terrain_are_those_of_python(show):
+def test_heights_of_a_terrain_are_as_in_python(show):
     heights = np.random.default_rng(2).uniform(0, 1, (5, 7))
     terrain = Terrain(heights, 0.25, (-0.5, 0.25))
     ground = {"corner": [-0.5, 0.25], "spacing": 0.25, "heights": packed(heights, 1e-6)}
@@ -253,7 +253,7 @@ def test_heights_of_a_terrain_are_those_of_python(show):
     np.testing.assert_allclose(found, terrain.height(places), atol=1e-6)
 
 
-def test_time_moves_by_keys_and_the_slider(show):
+def test_keys_and_the_slider_change_the_time(show):
     shown = show(data(clip()), reduced_motion="reduce")
     page = shown.page
     slider = page.get_by_role("slider", name="Time")
@@ -272,7 +272,7 @@ def test_time_moves_by_keys_and_the_slider(show):
     assert foot[0] == pytest.approx(0.07 + shown.run(now), abs=1e-3)
 
 
-def test_it_plays_and_says_so(show):
+def test_playback_and_views_are_announced(show):
     shown = show(data(clip()), reduced_motion="reduce")
     page, status = shown.page, shown.page.get_by_role("status")
     assert not shown.run("() => gaitsimPage.clock.runs")
@@ -291,20 +291,20 @@ def test_it_plays_and_says_so(show):
         assert status.inner_text() == f"{view} view"
 
 
-def test_nothing_is_drawn_while_it_rests(show):
+def test_nothing_is_drawn_while_paused(show):
     shown = show(data(clip()), reduced_motion="reduce")
-    # Resolves half a second after the last picture; of one drawn again and again, never.
+    # Resolves half a second after the last picture, or never if drawing continues.
     shown.run("""() => new Promise((rests, fails) => {
         let timer = setTimeout(rests, 500);
         gaitsimPage.stage.listeners.push(() => {
             clearTimeout(timer);
             timer = setTimeout(rests, 500);
         });
-        setTimeout(() => fails(new Error("it goes on drawing")), 30000);
+        setTimeout(() => fails(new Error("drawing continues")), 30000);
     })""")
 
 
-def test_every_control_has_a_name_and_is_reached_by_tab(show):
+def test_every_control_has_a_name_and_can_be_reached_by_tab(show):
     shown = show(data(clip(), clip(tag="generation 1")), reduced_motion="reduce")
     page = shown.page
     reached = []
@@ -375,7 +375,7 @@ def test_nothing_is_wider_than_the_screen(show, size):
     assert shown.run(outside, size[0]) == []
 
 
-def test_two_fingers_zoom_and_one_turns(show):
+def test_one_finger_turns_and_two_zoom(show):
     shown = show(data(clip()), has_touch=True, reduced_motion="reduce")
     moved = shown.run("""() => {
         const { orbit, canvas } = gaitsimPage.stage;
@@ -401,4 +401,4 @@ def test_without_webgl_the_texts_remain(show, blind):
     assert page.get_by_role("row", name="forward m 2.5").is_visible()
     page.keyboard.press("ArrowRight")
     assert page.locator(".readout").inner_text() == "0.10 s"
-    assert shown.said == [shown.uri]
+    assert shown.events == [shown.uri]

@@ -22,13 +22,13 @@ from gaitsim.render.page.packing import packed, unpacked
     ),
     st.sampled_from([1e-5, 1e-3, 0.3]),
 )
-def test_what_is_unpacked_is_what_was_packed_within_half_a_step(values, step):
+def test_unpacking_inverts_packing_within_half_a_step(values, step):
     found = unpacked(json.loads(json.dumps(packed(values, step))))
     assert found.shape == values.shape
     assert np.abs(found - values).max(initial=0) <= step / 2 * (1 + 1e-6)
 
 
-def test_numbers_that_no_page_can_hold_are_refused():
+def test_numbers_that_cannot_be_stored_are_rejected():
     for bad in (np.nan, np.inf, 1e9):
         with pytest.raises(GaitsimError, match="cannot be stored"):
             packed([0.0, bad], 1e-5)
@@ -70,5 +70,5 @@ def test_meshes_are_triangles_seen_from_outside(height):
     assert found["side"] == "left"
     assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(
         2 * (height or 4e-3),
-        rel=0.01,  # its volume; one without a height is a thin sheet
+        rel=0.01,  # the volume; a flat mesh is a thin sheet
     )

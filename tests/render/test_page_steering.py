@@ -1,4 +1,4 @@
-"""The page on which a body is steered: keys and buttons choose the command; the ground ends it."""
+"""Steering pages: keys and buttons select commands, and the ground ends the flight."""
 
 import re
 
@@ -26,38 +26,38 @@ def test_a_page_is_one_small_file_with_the_script_of_the_body(kite, tmp_path):
     assert len(made) < 300_000
     (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', made.decode())
     assert len(re.findall(r"'sha256-[\w+/]{43}='", policy)) == 4  # viewer, page, body, boot
-    said = write_page(kite, controllers, tmp_path / "kite.html")
-    assert "3 commands" in said
+    summary = write_page(kite, controllers, tmp_path / "kite.html")
+    assert "3 commands" in summary
     assert (tmp_path / "kite.html").read_bytes() == made
 
 
 @pytest.mark.parametrize(
-    ("given", "kind", "says"),
+    ("given", "kind", "message"),
     [
         (None, GaitsimError, "web pages cannot simulate the body 'puppet'"),
         ("a script", ContractError, "returned a str from steering_page"),
         (SteeringPage(SCRIPT, {"a": object()}), ContractError, "package gaitsim-puppets"),
     ],
 )
-def test_a_body_without_a_page_is_reported(kite, puppets, monkeypatch, given, kind, says):
+def test_a_body_without_a_page_is_reported(kite, puppets, monkeypatch, given, kind, message):
     monkeypatch.setattr(puppets.Puppet, "steering_page", lambda self, controllers: given)
-    with pytest.raises(kind, match=says):
+    with pytest.raises(kind, match=message):
         page(kite, controllers_of(kite, {}))
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_held_keys_and_buttons_steer_until_the_ground(kite, tmp_path):
+def test_held_keys_and_buttons_steer_until_the_body_hits_the_ground(kite, tmp_path):
     playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
     write_page(kite, controllers_of(kite, {}), tmp_path / "kite.html")
     address = (tmp_path / "kite.html").as_uri()
-    asked, said = [], []
+    requests, messages = [], []
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         opened = browser.new_context(offline=True).new_page()
-        opened.on("request", lambda request: asked.append(request.url))
+        opened.on("request", lambda request: requests.append(request.url))
         for event in ("console", "pageerror"):
-            opened.on(event, lambda found: said.append(str(found)))
+            opened.on(event, lambda found: messages.append(str(found)))
         opened.goto(address)
         opened.wait_for_selector(".steering")
 
@@ -68,7 +68,7 @@ def test_held_keys_and_buttons_steer_until_the_ground(kite, tmp_path):
             )
 
         def fly(seconds):
-            """Pause the clock, and let as many seconds pass."""
+            """Pause the clock and simulate a number of seconds."""
             opened.evaluate(f"gaitsimPage.pause(true); gaitsimPage._tick({seconds})")
 
         opened.evaluate("gaitsimPage.restart()")
@@ -101,5 +101,5 @@ def test_held_keys_and_buttons_steer_until_the_ground(kite, tmp_path):
         assert now()["ending"] == ""
         opened.evaluate("gaitsimPage.pause(true)")
         browser.close()
-    assert asked == [address]
-    assert said == []
+    assert requests == [address]
+    assert messages == []

@@ -1,4 +1,4 @@
-"""The plan of a body's legs: where they are drawn, what their signs say, which is next to which."""
+"""Plans of a body's legs: positions, marks of damage, and neighbours."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ SIZE = (40, 16)
 
 @pytest.fixture
 def plan():
-    """A trunk of 0.4 × 0.2 m with a hip and a knee at each of three places of either side."""
+    """The plan of a trunk of 0.4 × 0.2 m with three legs, each with hip and knee, per side."""
     names, segments, feet = ["trunk"], [[[0.2, 0, 0.1], [-0.2, 0, 0.1]]], []
     for name, joints in LEGS.items():
         x, y = {"1": 0.2, "2": 0.0, "3": -0.2}[name[1]], {"L": 0.1, "R": -0.1}[name[0]]
@@ -37,7 +37,7 @@ def rows(plan, lost=(), damaged=(), chosen="", size=SIZE):
     return ["".join(map(chr, row)) for row in codes], inks
 
 
-def test_the_front_is_above_and_left_is_left(plan):
+def test_the_front_is_up_and_left_is_left(plan):
     text, _ = rows(plan)
     at = {
         leg: (row, line.index(leg)) for row, line in enumerate(text) for leg in LEGS if leg in line
@@ -47,7 +47,7 @@ def test_the_front_is_above_and_left_is_left(plan):
     assert drawing.HEAD in text[at["L1"][0]]
 
 
-def test_a_lost_leg_is_dotted_and_has_its_sign_and_so_has_a_damaged_joint(plan):
+def test_lost_legs_are_dotted_and_damage_is_marked(plan):
     text, inks = rows(plan, lost=("L2",), damaged=("R1 knee",), chosen="L2")
     shown = "\n".join(text)
     assert "[L2✗]" in shown
@@ -57,13 +57,13 @@ def test_a_lost_leg_is_dotted_and_has_its_sign_and_so_has_a_damaged_joint(plan):
     dots = [sum(bin(ord(sign) - 0x2800).count("1") for sign in line if "⠀" < sign <= "⣿")
             for line in (text[row][:18], whole[row][:18])]  # fmt: skip
     assert 0 < dots[0] < 0.6 * dots[1]
-    # Of R1, the hip is as it was; of L2, both segments are lost.
+    # The hip of R1 is unchanged; both segments of L2 are lost.
     assert {drawing.LEG, drawing.DAMAGED} <= {*inks[:, 20:].flat}
     assert drawing.LOST in inks[:, :20]
     assert drawing.LOST not in inks[:, 20:]
 
 
-def test_a_leg_is_damaged_as_a_whole_where_no_segment_is_the_joint(plan):
+def test_a_whole_leg_is_damaged_if_no_segment_has_the_name_of_the_joint(plan):
     names = tuple(name.replace("knee", "shank").replace("hip", "thigh") for name in plan.names)
     other = drawing.Plan(plan.segments, plan.owners, names, plan.feet, plan.legs)
     _, inks = rows(other, damaged=("R1 knee",))
@@ -77,12 +77,12 @@ def test_a_leg_is_damaged_as_a_whole_where_no_segment_is_the_joint(plan):
         ("L1", (1, 0), "L1"), ("R2", (0, -1), "R2"),
     ],
 )  # fmt: skip
-def test_arrows_go_to_the_next_leg(plan, leg, way, found):
+def test_arrow_keys_select_the_next_leg(plan, leg, way, found):
     assert beside(plan, leg, *way) == found
 
 
 @pytest.mark.parametrize("size", [SIZE, (27, 12)])
-def test_each_leg_is_found_where_it_is_drawn(plan, size):
+def test_leg_at_finds_each_leg_where_it_is_drawn(plan, size):
     text, _ = rows(plan, size=size)
     assert [len(line) for line in text] == [size[0]] * size[1]
     for row, line in enumerate(text):
@@ -92,7 +92,7 @@ def test_each_leg_is_found_where_it_is_drawn(plan, size):
 
 
 @pytest.mark.parametrize("size", [(3, 2), (1, 1)])
-def test_there_may_be_no_room(plan, size):
+def test_tiny_pictures_are_drawn(plan, size):
     text, _ = rows(plan, lost=("L1",), chosen="R2", size=size)
     assert [len(line) for line in text] == [size[0]] * size[1]
     assert leg_at(plan, 0, 0, size) in LEGS

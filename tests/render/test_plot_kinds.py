@@ -1,4 +1,4 @@
-"""Every kind of plot, on bodies that have what it shows and on bodies that have not."""
+"""All kinds of plots, for bodies with and without the data that they show."""
 
 import html
 import re
@@ -46,18 +46,18 @@ from gaitsim.study.comparison import Sample, analyse
 SPACE = ("x", "y", "z")
 
 
-def asked(run, *generations, **more):
+def request_for(run, *generations, **more):
     return Request(run, tuple(run.individual(number) for number in generations or (None,)), **more)
 
 
 def texts(figure):
-    """What is written on a figure."""
+    """Return the texts on a figure."""
     written = re.findall("<text[^>]*>(.*?)</text>", picture(figure, "svg", LIGHT).decode())
     return {html.unescape(text) for text in written}
 
 
 def lines(axes):
-    """The lines of data of some axes."""
+    """Return the data lines of some axes."""
     return [line for line in axes.lines if len(line.get_xdata()) > 2]
 
 
@@ -92,10 +92,10 @@ def flier(puppet_run, puppets, monkeypatch):
         puppets.Puppet,
         "channels",
         {
-            "reach": Channel((), "m", "how far it reaches"),
-            "place": Channel(("frames", "trials", SPACE), "m", "of the centre"),
+            "reach": Channel((), "m", "distance reached"),
+            "place": Channel(("frames", "trials", SPACE), "m", "position of the centre"),
             "rotation": Channel(("frames", "trials", ("w", "x", "y", "z")), "", "unit quaternion"),
-            "landed": Channel(("frames",), "", "whether it is down"),
+            "landed": Channel(("frames",), "", "whether it has landed"),
         },
     )
     return run
@@ -103,7 +103,7 @@ def flier(puppet_run, puppets, monkeypatch):
 
 @pytest.fixture
 def drawn(spider_run, bundled):
-    """Draws a kind of plot, of a run that has what it shows."""
+    """A function that draws a kind of plot for a run that has the data."""
 
     def draw(kind, **more):
         runs = {"phase": "millipede", "front": "spider-front"}
@@ -112,7 +112,7 @@ def drawn(spider_run, bundled):
         beside = (bundled("millipede"),) if kind == "runs" else ()
         if kind == "archive":
             more["axes"] = ("duty factor L1", "duty factor R1")
-        return KINDS[kind].draw(asked(run, beside=beside, **more))
+        return KINDS[kind].draw(request_for(run, beside=beside, **more))
 
     return draw
 
@@ -124,18 +124,18 @@ SAMPLE = ("fitness", "path", "footfall", "archive")
     "kind",
     [one if one in SAMPLE else pytest.param(one, marks=pytest.mark.slow) for one in KINDS],
 )
-def test_every_kind_is_drawn_of_a_walker_and_always_the_same(drawn, tmp_path, kind):
+def test_every_kind_is_reproducible_and_follows_the_theme(drawn, tmp_path, kind):
     pictures = [picture(drawn(kind), "svg", LIGHT) for _ in range(2)]
     assert pictures[0] == pictures[1]
     save(drawn(kind, theme=DARK), tmp_path / "dark.png", DARK)
     image = matplotlib.image.imread(tmp_path / "dark.png")
-    width = 1530 if kind == "gaits" else 1020  # 86 mm at 300 dots an inch is a column
+    width = 1530 if kind == "gaits" else 1020  # a column is 86 mm at 300 dots per inch
     assert image.shape[1] == width
     assert image[-1, -1, :3] == pytest.approx([21 / 255, 24 / 255, 28 / 255], abs=0.003)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_nothing_drawn_leaves_the_picture(drawn, kind):
+def test_everything_drawn_is_inside_the_picture(drawn, kind):
     figure = drawn(kind)
     with styled(LIGHT):
         canvas = FigureCanvasAgg(figure)
@@ -163,9 +163,9 @@ def test_a_front_shows_every_pair_of_objectives_and_marks_the_best_score(puppet_
     values = np.stack([members.values[name] for name in names[:2]], axis=1)
     np.testing.assert_array_equal(front.get_offsets(), values)
     np.testing.assert_array_equal(best.get_offsets()[0], values[members.scores.argmax()])
-    for edge in figure.axes[0].lines:  # what is better than its corners is attained by nobody
+    for edge in figure.axes[0].lines:  # no member is better than a corner
         assert objectives == 2
-        assert edge.get_drawstyle() == "steps-pre"  # both are to be large
+        assert edge.get_drawstyle() == "steps-pre"  # both are maximised
 
 
 @pytest.mark.parametrize("cells", ["[4, 5]", "30"])
@@ -200,7 +200,7 @@ def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, 
 
 
 @pytest.mark.parametrize("cells", ["[2, 3, 4]", "60"])
-def test_of_three_axes_each_pair_shows_the_best_over_the_third(puppet_run, cells):
+def test_each_pair_of_three_axes_shows_the_best_over_the_third(puppet_run, cells):
     axes = "{ reach = [-3, 3], price = [-1, 0], score = [-3, 3] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", f"search.cells={cells}")
     scores = run.members.scores
@@ -216,7 +216,7 @@ def test_of_three_axes_each_pair_shows_the_best_over_the_third(puppet_run, cells
     )
 
 
-def test_pairs_of_many_axes_are_half_of_a_matrix_labelled_at_its_edges(tmp_path):
+def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
     axes = [f"duty factor {leg}" for leg in ("L1", "L2", "L3", "R1", "R2")]
     small = {"evolution.generations": 1, "evolution.population": 10}
     atlas = load_atlas("spider-cma", axes=dict.fromkeys(axes), cells=20, set=small)
@@ -229,7 +229,7 @@ def test_pairs_of_many_axes_are_half_of_a_matrix_labelled_at_its_edges(tmp_path)
         assert [name for name in shown if name] == (axes[:-1] if which == "x" else axes[1:])
 
 
-def test_an_archive_of_one_axis_is_a_line_of_steps(puppet_run):
+def test_an_archive_with_one_axis_is_a_step_line(puppet_run):
     axes = "{ reach = [-3, 3] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=[6]")
     (panel,) = KINDS["archive"].draw(Request(run)).axes
@@ -238,7 +238,7 @@ def test_an_archive_of_one_axis_is_a_line_of_steps(puppet_run):
     np.testing.assert_array_equal(values[run.members.cells[:, 0]], run.members.scores)
 
 
-def test_voronoi_cells_tile_the_rectangle_and_hold_what_is_nearest():
+def test_voronoi_cells_tile_the_rectangle_and_contain_the_nearest_points():
     rng = np.random.default_rng(1)
     ends = np.array([[-2.0, 4.0], [10.0, 11.0]])
     centres = ends[:, 0] + rng.random((40, 2)) * [6, 1]
@@ -275,9 +275,9 @@ OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
 
 @pytest.mark.slow
 def test_users_settings_do_not_change_a_plot(spider_run):
-    plain = picture(KINDS["terms"].draw(asked(spider_run)), "svg", LIGHT)
+    plain = picture(KINDS["terms"].draw(request_for(spider_run)), "svg", LIGHT)
     with matplotlib.rc_context(OWN_SETTINGS):
-        assert picture(KINDS["terms"].draw(asked(spider_run)), "svg", LIGHT) == plain
+        assert picture(KINDS["terms"].draw(request_for(spider_run)), "svg", LIGHT) == plain
 
 
 @pytest.mark.parametrize("kind", FIGURES)
@@ -297,7 +297,7 @@ def test_colours_and_dashes_of_the_first_lines_differ():
         assert len({style for _, style in looks[:7]}) == 7
 
 
-def test_left_and_right_have_one_colour_in_plots_and_videos_and_lines_none_of_them():
+def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
     for name, theme in THEMES.items():
         scene = SCENES[name]
         assert (theme.left, theme.right) == (scene.left, scene.right)
@@ -313,28 +313,28 @@ def test_left_and_right_have_one_colour_in_plots_and_videos_and_lines_none_of_th
         ]
 
 
-def test_the_diversity_is_that_of_the_history(spider_run):
-    genes, scores = diversity_figure(asked(spider_run)).axes
+def test_the_diversity_plot_shows_the_history(spider_run):
+    genes, scores = diversity_figure(request_for(spider_run)).axes
     assert np.array_equal(lines(genes)[0].get_ydata(), spider_run.history["diversity"])
     assert np.array_equal(lines(scores)[0].get_ydata(), spider_run.history["std"])
 
 
 @pytest.mark.slow
-def test_genes_are_coloured_by_their_place_between_their_bounds(spider_run, bundled):
-    axes = genome_figure(asked(spider_run)).axes[0]
+def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
+    axes = genome_figure(request_for(spider_run)).axes[0]
     space = spider_run.experiment.space()
     (image,) = axes.images
     genomes = np.stack([spider_run.best_genome(number) for number in (1, 2, 3)])
     assert np.allclose(image.get_array(), ((genomes - space.lower) / space.width).T)
     assert [label.get_text() for label in axes.get_yticklabels()] == [*space.labels]
     bits = bundled("millipede")
-    (image,) = genome_figure(asked(bits)).axes[0].images
+    (image,) = genome_figure(request_for(bits)).axes[0].images
     assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
 
 
 @pytest.mark.slow
-def test_many_genes_are_named_by_groups_and_small_parts_of_bounds_have_all_colours(bundled):
-    axes = genome_figure(asked(bundled("fly"))).axes[0]
+def test_many_genes_are_named_in_groups_and_colours_cover_the_used_range(bundled):
+    axes = genome_figure(request_for(bundled("fly"))).axes[0]
     named = [label.get_text() for label in axes.get_yticklabels()]
     assert {"W1 (300)", "W2 (400)", "W3 (60)"} <= {*named}
     low, high = axes.images[0].get_clim()
@@ -342,8 +342,8 @@ def test_many_genes_are_named_by_groups_and_small_parts_of_bounds_have_all_colou
 
 
 @pytest.mark.slow
-def test_arcs_of_the_clock_begin_at_touch_down_and_last_as_long_as_the_stance(bundled):
-    request = asked(bundled("millipede"))
+def test_arcs_of_the_clock_begin_at_touch_down_and_span_the_stance(bundled):
+    request = request_for(bundled("millipede"))
     clock = phase_figure(request).axes[0]
     _, found, _ = stride_of(request.individual)
     arcs = [(arc.get_x(), arc.get_width()) for arc in clock.patches]
@@ -352,12 +352,12 @@ def test_arcs_of_the_clock_begin_at_touch_down_and_last_as_long_as_the_stance(bu
     assert np.allclose(arcs, 2 * np.pi * np.stack([found.phases[stepping], duty], axis=1))
 
 
-def test_feet_without_a_stride_have_no_clock(spider_run):
+def test_feet_without_a_common_stride_have_no_phase_plot(spider_run):
     with pytest.raises(NothingToPlotError, match="no common stride"):
-        phase_figure(asked(spider_run))
+        phase_figure(request_for(spider_run))
 
 
-def test_the_band_is_of_the_runs_that_differ_in_seed_alone(puppet_run, tmp_path):
+def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
     def run(name, *overrides):
         run = puppet_run(*overrides)
         run.path.rename(name)
@@ -372,7 +372,7 @@ def test_the_band_is_of_the_runs_that_differ_in_seed_alone(puppet_run, tmp_path)
     run("other", "seed=5", "search.elites=1")
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged" / "experiment.toml").write_text("[")
-    (axes,) = runs_figure(asked(one)).axes
+    (axes,) = runs_figure(request_for(one)).axes
     (line,) = axes.lines
     so_far = np.maximum.accumulate([best[:4] for best in bests], axis=1)
     assert np.allclose(line.get_ydata(), np.median(so_far, axis=0))
@@ -384,8 +384,8 @@ def test_the_band_is_of_the_runs_that_differ_in_seed_alone(puppet_run, tmp_path)
     assert high == pytest.approx(np.quantile(so_far, 0.75, axis=0).max())
 
 
-def test_the_terms_are_those_of_the_history(spider_run):
-    figure = terms_figure(asked(spider_run))
+def test_the_terms_plot_shows_the_history(spider_run):
+    figure = terms_figure(request_for(spider_run))
     panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
     assert [*panels] == terms_of(spider_run.history)
     for name, axes in panels.items():
@@ -394,8 +394,8 @@ def test_the_terms_are_those_of_the_history(spider_run):
         assert np.array_equal(best.get_ydata(), spider_run.history[name])
 
 
-def test_footfalls_are_where_the_feet_stand(spider_run):
-    request = asked(spider_run, window=(1.0, 3.0))
+def test_footfall_bars_span_the_stances(spider_run):
+    request = request_for(spider_run, window=(1.0, 3.0))
     axes = footfall_figure(request).axes[0]
     touching = request.individual.skeleton.touching[30:91]
     for foot, bars in enumerate(axes.collections):
@@ -408,7 +408,7 @@ def test_footfalls_are_where_the_feet_stand(spider_run):
 
 
 def with_channels(run, monkeypatch, **channels):
-    """A request for an individual whose motion has more channels, (declaration, values) each."""
+    """Return a request for an individual with more channels, (declaration, values) each."""
     shown = run.individual()
     motion = shown.motion
     more = {name: values[None] for name, (_, values) in channels.items()}
@@ -417,13 +417,13 @@ def with_channels(run, monkeypatch, **channels):
     bodies = type(run.experiment.organism)
     declared = {name: channel for name, (channel, _) in channels.items()}
     monkeypatch.setattr(bodies, "channels", {**bodies.channels, **declared})
-    return asked(run, window=(1.0, 3.0))
+    return request_for(run, window=(1.0, 3.0))
 
 
 def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
     load = np.zeros((300, 8, 3))
     load[..., 2] = 0.6 + 0.3 * np.sin(np.arange(300) / 5)[:, None]
-    load[40, 2, 2] = 50.0  # an impact is cut off
+    load[40, 2, 2] = 50.0  # an impact is clipped
     request = with_channels(
         spider_run,
         monkeypatch,
@@ -441,8 +441,8 @@ def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
     assert "vertical load, a full row is 1 N, the body weighs 7.2 N" in texts(figure)
 
 
-def test_duty_factors_are_those_of_the_analysis(spider_run):
-    request = asked(spider_run, window=(1.0, 3.0))
+def test_duty_factors_are_as_in_the_analysis(spider_run):
+    request = request_for(spider_run, window=(1.0, 3.0))
     skeleton = request.individual.skeleton
     (axes,) = footfall_figure(request).axes
     (right,) = axes.child_axes
@@ -458,8 +458,8 @@ def test_a_bar_lasts_until_the_next_frame():
     assert intervals(np.ones(3, bool), 0.0, 1.0) == [(0.0, 3.0)]
 
 
-def test_joints_are_in_degrees_a_panel_a_leg(spider_run):
-    request = asked(spider_run, window=(0.0, 1.0))
+def test_joint_angles_are_in_degrees_with_a_panel_for_each_leg(spider_run):
+    request = request_for(spider_run, window=(0.0, 1.0))
     figure = joints_figure(request)
     panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
     assert [*panels] == ["L1", "R1", "L2", "R2", "L3", "R3", "L4", "R4"]
@@ -470,9 +470,7 @@ def test_joints_are_in_degrees_a_panel_a_leg(spider_run):
 
 
 @pytest.mark.parametrize(("share", "limited"), [(0.3, False), (0.9, True)])
-def test_joints_show_torques_with_the_stall_torque_where_they_come_near_it(
-    spider_run, monkeypatch, share, limited
-):
+def test_the_stall_torque_is_drawn_if_torques_come_near_it(spider_run, monkeypatch, share, limited):
     torque = 2.0 * share * np.abs(np.sin(np.arange(300) / 5))[:, None].repeat(24, axis=1)
     request = with_channels(
         spider_run,
@@ -491,8 +489,8 @@ def test_joints_show_torques_with_the_stall_torque_where_they_come_near_it(
 
 
 @pytest.mark.parametrize("draw", [joints_figure, footfall_figure])
-def test_the_last_seconds_end_with_a_fall(spider_run, monkeypatch, draw):
-    """At 4 s; the bar of a foot lasts until the frame after."""
+def test_the_default_window_ends_with_a_fall(spider_run, monkeypatch, draw):
+    """The fall is at 4 s; the bar of a foot lasts until the next frame."""
     fallen = (Channel((), "s", ""), np.array(4.0))
     request = replace(with_channels(spider_run, monkeypatch, lasted=fallen), window=None)
     assert draw(request).axes[0].get_xlim()[1] == pytest.approx(4.0, abs=0.04)
@@ -500,14 +498,14 @@ def test_the_last_seconds_end_with_a_fall(spider_run, monkeypatch, draw):
     assert draw(whole).axes[0].get_xlim()[1] == pytest.approx(9.0, abs=0.04)
 
 
-def test_joints_draw_channels_of_joints_alone(spider_run):
+def test_channels_without_joints_are_rejected_by_the_joints_plot(spider_run):
     with pytest.raises(GaitsimError, match="'pose' does not have the axes") as error:
-        joints_figure(asked(spider_run, channel="pose"))
+        joints_figure(request_for(spider_run, channel="pose"))
     assert "joint_angles" in error.value.allowed
 
 
-def test_a_joint_that_another_covers_is_seen_beside_it(spider_run):
-    for axes in joints_figure(asked(spider_run)).axes:
+def test_lines_of_joints_become_narrower_so_that_all_are_visible(spider_run):
+    for axes in joints_figure(request_for(spider_run)).axes:
         widths = [line.get_linewidth() for line in lines(axes)]
         assert widths == sorted(widths, reverse=True)
         assert len({*widths}) == 3
@@ -515,9 +513,9 @@ def test_a_joint_that_another_covers_is_seen_beside_it(spider_run):
 
 @pytest.mark.slow
 def test_a_planar_body_is_drawn_from_the_side(bundled, spider_run):
-    _, beside = path_figure(asked(bundled("walker"))).axes
+    _, beside = path_figure(request_for(bundled("walker"))).axes
     assert (beside.get_title(loc="left"), beside.get_ylabel()) == ("from the side", "z (m)")
-    _, above = path_figure(asked(spider_run)).axes
+    _, above = path_figure(request_for(spider_run)).axes
     assert (above.get_title(loc="left"), above.get_ylabel()) == ("from above", "y (m)")
 
 
@@ -525,7 +523,7 @@ def test_a_planar_body_is_drawn_from_the_side(bundled, spider_run):
 @pytest.mark.parametrize(
     ("preset", "channel"), [("spider", "pose"), ("walker", "height"), ("fly", "altitude")]
 )
-def test_the_usual_channel_is_one_that_no_other_kind_draws(bundled, preset, channel):
+def test_the_default_channel_has_no_kind_of_its_own(bundled, preset, channel):
     assert usual_channel(bundled(preset).individual()) == channel
 
 
@@ -533,12 +531,12 @@ def test_the_usual_channel_is_one_that_no_other_kind_draws(bundled, preset, chan
 def test_titles_name_the_run_and_scores_have_units(bundled):
     run = bundled("walker")
     one = run.individual()
-    said = texts(footfall_figure(asked(run)))
-    (heading,) = (text for text in said if "seed" in text)
+    written = texts(footfall_figure(request_for(run)))
+    (heading,) = (text for text in written if "seed" in text)
     assert heading.startswith(run.path.name)
     assert heading.endswith(f"score {numeral(one.score)} m")
-    assert "score (distance, m)" in texts(KINDS["fitness"].draw(asked(run)))
-    assert "term of the score (m)" in texts(terms_figure(asked(run)))
+    assert "score (distance, m)" in texts(KINDS["fitness"].draw(request_for(run)))
+    assert "term of the score (m)" in texts(terms_figure(request_for(run)))
     assert heading_of_run("mine", run.experiment) == "mine (walker), seed 0"
     assert heading_of_run("walker", run.experiment) == "walker, seed 0"
 
@@ -554,7 +552,7 @@ def test_titles_name_the_run_and_scores_have_units(bundled):
         (list("abcdefg"), {letter: {"": at} for at, letter in enumerate("abcdefg")}),
     ],
 )
-def test_joints_are_grouped_by_leg_where_names_say_so(names, legs):
+def test_joints_are_grouped_by_leg_if_names_begin_with_the_leg(names, legs):
     assert legs_of(names) == legs
 
 
@@ -566,13 +564,13 @@ def test_joints_are_grouped_by_leg_where_names_say_so(names, legs):
         ("hip_joint_front_left knee_joint_front_left hip_joint_rear_right knee_joint_rear_right",
          ["hip joint", "knee joint"]),
         ("hip_1 ankle_1 hip_2 ankle_2", ["hip", "ankle"]),
-        # Not leg by leg, without a leg's name, or different on each side.
+        # Not ordered by leg, without the name of a leg, or different on each side.
         ("L_hip R_hip L_knee R_knee", None),
         ("joint1 joint2 joint3 joint4", None),
         ("L_hip L_knee R_hip R_ankle", None),
     ],
 )  # fmt: skip
-def test_joints_of_other_names_are_grouped_by_the_feet(names, joints):
+def test_joints_with_other_names_are_grouped_by_foot(names, joints):
     names = names.split()
     found = legs_of(names, ("L1", "R1"))
     if joints is None:
@@ -584,7 +582,7 @@ def test_joints_of_other_names_are_grouped_by_the_feet(names, joints):
         }
 
 
-def test_the_margin_is_the_bodys_own_or_worked_out(spider_run, monkeypatch):
+def test_the_margin_is_the_bodys_channel_or_computed(spider_run, monkeypatch):
     shown = spider_run.individual()
     own = margin_of(shown)
     assert np.array_equal(own, shown.motion["margin"][0].astype(float))
@@ -601,13 +599,13 @@ def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
     margin = np.full(300, 0.01)
     margin[30:60], margin[60:75] = -0.005, -np.inf
     monkeypatch.setattr(module, "margin_of", lambda shown: margin)
-    said = texts(stability_figure(asked(spider_run)))
-    assert "least: −5.0 mm" in said
-    assert "unsupported: 15% of the time" in said
+    written = texts(stability_figure(request_for(spider_run)))
+    assert "least: −5.0 mm" in written
+    assert "unsupported: 15% of the time" in written
 
 
-def test_the_path_is_drawn_at_one_scale_with_bodies_apart(spider_run):
-    request = asked(spider_run)
+def test_the_path_is_drawn_at_one_scale_with_separate_bodies(spider_run):
+    request = request_for(spider_run)
     scene = scene_of(request.individual.skeleton, slice(0, 300))
     assert np.allclose(scene.path, request.individual.skeleton.path)
     assert 1 <= len(scene.at) <= 6
@@ -644,7 +642,7 @@ def test_a_body_far_smaller_than_its_path_is_enlarged(flier, monkeypatch):
         (1, [0, 0, 0], [2500, -1200, 900]),
     ],
 )
-def test_no_text_of_a_path_is_over_another(flier, size, low, high):
+def test_texts_of_a_path_do_not_overlap(flier, size, low, high):
     shown = flier.individual()
     centre = np.linspace(low, high, 20)
     cross = np.array([[[size, 0, 0], [-size, 0, 0]], [[0, size, 0], [0, -size, 0]]])
@@ -667,7 +665,7 @@ def test_no_text_of_a_path_is_over_another(flier, size, low, high):
 
 
 @pytest.mark.parametrize("broken", ["all", "some"])
-def test_frames_that_are_nowhere_are_left_out_of_the_path(flier, broken):
+def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     shown = flier.individual()
     segments = shown.skeleton.segments.copy()
     segments[slice(None) if broken == "all" else 1] = np.nan
@@ -681,15 +679,15 @@ def test_frames_that_are_nowhere_are_left_out_of_the_path(flier, broken):
 
 
 @pytest.mark.slow
-def test_a_path_says_of_which_flight_it_is(bundled):
-    assert "path, first of 3 trials" in texts(path_figure(asked(bundled("fly"))))
-    walker = texts(path_figure(asked(bundled("walker"))))
+def test_the_legend_of_a_path_names_the_trial(bundled):
+    assert "path, first of 3 trials" in texts(path_figure(request_for(bundled("fly"))))
+    walker = texts(path_figure(request_for(bundled("walker"))))
     assert "path" in walker
     assert not any("trial" in text for text in walker)
 
 
 def test_a_body_that_is_one_point_has_a_path(puppet_run):
-    assert "start" in texts(path_figure(asked(puppet_run())))
+    assert "start" in texts(path_figure(request_for(puppet_run())))
 
 
 @pytest.mark.parametrize(
@@ -734,30 +732,33 @@ def test_the_entries_of_an_axis_are_named(bundled, preset, channel, entries):
 
 
 @pytest.mark.slow
-def test_what_has_directions_has_a_panel_each(bundled):
-    figure = KINDS["channel"].draw(asked(bundled("walker"), channel="load"))
+def test_each_direction_has_a_panel(bundled):
+    figure = KINDS["channel"].draw(request_for(bundled("walker"), channel="load"))
     assert [axes.get_ylabel() for axes in figure.axes] == ["load x\n(N)", "load z\n(N)"]
     assert {"near", "far"} <= texts(figure)
 
 
 def test_each_panel_of_a_pose_has_its_own_unit(spider_run):
-    figure = KINDS["channel"].draw(asked(spider_run, channel="pose"))
+    figure = KINDS["channel"].draw(request_for(spider_run, channel="pose"))
     assert [axes.get_ylabel() for axes in figure.axes] == ["x (m)", "y (m)", "yaw (rad)"]
 
 
-def test_another_shape_than_declared_names_the_body(flier, puppets, monkeypatch):
-    told = {**puppets.Puppet.channels, "place": Channel(("frames", "trials", ("x", "z")), "m", "")}
-    monkeypatch.setattr(puppets.Puppet, "channels", told)
+def test_a_channel_with_an_undeclared_shape_names_the_body(flier, puppets, monkeypatch):
+    declared = {
+        **puppets.Puppet.channels,
+        "place": Channel(("frames", "trials", ("x", "z")), "m", ""),
+    }
+    monkeypatch.setattr(puppets.Puppet, "channels", declared)
     with pytest.raises(PluginError, match="'place'") as error:
         read_signal(flier.individual(), "place")
     assert error.value.allowed == "(population, frames, trials, [x, z])"
 
 
-def test_as_many_trials_as_feet_are_trials(spider_run, monkeypatch):
+def test_entries_of_trials_are_not_named_after_feet(spider_run, monkeypatch):
     shown = spider_run.individual()
     body = type(shown.experiment.organism)
-    told = {**body.channels, "slope": Channel(("frames", "trials"), "rad", "")}
-    monkeypatch.setattr(body, "channels", told)
+    declared = {**body.channels, "slope": Channel(("frames", "trials"), "rad", "")}
+    monkeypatch.setattr(body, "channels", declared)
     many = {"slope": np.zeros((1, 300, 8))}
     object.__setattr__(shown, "motion", Motion(shown.motion.frame_rate, {**shown.motion, **many}))
     assert read_signal(shown, "slope").entries == (
@@ -783,7 +784,7 @@ def test_components_are_chosen_by_name_or_index(flier, components, names):
         assert np.array_equal(line.values, channel.values[:, trial - 1, axis])
 
 
-def test_of_many_trials_the_first_is_drawn(flier):
+def test_only_the_first_of_many_trials_is_drawn(flier):
     channel = read_signal(flier.individual(), "place")
     many = replace(
         channel,
@@ -795,7 +796,7 @@ def test_of_many_trials_the_first_is_drawn(flier):
 
 
 def test_generations_are_lines_of_one_panel(spider_run):
-    request = asked(spider_run, 1, 3, channel="feet", components=("L1", "z"))
+    request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "z"))
     (axes,) = KINDS["channel"].draw(request).axes
     first, last = lines(axes)
     assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
@@ -806,7 +807,7 @@ def test_generations_are_lines_of_one_panel(spider_run):
     assert (first.get_color(), first.get_linestyle()) != (last.get_color(), last.get_linestyle())
 
 
-def test_a_channel_has_its_unit_and_gaps_where_it_is_not_finite(flier, puppets, monkeypatch):
+def test_a_channel_has_a_unit_and_gaps_at_values_that_are_not_finite(flier, puppets, monkeypatch):
     real = puppets.Puppet.move
 
     def move(self, genomes):
@@ -815,61 +816,62 @@ def test_a_channel_has_its_unit_and_gaps_where_it_is_not_finite(flier, puppets, 
         return motion
 
     monkeypatch.setattr(puppets.Puppet, "move", move)
-    figure = KINDS["channel"].draw(asked(flier, channel="place", components=("x",)))
+    figure = KINDS["channel"].draw(request_for(flier, channel="place", components=("x",)))
     assert "place x (m)" in texts(figure)
     assert all(np.isnan(line.get_ydata()[2:]).all() for line in lines(figure.axes[0]))
 
 
 def test_truth_values_are_bars(flier, spider_run):
-    assert KINDS["channel"].draw(asked(flier, channel="landed")).axes[0].get_ylabel() == "landed"
-    axes = KINDS["channel"].draw(asked(spider_run, channel="stance")).axes[0]
+    figure = KINDS["channel"].draw(request_for(flier, channel="landed"))
+    assert figure.axes[0].get_ylabel() == "landed"
+    axes = KINDS["channel"].draw(request_for(spider_run, channel="stance")).axes[0]
     assert len(axes.collections) == 8
 
 
-def test_an_unknown_channel_is_refused_with_all_there_are(spider_run):
+def test_the_error_for_an_unknown_channel_lists_the_known_ones(spider_run):
     with pytest.raises(GaitsimError, match="has no channel 'margins'") as error:
-        KINDS["channel"].draw(asked(spider_run, channel="margins"))
+        KINDS["channel"].draw(request_for(spider_run, channel="margins"))
     assert error.value.remedy == "did you mean 'margin'?"
     for name, description in spider_run.experiment.organism.channels.items():
         assert f"{name}: {description}" in error.value.allowed
 
 
-def test_what_a_channel_lacks_is_refused(flier):
+def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     for component in ("w", "4", "0", "-1", "", "²"):
         with pytest.raises(GaitsimError, match="has no component") as error:
-            KINDS["channel"].draw(asked(flier, channel="place", components=(component,)))
+            KINDS["channel"].draw(request_for(flier, channel="place", components=(component,)))
         assert error.value.allowed.startswith(
             "trial 1, trial 2; and x, y, z; or a number from 1 to 3"
         )
     with pytest.raises(GaitsimError, match="has no component '1'"):
-        KINDS["channel"].draw(asked(flier, channel="landed", components=("1",)))
+        KINDS["channel"].draw(request_for(flier, channel="landed", components=("1",)))
     with pytest.raises(GaitsimError, match="one value per gait") as error:
-        KINDS["channel"].draw(asked(flier, channel="reach"))
+        KINDS["channel"].draw(request_for(flier, channel="reach"))
     assert error.value.allowed == "place, rotation, landed"
 
 
-def test_too_much_for_a_plot_is_refused(spider_run):
+def test_too_many_generations_are_rejected_and_24_panels_fit(spider_run):
     with pytest.raises(GaitsimError, match="too many generations for a plot: 9"):
-        KINDS["channel"].draw(asked(spider_run, *[1] * 9))
-    nobody = asked(spider_run, 1, 2, channel="feet", components=())
-    assert len(KINDS["channel"].draw(nobody).axes) == 24  # as many as there is room for
+        KINDS["channel"].draw(request_for(spider_run, *[1] * 9))
+    nobody = request_for(spider_run, 1, 2, channel="feet", components=())
+    assert len(KINDS["channel"].draw(nobody).axes) == 24  # the maximum
 
 
 @pytest.mark.parametrize("kind", ["footfall", "stability"])
-def test_a_body_without_feet_is_named_and_what_it_would_need(flier, kind):
+def test_the_error_for_a_body_without_feet_names_the_requirement(flier, kind):
     with pytest.raises(NothingToPlotError, match="puppet") as error:
-        KINDS[kind].draw(asked(flier))
+        KINDS[kind].draw(request_for(flier))
     assert "contacts" in error.value.allowed
 
 
-def test_a_body_without_joints_is_named_and_what_it_would_need(flier):
+def test_the_error_for_a_body_without_joints_names_the_requirement(flier):
     with pytest.raises(NothingToPlotError, match="puppet") as error:
-        KINDS["joints"].draw(asked(flier))
+        KINDS["joints"].draw(request_for(flier))
     assert "'joint_angles'" in error.value.allowed
 
 
 @pytest.mark.parametrize(
-    ("wrong", "says"),
+    ("wrong", "message"),
     [
         (lambda self, genomes: Motion(4.0, {"reach": genomes[:, 0]}), "KeyError"),
         (
@@ -879,11 +881,11 @@ def test_a_body_without_joints_is_named_and_what_it_would_need(flier):
         (lambda self, genomes: Motion(4.0, {"joint_angles": np.zeros((2, 5, 3))}), "shape"),
     ],
 )
-def test_a_body_that_breaks_its_contract_is_named(puppet_run, puppets, monkeypatch, wrong, says):
+def test_a_body_that_breaks_its_contract_is_named(puppet_run, puppets, monkeypatch, wrong, message):
     run = puppet_run()
     monkeypatch.setattr(puppets.Puppet, "move", wrong)
-    with pytest.raises(PluginError, match=says):
-        KINDS["joints"].draw(asked(run))
+    with pytest.raises(PluginError, match=message):
+        KINDS["joints"].draw(request_for(run))
 
 
 @pytest.mark.parametrize(
@@ -894,7 +896,7 @@ def test_a_window_is_a_part_of_the_frames(window, frames):
     assert window_slice(300, 30.0, window, usual=26 / 3) == slice(*frames)
 
 
-def test_a_window_without_motion_is_refused():
+def test_a_window_without_motion_is_rejected():
     for window in ((10, 20), (0.0, 0.01), (-1, 2)):
         with pytest.raises(GaitsimError, match="fewer than two frames") as error:
             window_slice(300, 30.0, window)
@@ -903,10 +905,10 @@ def test_a_window_without_motion_is_refused():
         window_slice(1, 30.0, None)
 
 
-def test_files_are_named_after_what_they_show(spider_run):
-    assert file_stem("fitness", asked(spider_run)) == "fitness"
-    assert file_stem("path", asked(spider_run, 2)) == "path-generation-2"
-    request = asked(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
+def test_file_names_describe_the_plot(spider_run):
+    assert file_stem("fitness", request_for(spider_run)) == "fitness"
+    assert file_stem("path", request_for(spider_run, 2)) == "path-generation-2"
+    request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
     assert file_stem("channel", request) == "channel-feet-L1----z-generation-1-3"
 
 
@@ -917,6 +919,6 @@ def test_a_heading_has_the_damage_rather_than_the_score(spider_run):
     assert heading_of([hurt]).endswith("R3 femur stuck 20")
 
 
-def test_long_names_lose_their_middle():
+def test_long_names_are_shortened_in_the_middle():
     assert shortened("short", 10) == "short"
     assert shortened("a" * 20 + "z" * 20, 12) == "aaaaaaaa…zzz"

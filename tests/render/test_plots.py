@@ -23,9 +23,7 @@ STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
 @pytest.mark.parametrize("format", STARTS)
-def test_a_plot_is_drawn_in_the_format_of_its_name_and_always_the_same(
-    spider_run, tmp_path, format
-):
+def test_plots_have_the_format_of_the_suffix_and_are_reproducible(spider_run, tmp_path, format):
     one, two = tmp_path / f"one.{format}", tmp_path / f"two.{format.upper()}"
     plot_fitness(spider_run, one)
     plot_fitness(spider_run, two)
@@ -34,7 +32,7 @@ def test_a_plot_is_drawn_in_the_format_of_its_name_and_always_the_same(
     assert not list(tmp_path.glob(".gaitsim*"))
 
 
-def test_the_plot_names_what_it_shows(spider_run, tmp_path):
+def test_the_plot_has_a_heading_and_labels(spider_run, tmp_path):
     plot_fitness(spider_run, tmp_path / "fitness.svg")
     drawn = (tmp_path / "fitness.svg").read_text()
     for text in (
@@ -52,11 +50,11 @@ def test_the_picture_is_wide_enough_for_print(spider_run, tmp_path):
     assert matplotlib.image.imread(tmp_path / "fitness.png").shape[:2] == (720, 1020)
 
 
-def test_one_generation_is_a_plot(puppet_run, tmp_path):
+def test_one_generation_can_be_plotted(puppet_run, tmp_path):
     plot_fitness(puppet_run("evolution.generations=1"), tmp_path / "a.svg")
 
 
-def test_names_are_no_mathematics(puppet_run, tmp_path):
+def test_dollar_signs_in_names_are_not_mathematics(puppet_run, tmp_path):
     run = puppet_run("name=a$_{b$")
     plot_fitness(run, tmp_path / "a.svg")
     assert "(a$_{b$), seed 1" in (tmp_path / "a.svg").read_text()
@@ -86,13 +84,13 @@ def test_a_run_without_a_generation_has_no_plot(puppet, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["a.gif", "a", "a.", ".png", "a.png.txt"])
-def test_other_formats_are_refused(spider_run, tmp_path, name):
+def test_unknown_formats_are_rejected(spider_run, tmp_path, name):
     with pytest.raises(GaitsimError, match="not have the extension of a plot") as error:
         plot_fitness(spider_run, tmp_path / name)
     assert error.value.allowed == ".png, .svg, .pdf"
 
 
-def test_a_file_that_cannot_be_written_is_one_message(spider_run, tmp_path, monkeypatch):
+def test_a_failed_write_is_reported_in_one_message(spider_run, tmp_path, monkeypatch):
     with pytest.raises(RunError, match="there is no folder"):
         plot_fitness(spider_run, tmp_path / "missing" / "a.png")
     (tmp_path / "b.png").mkdir()
@@ -108,19 +106,19 @@ def test_a_file_that_cannot_be_written_is_one_message(spider_run, tmp_path, monk
     assert [path.name for path in tmp_path.iterdir()] == ["b.png"]
 
 
-def test_nothing_asks_for_a_display(spider_run, tmp_path):
+def test_plots_do_not_need_a_display(spider_run, tmp_path):
     plot_fitness(spider_run, tmp_path / "a.png")
     assert "matplotlib.pyplot" not in sys.modules
 
 
 def with_history(run, monkeypatch, **columns):
-    """The same run, its history with other columns."""
+    """Return the run with columns of its history replaced or added."""
     history = run.history | columns
     monkeypatch.setattr(type(run), "history", property(lambda self: history))
     return run
 
 
-def test_quartiles_are_the_band_where_the_history_has_them(spider_run, monkeypatch):
+def test_the_band_shows_quartiles_if_the_history_has_them(spider_run, monkeypatch):
     low, high = spider_run.history["mean"] - 1, spider_run.history["mean"] + 3
     columns = {"lower quartile": low, "upper quartile": high}
     (axes,) = fitness_figure(with_history(spider_run, monkeypatch, **columns)).axes
@@ -144,7 +142,7 @@ def test_scores_of_two_stages_are_not_joined(puppet_run, monkeypatch):
     assert all(len(line.get_xdata()) <= 3 for axes in panels for line in axes.lines)
 
 
-def test_kept_champions_are_marked(puppet_run):
+def test_saved_champions_are_marked(puppet_run):
     run = puppet_run("evolution.fitness_threshold=-100", "evolution.delta_fitness=0.01")
     kept = sorted(int(path.stem[-6:]) for path in (run.path / "champions").iterdir())
     assert kept

@@ -27,7 +27,7 @@ def camera(view, scale=100.0):
 
 
 def walker(lifted=False, far=1.0):
-    """A square table that slides 1 m in 2 s on four legs, or as far as is said."""
+    """Return a square table on four legs that slides `far` metres in 2 s."""
     x, y = np.array([0.1, 0.1, -0.1, -0.1]), np.array([0.1, -0.1, -0.1, 0.1])
     top = np.stack([x, y, np.full(4, 0.15)], axis=1)
     edges = np.stack([top, np.roll(top, -1, axis=0)], axis=1)
@@ -44,7 +44,7 @@ def walker(lifted=False, far=1.0):
 
 
 def cuboid(at=(0.0, 0.0, 0.0)):
-    """The edges of a box, that moves by `at` a frame."""
+    """Return the edges of a box that moves by `at` per frame."""
     corner = np.array([[x, y, z] for x in (0, 3) for y in (0, 2) for z in (0, 1)], float)
     pairs = [(i, j) for i in range(8) for j in range(i) if (corner[i] != corner[j]).sum() == 1]
     box = np.array([[corner[i], corner[j]] for i, j in pairs])
@@ -52,8 +52,8 @@ def cuboid(at=(0.0, 0.0, 0.0)):
     return Skeleton(segments, tuple(map(str, range(12))), 10.0)
 
 
-def coloured(picture, colour, tolerance=6):
-    """Which pixels are of a colour, (height, width)."""
+def pixels_of(picture, colour, tolerance=6):
+    """Return whether each pixel has a colour, (height, width)."""
     return (np.abs(picture[..., :3] - np.round(np.array(to_rgb(colour)) * 255)) <= tolerance).all(
         axis=-1
     )
@@ -71,7 +71,7 @@ def test_forward_is_to_the_right_and_up_is_up(view, right, up):
 
 
 @pytest.mark.parametrize("view", VIEWS)
-def test_a_metre_at_the_target_has_its_scale_and_what_is_nearer_is_larger(view):
+def test_the_scale_applies_at_the_target_and_nearer_objects_are_larger(view):
     seen = camera(view)
     assert np.allclose(np.stack([seen.right, seen.up, seen.ahead]) @ seen.right, (1, 0, 0))
     points, depth = seen.project(np.stack([0 * seen.right, seen.right, seen.right - seen.ahead]))
@@ -80,14 +80,14 @@ def test_a_metre_at_the_target_has_its_scale_and_what_is_nearer_is_larger(view):
     assert np.allclose(points[2] - points[0], (100 * 7 / 6, 0))
 
 
-def test_what_is_behind_the_camera_is_finite_and_known():
+def test_points_behind_the_camera_are_finite_and_detected():
     seen = camera("side")
     points, depth = seen.project(-np.outer([3, 7, 50], seen.ahead) + seen.right)
     assert np.isfinite(points).all()
     assert seen.in_front(depth).tolist() == [True, False, False]
 
 
-def test_the_camera_follows_a_steady_walk_exactly_and_a_trembling_one_calmly():
+def test_the_camera_follows_a_steady_walk_exactly_and_smooths_a_trembling_one():
     walk = np.outer(np.arange(50), (0.1, 0.0, 0.0))
     assert np.allclose(steadied(walk, 30.0), walk)
     trembling = walk + 0.05 * (-1.0) ** np.arange(50)[:, None]
@@ -95,7 +95,7 @@ def test_the_camera_follows_a_steady_walk_exactly_and_a_trembling_one_calmly():
     assert np.array_equal(steadied(walk[:1], 30.0), walk[:1])
 
 
-def test_a_pose_between_two_frames_is_between_them():
+def test_poses_are_interpolated_between_frames():
     skeleton = walker()
     clip = Clip(skeleton)
     assert np.allclose(clip.at(0.05).segments, skeleton.segments[:2].mean(axis=0))
@@ -104,7 +104,7 @@ def test_a_pose_between_two_frames_is_between_them():
     assert np.allclose(clip.at(0.25).trail[[0, -1], 0], (0.0, 0.125))
 
 
-def test_lines_of_the_ground_stay_where_they_are():
+def test_lines_of_the_ground_are_fixed_in_the_world():
     for x in (0.0, 0.337, 12.9):
         moved = Camera(np.array([x, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
         ends, strength = grid(moved, 1.0, 900.0, 1.0, (np.empty(0), np.empty(0)))
@@ -136,7 +136,7 @@ def test_a_closed_loop_is_a_plate_and_a_box_is_a_solid():
         assert outwards @ (corners.mean(axis=0) - ends.mean(axis=0)) > 0
 
 
-def test_segments_in_any_order_and_direction_are_a_loop():
+def test_loops_are_found_for_any_order_and_direction_of_segments():
     skeleton = walker()
     segments = skeleton.segments.copy()
     segments[:, 1] = segments[:, 1, ::-1]
@@ -147,7 +147,7 @@ def test_segments_in_any_order_and_direction_are_a_loop():
     assert np.allclose(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1), 0.2)
 
 
-def test_what_limbs_are_hinged_on_is_a_trunk():
+def test_a_segment_that_carries_limbs_is_a_trunk():
     segments = np.zeros((2, 3, 2, 3))
     segments[:, 0, :, 0] = 1, -1
     segments[:, 1:, 1, 1] = 1, -1
@@ -157,9 +157,9 @@ def test_what_limbs_are_hinged_on_is_a_trunk():
     assert seen.radii[0].min() > seen.radii[1:].max()
 
 
-def filled(picture, colour):
-    """The share of the marks of a colour that remains without their rims."""
-    where = coloured(picture, colour, 40)
+def filled_share(picture, colour):
+    """Return the share of a colour's pixels that are not at the rim of a mark."""
+    where = pixels_of(picture, colour, 40)
     inner = where[1:-1, 1:-1] & where[:-2, 1:-1] & where[2:, 1:-1] & where[1:-1, :-2]
     return inner.sum() / where.sum()
 
@@ -170,22 +170,22 @@ def test_feet_on_the_ground_are_marked_and_span_the_support(view):
     stands = draw(walker(), 1.0, view=view, size=(640, 480))[40:440]
     lifted = draw(walker(lifted=True), 1.0, view=view, size=(640, 480))[40:440]
     for side in (colours.left, colours.right):
-        assert coloured(stands, side).sum() > 20
-        assert coloured(lifted, side).sum() > 10
-        assert filled(stands, side) > 1.5 * filled(lifted, side)  # a ring has its middle free
+        assert pixels_of(stands, side).sum() > 20
+        assert pixels_of(lifted, side).sum() > 10
+        assert filled_share(stands, side) > 1.5 * filled_share(lifted, side)  # a ring is hollow
 
 
 HILLS = np.array([[-10.0, 0.0], [0.03, 0.0], [0.33, 0.2], [0.61, 0.1], [20.0, 0.1]])
 
 
-def test_on_uneven_ground_lines_bend_at_its_corners():
+def test_lines_bend_at_the_corners_of_uneven_ground():
     clip = Clip(replace(walker(), ground=HILLS))
     seen = Camera(np.array([0.3, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
     ends, _ = grid(seen, 1.0, 900.0, 1.0, clip.corners)
     on = clip.grounded(ends)
     assert np.array_equal(on[..., :2], ends[..., :2])
     assert on[..., 2].max() == pytest.approx(0.2)
-    middle = clip.grounded(ends.mean(axis=1))  # no piece leads over a corner
+    middle = clip.grounded(ends.mean(axis=1))  # no piece crosses a corner
     assert np.allclose(middle, on.mean(axis=1))
 
 
@@ -208,7 +208,7 @@ def test_feet_shadow_and_path_are_on_uneven_ground():
 @pytest.mark.parametrize(
     "ground", [np.zeros(3), np.zeros((0, 2)), np.array([[1.0, 0], [0, 0]]), np.full((1, 2), np.nan)]
 )
-def test_ground_that_is_none_is_refused(ground):
+def test_invalid_ground_is_rejected(ground):
     with pytest.raises(ValueError, match=r"Skeleton\.ground"):
         replace(walker(), ground=ground)
 
@@ -226,17 +226,17 @@ def test_the_body_stays_in_the_middle_and_the_ground_moves():
     scene = Scene([Clip(walker())], (640, 480), "side", "light")
     one, other = scene.draw(0.4), scene.draw(1.13)
     body = np.round(scene.world.runners[0]._colours["body_light"], 3)
-    assert coloured(one, body, 40).sum() > 2000
-    agree = coloured(one, body, 40) == coloured(other, body, 40)
+    assert pixels_of(one, body, 40).sum() > 2000
+    agree = pixels_of(one, body, 40) == pixels_of(other, body, 40)
     assert agree.mean() > 0.999
     assert (one[260:400] != other[260:400]).any(axis=-1).mean() > 0.02
 
 
-def test_of_what_flies_the_altitude_is_beside_it_and_the_ground_below():
+def test_a_flying_body_has_an_altitude_scale_and_the_ground_below():
     rising = cuboid(at=(0.0, 0.0, 0.5))
     assert Clip(rising).floor == 0.0
     scene = Scene([Clip(rising)], (640, 480), "side", "light")
-    pointer = coloured(scene.draw(1.0), THEMES["light"].body(0))[:, 600:]
+    pointer = pixels_of(scene.draw(1.0), THEMES["light"].body(0))[:, 600:]
     assert pointer.sum() > 30
     falling = Clip(cuboid(at=(0.0, 0.0, -0.5)))
     assert falling.floor == -10.0
@@ -265,7 +265,7 @@ def test_every_view_can_be_drawn_in_every_size(theme, size):
         np.random.default_rng(0).normal(size=(2, 1, 2, 3)) * 1e6,
     ],
 )
-def test_bodies_that_are_hardly_ones_are_drawn(segments):
+def test_degenerate_bodies_are_drawn(segments):
     centre = np.zeros((len(segments), 3))
     names = tuple(map(str, range(segments.shape[1])))
     contacts, touching = np.zeros((len(segments), 2, 3)), np.ones((len(segments), 2), bool)
@@ -274,12 +274,12 @@ def test_bodies_that_are_hardly_ones_are_drawn(segments):
 
 
 @pytest.mark.parametrize("points", [[], [(0, 0)], [(0, 0), (1, 1)], [(0, 0), (1, 1), (2, 2)]])
-def test_feet_in_a_line_span_nothing(points):
+def test_feet_in_a_line_span_no_support(points):
     assert len(hull(np.array(points, float).reshape(-1, 2))) == 0
 
 
 def flier(climb, span=0.3):
-    """A bar that climbs so far in 2 s."""
+    """Return a bar that climbs `climb` metres in 2 s."""
     segments = np.zeros((FRAMES, 1, 2, 3))
     segments[:, 0, :, 1] = span / 2, -span / 2
     segments[..., 2] += np.linspace(0, climb, FRAMES)[:, None, None]
@@ -287,7 +287,7 @@ def flier(climb, span=0.3):
 
 
 def planar(far):
-    """A walker in the plane y = 0."""
+    """Return a walker in the plane y = 0."""
     flat = walker(far=far)
     segments, contacts = flat.segments.copy(), flat.contacts.copy()
     segments[..., 1] = contacts[..., 1] = 0
@@ -324,7 +324,7 @@ def test_the_whole_race_is_in_the_picture(view, bodies):
             assert (corners < (640, 480)).all()
 
 
-def test_who_falls_behind_leaves_the_picture_and_the_leader_stays():
+def test_bodies_that_fall_behind_leave_the_picture_and_the_leader_stays():
     clips = [Clip(flier(climb), tag=str(climb)) for climb in (-300, 2)]
     scene = Scene(clips, (640, 480), "side", "light", leader=1)
     scene.draw(2.0)
@@ -341,15 +341,15 @@ def test_who_falls_behind_leaves_the_picture_and_the_leader_stays():
     assert altitudes == ["altitude −300.00 m", "altitude 2.00 m"]
 
 
-def test_a_race_ends_for_all_together():
+def test_a_race_lasts_as_long_as_its_longest_clip():
     short = walker()
     short = replace(
         short, **{name: getattr(short, name)[:11] for name in ("segments", "contacts", "touching")}
     )
     scene = Scene([Clip(short), Clip(walker())], (640, 480), "iso", "light")
     assert scene.seconds == 2.0
-    said = [captions.progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
-    assert said == ["distance 0.50 m, ended at 1.00 s", "distance 1.00 m"]
+    texts = [captions.progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
+    assert texts == ["distance 0.50 m, ended at 1.00 s", "distance 1.00 m"]
 
 
 def test_a_planar_body_is_seen_from_the_side_instead_of_from_above():
@@ -362,7 +362,7 @@ def test_a_planar_body_is_seen_from_the_side_instead_of_from_above():
 
 @pytest.mark.parametrize("name", ["n" * 300, "w o r d s " * 20, "short", "名前 \t $a_{b$ \x07"])
 @pytest.mark.parametrize("size", [(120, 120), (320, 240), (1280, 720)])
-def test_texts_stay_in_their_panel(name, size):
+def test_texts_stay_inside_the_picture(name, size):
     figure = Figure((size[0] / DPI, size[1] / DPI), dpi=DPI)
     canvas = FigureCanvasAgg(figure)
     clip = Clip(walker(), name, f"generation 1000000   score −0.0001   {name}")
@@ -378,7 +378,7 @@ def test_texts_stay_in_their_panel(name, size):
     assert title.y0 > clock.y1
 
 
-def test_a_users_settings_of_matplotlib_change_nothing():
+def test_the_users_matplotlib_settings_have_no_effect():
     plain = draw(walker(), 1.0, size=(320, 240), title="a")
     with mpl.rc_context({"text.usetex": True, "font.size": 30, "patch.antialiased": False}):
         assert np.array_equal(draw(walker(), 1.0, size=(320, 240), title="a"), plain)

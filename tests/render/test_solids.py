@@ -1,4 +1,4 @@
-"""Solids in pictures: what each sample sees, against closed forms and against hulls of points."""
+"""Rasterised solids, compared with closed forms and with hulls of points."""
 
 from dataclasses import replace
 
@@ -21,14 +21,14 @@ TURNED = (0.1, -0.2, 0.05, *np.array([0.8, 0.3, -0.4, 0.2]) / np.sqrt(0.93))
 AT_ZERO = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
-def seen(solids, poses, angles=(-58.0, 27.0), size=(400, 300)):
-    """What the samples of a picture see from 7 m, at 100 pixels a metre there."""
+def rasterised(solids, poses, angles=(-58.0, 27.0), size=(400, 300)):
+    """Return solids rasterised from a distance of 7 m, at 100 pixels per metre."""
     camera = Camera(np.zeros(3), *axes(*angles), 7.0, 100.0, np.array(size) / 2)
     return raster(camera, Surfaces(solids), np.array(poses, float), LIGHT, size, 2)
 
 
 def whole(drawn, size=(400, 300)):
-    """The nearness over the whole picture."""
+    """Return the nearness over the whole picture."""
     picture = np.zeros((size[1] * FINE, size[0] * FINE))
     rows, columns = drawn.nearness.shape
     bottom, left = drawn.bottom * FINE, drawn.left * FINE
@@ -36,15 +36,15 @@ def whole(drawn, size=(400, 300)):
     return picture
 
 
-def test_a_sphere_has_the_depth_and_the_outline_of_one():
-    drawn = whole(seen([Solid("ball", "sphere", (0.5,))], [AT_ZERO]))
+def test_the_depth_and_outline_of_a_sphere_are_exact():
+    drawn = whole(rasterised([Solid("ball", "sphere", (0.5,))], [AT_ZERO]))
     assert drawn.max() == pytest.approx(1 / 6.5, rel=1e-4)
     radius = 7 * 100 * FINE * 0.5 / np.sqrt(7**2 - 0.5**2)
     assert (drawn > 0).sum() == pytest.approx(np.pi * radius**2, rel=0.003)
 
 
 def surface_points(shape):
-    """Points of a solid's surface, so dense that their hull is it but for 1 part in 200."""
+    """Return points on a solid's surface, whose hull deviates from it by at most 1 part in 200."""
     turn, height = np.meshgrid(
         np.linspace(0, 2 * np.pi, 49), np.sin(np.linspace(-np.pi / 2, np.pi / 2, 25))
     )
@@ -73,55 +73,55 @@ SIZES = {
 @pytest.mark.parametrize("shape", SIZES)
 @pytest.mark.parametrize("angles", [(-58.0, 27.0), (-90.0, 90.0)])
 @pytest.mark.parametrize("pose", [AT_ZERO, TURNED], ids=["straight", "turned"])
-def test_each_shape_is_seen_as_the_hull_of_points_on_it(shape, angles, pose):
-    exact = whole(seen([Solid("", shape, SIZES[shape])], [pose], angles))
-    about = whole(seen([Solid("", "mesh", vertices=surface_points(shape))], [pose], angles))
+def test_each_shape_looks_like_the_hull_of_its_surface_points(shape, angles, pose):
+    exact = whole(rasterised([Solid("", shape, SIZES[shape])], [pose], angles))
+    about = whole(rasterised([Solid("", "mesh", vertices=surface_points(shape))], [pose], angles))
     assert ((exact > 0) != (about > 0)).sum() < 0.03 * (exact > 0).sum()
     both = (exact > 0) & (about > 0)
     away = np.abs(1 / exact[both] - 1 / about[both])
-    assert np.quantile(away, 0.99) < 0.04  # the rest is seen along the surface
+    assert np.quantile(away, 0.99) < 0.04  # the others graze the surface
 
 
-def test_of_solids_that_cut_through_each_other_the_nearer_is_seen_everywhere():
+def test_the_nearer_of_intersecting_solids_is_visible_everywhere():
     solids = [Solid("", "box", (0.9, 0.2, 0.1)), Solid("", "capsule", (0.15, 0.8))]
     poses = [AT_ZERO, TURNED]
-    each = [whole(seen([one], [pose])) for one, pose in zip(solids, poses, strict=True)]
-    together = seen(solids, poses)
+    each = [whole(rasterised([one], [pose])) for one, pose in zip(solids, poses, strict=True)]
+    together = rasterised(solids, poses)
     assert np.allclose(whole(together), np.maximum(*each), rtol=2e-4)
     assert set(np.unique(together.paint // 64)) == {0, 1, 2}
 
 
-def test_of_many_solids_in_one_place_the_first_is_seen():
+def test_the_first_of_coincident_solids_is_visible():
     boxes = [Solid("", "box", (0.3, 0.3, 0.3))] * 50
-    drawn = seen([*boxes, Solid("", "cylinder", (0.2, 0.6))], [AT_ZERO] * 51)
+    drawn = rasterised([*boxes, Solid("", "cylinder", (0.2, 0.6))], [AT_ZERO] * 51)
     assert set(np.unique(drawn.paint // 64)) == {0, 1, 51}
 
 
 def test_solids_behind_the_camera_or_outside_the_picture_are_not_drawn():
     ball = Solid("", "sphere", (0.5,))
     behind = -9.0 * axes(-58.0, 27.0)[2]
-    assert not seen([ball, ball], [AT_ZERO, (*behind, 1, 0, 0, 0)]).paint.max() // 64 > 1
-    assert seen([ball], [(0, 0, 50, 1, 0, 0, 0)]) is None
+    assert not rasterised([ball, ball], [AT_ZERO, (*behind, 1, 0, 0, 0)]).paint.max() // 64 > 1
+    assert rasterised([ball], [(0, 0, 50, 1, 0, 0, 0)]) is None
 
 
 def test_a_flat_mesh_is_a_sheet():
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
-    drawn = whole(seen([Solid("", "mesh", vertices=square)], [AT_ZERO], (-90.0, 90.0)))
+    drawn = whole(rasterised([Solid("", "mesh", vertices=square)], [AT_ZERO], (-90.0, 90.0)))
     assert (drawn > 0).sum() == pytest.approx((100 * FINE) ** 2, rel=0.03)
 
 
-def test_poses_turn_as_quaternions_do():
+def test_rotations_and_interpolation_of_quaternions():
     quaternions = np.random.default_rng(1).normal(size=(5, 4))
     quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
     known = Rotation.from_quat(quaternions[:, [1, 2, 3, 0]]).as_matrix()
     assert np.allclose(rotations(quaternions), known)
     one, other = np.array([AT_ZERO]), -np.array([[0, 0, 0, np.sqrt(0.5), 0, 0, np.sqrt(0.5)]])
-    half = between_poses(one, other, 0.5)  # 45° of the 90° that −q is, too
+    half = between_poses(one, other, 0.5)  # −q is the same rotation: 45° is half of 90°
     assert np.allclose(half[0, 3:], (np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)))
 
 
 def robot(touching=True):
-    """A trunk on two legs, one of them lifted or not, which moves by 1 m."""
+    """Return a trunk on two legs that moves by 1 m; one leg may be lifted."""
     solids = (
         Solid("trunk", "box", (0.3, 0.1, 0.1)),
         Solid("L1 leg", "capsule", (0.05, 0.2)),
@@ -145,7 +145,7 @@ def robot(touching=True):
 
 
 @pytest.mark.parametrize("theme", THEMES)
-def test_legs_have_the_colour_of_their_side_and_more_of_it_on_the_ground(theme):
+def test_legs_have_the_colour_of_their_side_and_feet_on_the_ground_more_of_it(theme):
     trunk, *sides = (
         np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], float)
         for colour in (THEMES[theme].body(0), THEMES[theme].left, THEMES[theme].right)
@@ -156,7 +156,7 @@ def test_legs_have_the_colour_of_their_side_and_more_of_it_on_the_ground(theme):
     )
 
     def near(picture, colour):
-        """The pixels of about a colour's hue."""
+        """Return whether each pixel has nearly the hue of a colour."""
         hue = (picture - picture.mean(axis=-1, keepdims=True)) @ (colour - colour.mean())
         norms = np.linalg.norm(picture - picture.mean(axis=-1, keepdims=True), axis=-1)
         return hue > 0.95 * np.maximum(norms, 25.0) * np.linalg.norm(colour - colour.mean())
@@ -168,7 +168,7 @@ def test_legs_have_the_colour_of_their_side_and_more_of_it_on_the_ground(theme):
         assert np.median(vivid) > 1.3 * np.median(pale) > 0
 
 
-def test_the_picture_makes_room_for_solids_and_lanes_do_so_too():
+def test_framing_and_lanes_include_solids():
     clip = Clip(robot())
     assert np.ptp(clip.box, axis=0) == pytest.approx((0.6, 0.7, 0.6), abs=0.01)
     narrow = Clip(replace(robot(), solids=(), poses=None))

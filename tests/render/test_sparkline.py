@@ -1,4 +1,4 @@
-"""Curves in one line: heights, gaps, and ranges that floats can barely hold."""
+"""Sparklines: heights, gaps, and the widest ranges of floats."""
 
 import numpy as np
 import pytest
@@ -28,14 +28,14 @@ def test_heights_and_gaps(values, width, shown):
     assert sparkline(values, width) == shown
 
 
-def test_the_widest_range_of_floats_has_a_middle():
+def test_the_widest_range_of_floats_does_not_overflow():
     assert sparkline([-1.7e308, 0.0, 1.7e308], 8) in ("▁▄█", "▁▅█")
     assert set(sparkline([0.0, 5e-324], 8)) <= {*BLOCKS}
 
 
 @given(st.lists(st.floats(width=64), min_size=1, max_size=300), st.integers(1, 120))
 @example([-1e308, 1e308], 3)
-def test_fits_its_width_and_ends_with_the_newest(values, width):
+def test_the_curve_fits_its_width_and_ends_with_the_newest_value(values, width):
     drawn = sparkline(values, width)
     assert len(drawn) == min(len(values), width)
     assert {*drawn} <= {*BLOCKS, " "}

@@ -18,8 +18,8 @@ SCORES = "best", "mean", "median", "lower quartile", "upper quartile", "worst", 
 PLAIN = "stage", "evaluations", "diversity", "seconds"
 
 
-def shown(column):
-    """The name of a column in TensorBoard."""
+def tag_of(column):
+    """Return the tag of a column in TensorBoard."""
     if column in PLAIN:
         return column
     before, _, term = column.rpartition(":")
@@ -29,7 +29,7 @@ def shown(column):
 
 @pytest.fixture
 def events(tmp_path):
-    """Reads the events of a folder, by their tags."""
+    """A function that reads the events of a folder by tag."""
     pytest.importorskip("tensorboardX", reason="needs the extra tensorboard")
     accumulators = pytest.importorskip(
         "tensorboard.backend.event_processing.event_accumulator", reason="needs TensorBoard"
@@ -43,7 +43,7 @@ def events(tmp_path):
 
 
 def assert_same(found, history):
-    """All columns of a history are there, but for values that a stage does not have."""
+    """Check that all columns of a history are written, except values that a stage lacks."""
     scalars = {*found.Tags()["scalars"]} - {"champion/score"}
     assert len(scalars) == len(history) - 1
     times = np.cumsum(history["seconds"])
@@ -51,7 +51,7 @@ def assert_same(found, history):
         if name == "generation":
             continue
         known = ~np.isnan(values)
-        read = found.Scalars(shown(name))
+        read = found.Scalars(tag_of(name))
         assert [one.step for one in read] == history["generation"][known].tolist()
         assert [one.wall_time for one in read] == times[known].tolist()
         assert np.array_equal([one.value for one in read], values[known].astype(np.float32))
@@ -95,9 +95,7 @@ def test_options_are_hyperparameters_with_the_final_score(puppet_run, tmp_path, 
     assert [info.name.tag for info in whole.experiment.metric_infos] == ["champion/score"]
 
 
-def test_values_that_are_not_there_and_those_of_failed_individuals(
-    puppet_run, tmp_path, events, monkeypatch
-):
+def test_missing_values_and_scores_of_failed_individuals(puppet_run, tmp_path, events, monkeypatch):
     run = RunSnapshot(puppet_run("evolution.generations=3").path)
     run.history["worst"][1] = -np.inf
     run.history[[*run.history][-1]][0] = np.nan
@@ -118,7 +116,7 @@ def test_a_body_that_cannot_be_drawn_leaves_the_scalars(
     assert not found.Tags()["images"]
 
 
-def test_what_cannot_be_written_is_one_message(puppet, puppet_run, tmp_path, monkeypatch):
+def test_failures_are_reported_in_one_message(puppet, puppet_run, tmp_path, monkeypatch):
     run = RunSnapshot(puppet_run("evolution.generations=2").path)
     (tmp_path / "file").write_text("mine")
     (tmp_path / "other").mkdir()
@@ -141,7 +139,7 @@ def test_what_cannot_be_written_is_one_message(puppet, puppet_run, tmp_path, mon
 
 
 @pytest.mark.slow
-def test_a_long_history_is_whole(puppet_run, tmp_path, events, monkeypatch):
+def test_a_long_history_is_complete(puppet_run, tmp_path, events, monkeypatch):
     short = RunSnapshot(puppet_run("evolution.generations=8").path)
     history = {name: np.resize(values, 20_000) for name, values in short.history.items()}
     history["generation"] = np.arange(1.0, 20_001)

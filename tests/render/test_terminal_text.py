@@ -1,4 +1,4 @@
-"""Text of others is shown without what steers a terminal."""
+"""Characters that could control a terminal are escaped."""
 
 import pytest
 
@@ -19,5 +19,5 @@ def test_control_characters_are_escaped(text, shown):
     assert visible(text) == shown
 
 
-def test_lines_stay_lines():
+def test_line_breaks_are_kept():
     assert visible_lines("one\x07\n\ntwo\n") == "one\\x07\n\ntwo\n"

@@ -23,7 +23,7 @@ SMALL = {"size": (128, 96), "intro": False}
 
 
 def decoded(path):
-    """What a player sees: the stream's facts, and every picture (pictures, height, width, 3)."""
+    """Return the codec, rate and pixel format of a video, and its pictures, (pictures, …, 3)."""
     with av.open(str(path)) as container:
         stream = container.streams.video[0]
         facts = (stream.codec_context.name, stream.average_rate)
@@ -32,7 +32,7 @@ def decoded(path):
 
 
 def plain(count, size=(64, 48)):
-    """Pictures that get brighter, each of one grey."""
+    """Yield pictures of a uniform grey that becomes brighter."""
     width, height = size
     for number in range(count):
         picture = np.full((height, width, 4), 255, np.uint8)
@@ -51,18 +51,18 @@ def write(path, pictures, format="mp4", fps=10, size=(64, 48)):
     encode(pictures, path, format=format, size=size, fps=Fraction(fps), samples=samples)
 
 
-def test_an_mp4_is_what_browsers_play(tmp_path):
+def test_an_mp4_has_a_format_that_browsers_play(tmp_path):
     write(tmp_path / "a.mp4", plain(8), fps=25)
     facts, pixels, pictures = decoded(tmp_path / "a.mp4")
     assert facts == ("h264", 25)
     assert pixels == "yuv420p"
     assert pictures.shape == (8, 48, 64, 3)
     assert np.abs(pictures[:, 10, 10, 1] - np.arange(20, 100, 10.0)).max() <= 4
-    content = (tmp_path / "a.mp4").read_bytes()
-    assert 0 < content.index(b"moov") < content.index(b"mdat")  # plays while it loads
+    content = (tmp_path / "a.mp4").read_bytes()  # the index comes before the pictures
+    assert 0 < content.index(b"moov") < content.index(b"mdat")
 
 
-def test_colours_survive(tmp_path):
+def test_colours_are_preserved(tmp_path):
     picture = np.full((48, 64, 4), 255, np.uint8)
     for left, colour in ((0, (213, 94, 0)), (20, (0, 114, 178)), (40, (246, 244, 239))):
         picture[:, left : left + 20, :3] = colour
@@ -76,7 +76,7 @@ def test_colours_survive(tmp_path):
 
 
 def test_marks_have_the_same_colours_in_both_formats(spider_run, tmp_path):
-    """A GIF keeps the colours of marks that are few pixels beside the ground."""
+    """A GIF preserves the colours of marks, which have few pixels compared with the ground."""
     theme, shown = THEMES["light"], {}
     for format in ("mp4", "gif"):
         settings = RenderSettings(format, (640, 360), fps=1, speed=5, intro=False)
@@ -109,7 +109,7 @@ def test_all_colours_of_a_gif_are_near_the_drawn_ones():
     assert {(213, 94, 0), (218, 95, 0)} <= {tuple(colour) for colour in colours.tolist()}
 
 
-def test_a_gif_repeats_for_ever_at_its_rate(tmp_path):
+def test_a_gif_repeats_forever_at_its_rate(tmp_path):
     write(tmp_path / "a.gif", plain(6), "gif", fps=20)
     with Image.open(tmp_path / "a.gif") as gif:
         assert (gif.n_frames, gif.size) == (6, (64, 48))
@@ -118,7 +118,7 @@ def test_a_gif_repeats_for_ever_at_its_rate(tmp_path):
 
 
 @pytest.mark.parametrize("format", ["mp4", "gif"])
-def test_no_picture_is_kept(tmp_path, format):
+def test_pictures_are_not_kept_in_memory(tmp_path, format):
     alive, most = [], 0
 
     def pictures():
@@ -138,7 +138,7 @@ def test_no_picture_is_kept(tmp_path, format):
 
 
 @pytest.mark.parametrize("format", ["mp4", "gif"])
-def test_a_full_disk_is_one_message_and_leaves_what_was_there(tmp_path, monkeypatch, format):
+def test_a_full_disk_keeps_the_old_file_and_gives_one_message(tmp_path, monkeypatch, format):
     (tmp_path / "a").write_text("old")
 
     def full(*arguments):
@@ -152,7 +152,7 @@ def test_a_full_disk_is_one_message_and_leaves_what_was_there(tmp_path, monkeypa
 
 
 @pytest.mark.parametrize("format", ["mp4", "gif"])
-def test_a_file_that_may_not_grow_is_one_message(tmp_path, format):
+def test_exceeding_the_file_size_limit_is_reported_in_one_message(tmp_path, format):
     resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, before[1]))
@@ -166,7 +166,7 @@ def test_a_file_that_may_not_grow_is_one_message(tmp_path, format):
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, ZeroDivisionError])
-def test_what_stops_it_leaves_no_file(tmp_path, stop):
+def test_an_interrupted_video_leaves_no_file(tmp_path, stop):
     def pictures():
         yield from noise(30)
         raise stop
@@ -176,7 +176,7 @@ def test_what_stops_it_leaves_no_file(tmp_path, stop):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_spider_of_300_frames_is_as_many_pictures(spider_run, tmp_path):
+def test_300_frames_of_a_spider_give_300_pictures(spider_run, tmp_path):
     assert len(Video(spider_run, (), RenderSettings(**SMALL))) == 300
     video = Video(spider_run, (), RenderSettings(fps=2, speed=1, **SMALL))
     calls = []
@@ -190,7 +190,7 @@ def test_a_spider_of_300_frames_is_as_many_pictures(spider_run, tmp_path):
     assert (moved > 20).mean() > 0.9
 
 
-def test_it_begins_with_the_fitness_curve(spider_run):
+def test_a_video_begins_with_the_fitness_curve(spider_run):
     video = Video(spider_run, (), RenderSettings(size=(320, 240), theme="dark"))
     assert len(video) == 45 + 300
     pictures = [picture for picture, _ in zip(video.pictures(), range(46), strict=False)]
@@ -224,15 +224,15 @@ def test_speed_and_rate_resample_the_motion(spider_run, speed, fps, pictures):
     assert len(video) == pictures
 
 
-def test_slow_motion_shows_what_is_between_two_frames(spider_run, monkeypatch):
+def test_slow_motion_interpolates_between_frames(spider_run, monkeypatch):
     seen = []
     draw = Scene.draw
 
-    def noting(self, seconds, turned=0.0):
+    def record(self, seconds, turned=0.0):
         seen.append((seconds, turned))
         return draw(self, seconds, turned)
 
-    monkeypatch.setattr(Scene, "draw", noting)
+    monkeypatch.setattr(Scene, "draw", record)
     settings = RenderSettings(speed=0.25, fps=60, view="orbit", **SMALL)
     for _, _ in zip(Video(spider_run, (), settings).pictures(), range(5), strict=False):
         pass
@@ -249,7 +249,7 @@ def test_champions_of_several_generations_race(spider_run):
     assert [clip.tag for clip in video.scene.world.clips] == ["1", "3", "2"]
 
 
-def test_one_generation_is_named(spider_run):
+def test_one_generation_is_named_in_file_and_heading(spider_run):
     video = Video(spider_run, (2,), RenderSettings("gif", **SMALL))
     assert video.name == "video-generation-2.gif"
     title, details = video.scene.heading
@@ -258,7 +258,7 @@ def test_one_generation_is_named(spider_run):
 
 
 @pytest.mark.slow
-def test_a_video_says_which_flight_it_shows(bundled):
+def test_a_video_names_the_trial(bundled):
     one = Video(bundled("fly"), (), RenderSettings(intro=False, speed=0.5))
     assert one.scene.heading[1].endswith("   first of 3 trials   ½ speed")
     several = Video(bundled("fly"), (1, 1), RenderSettings(intro=False, speed=1))
@@ -292,7 +292,7 @@ def test_the_same_video_is_the_same_file(spider_run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("settings", "says"),
+    ("settings", "message"),
     [
         ({"format": "avi"}, "format 'avi'"),
         ({"view": "sides"}, "view 'sides'"),
@@ -314,14 +314,14 @@ def test_the_same_video_is_the_same_file(spider_run, tmp_path):
         ({"speed": 1e9}, r"invalid speed: 1e\+09"),
     ],
 )
-def test_what_cannot_be_shown_is_refused(settings, says):
-    with pytest.raises(GaitsimError, match=says) as error:
+def test_invalid_settings_are_rejected(settings, message):
+    with pytest.raises(GaitsimError, match=message) as error:
         RenderSettings(**settings)
     assert error.value.where.startswith("--")
     assert error.value.allowed
 
 
-def test_a_gif_may_be_odd(spider_run, tmp_path):
+def test_a_gif_may_have_an_odd_size(spider_run, tmp_path):
     Video(spider_run, (), RenderSettings("gif", (101, 67), fps=1, speed=5, intro=False)).write(
         tmp_path / "a.gif"
     )
@@ -329,12 +329,12 @@ def test_a_gif_may_be_odd(spider_run, tmp_path):
         assert gif.size == (101, 67)
 
 
-def test_generations_that_are_not_there_are_refused(spider_run):
+def test_missing_generations_are_rejected(spider_run):
     with pytest.raises(RunError, match="has no generation 4"):
         Video(spider_run, (1, 4), RenderSettings(**SMALL))
 
 
-def test_too_many_bodies_are_refused(spider_run):
+def test_too_many_bodies_are_rejected(spider_run):
     with pytest.raises(GaitsimError, match="7 bodies do not fit") as error:
         Video(spider_run, (1, 2, 3, 1, 2, 3, 1), RenderSettings(**SMALL))
     assert "--size" in error.value.remedy
@@ -356,11 +356,11 @@ def test_a_run_in_which_all_failed_has_no_video(puppet_run, puppets, monkeypatch
 
 def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):
     Video(puppet_run(), (), RenderSettings(**SMALL)).write(tmp_path / "a.mp4")
-    assert len(decoded(tmp_path / "a.mp4")[2]) == 31  # 5 frames at 4 a second
+    assert len(decoded(tmp_path / "a.mp4")[2]) == 31  # 5 frames at 4 Hz
 
 
 @pytest.mark.parametrize(
-    ("skeleton", "says"),
+    ("skeleton", "message"),
     [
         (lambda *_: Skeleton(np.full((2, 1, 2, 3), np.nan), ("a",), 1.0), "cannot be drawn"),
         (lambda *_: Skeleton(np.zeros((0, 1, 2, 3)), ("a",), 1.0), "cannot be drawn"),
@@ -375,14 +375,14 @@ def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):
     ],
 )
 @pytest.mark.filterwarnings("ignore:Mean of empty slice", "ignore:invalid value")
-def test_a_body_that_cannot_be_drawn_is_named(puppet_run, puppets, monkeypatch, skeleton, says):
+def test_a_body_that_cannot_be_drawn_is_named(puppet_run, puppets, monkeypatch, skeleton, message):
     run = puppet_run()
     monkeypatch.setattr(puppets.Puppet, "skeleton", skeleton)
-    with pytest.raises(PluginError, match=f"package gaitsim-puppets.*{says}"):
+    with pytest.raises(PluginError, match=f"package gaitsim-puppets.*{message}"):
         Video(run, (), RenderSettings(**SMALL))
 
 
-def test_a_target_that_cannot_be_is_refused(spider_run, tmp_path):
+def test_invalid_paths_are_rejected(spider_run, tmp_path):
     video = Video(spider_run, (), RenderSettings(**SMALL))
     with pytest.raises(RunError, match="there is no folder"):
         video.write(tmp_path / "missing" / "a.mp4")
