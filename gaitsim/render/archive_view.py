@@ -11,7 +11,7 @@ from gaitsim.render.ticks import round_step
 
 EMPTY = -1  # number of the member in an empty cell
 _FEW = 0.1  # maximum share of cells below the colour scale of a map
-MOST = 60  # default maximum of parts of an axis in a panel
+MOST = 60  # default maximum number of parts of an axis in a panel
 _MANY = 4_000  # Voronoi cells from which axes have twice as many parts
 _ROUNDING = 1e-9  # share of an axis added to values, so that values on a border are above it
 _ALL_PAIRS = 4  # maximum axes of an archive whose pairs keep their natural order

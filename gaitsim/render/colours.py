@@ -1,4 +1,4 @@
-"""The colours of plots, videos and the terminal, and the names that decide a thing's side.
+"""The colours of plots, videos and the terminal, and the side of a part by its name.
 
 Blue is left and orange is right. A filled mark is on the ground, a hollow one in the air. Green,
 the first colour of lines, is the body and its path. Compared individuals and other lines take the

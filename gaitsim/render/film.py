@@ -73,7 +73,7 @@ class Film:
 
     @property
     def caution(self) -> str:
-        """Why this speed is too fast for the pictures, and a remedy; '' if it is not."""
+        """A warning if the movement is too fast for the pictures, with a remedy; else ''."""
         rate = float(self.settings.rate)
         if shows(self._rhythm, rate, self.speed, ALIASED):
             return ""

@@ -131,9 +131,9 @@ class RunViews:
 
         Args:
             kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'search', 'front',
-                'archive', 'path', 'channel', 'footfall', 'phase', 'joints' or 'stability'.
-            generations: generations whose best to draw, or members such as `gs.Member(3)`; ()
-                for the champion.
+                'archive', 'gaits', 'path', 'channel', 'footfall', 'phase', 'joints' or 'stability'.
+            generations: generations whose best individuals to draw, or members such as
+                `gs.Member(3)`; () for the champion.
             channel: channel of the motion, for the kinds 'channel' and 'joints'.
             components: names of components of the channel; () draws all.
             window: first and last second of the motion.
@@ -176,12 +176,12 @@ class RunViews:
         dark: bool = False,
         intro: bool = True,
     ) -> Path:
-        """Write a video, as `gaitsim video` does: MP4 or GIF, by the file's extension.
+        """Write a video, as `gaitsim video` does: an MP4 or GIF, depending on the file's extension.
 
         Args:
             path: path of the file.
-            generations: generations whose best to show, several of them in a race, or a member;
-                () for the champion.
+            generations: generations whose best individuals to show, several of them in a race,
+                or a member; () for the champion.
             view: 'iso', 'side', 'top' or 'orbit'.
             size: width and height, pixels.
             fps: pictures per second.
@@ -213,8 +213,8 @@ class RunViews:
 
         Args:
             path: path of the file.
-            generations: generations whose best to show, several of them side by side, or members
-                such as `gs.Member(3)`; () for the champion.
+            generations: generations whose best individuals to show, several of them side by
+                side, or members such as `gs.Member(3)`; () for the champion.
 
         Returns:
             The path of the file.

@@ -68,7 +68,7 @@ class RenderSettings:
         where, allowed = "--size", f"{SMALLEST}x{SMALLEST} to {LARGEST}x{LARGEST}"
         if not (SMALLEST <= width <= LARGEST and SMALLEST <= height <= LARGEST):
             raise GaitsimError(
-                f"a video of {width}x{height} pixels is too small or too large",
+                f"invalid size of a video: {width}x{height} pixels",
                 where=where,
                 allowed=allowed,
             )

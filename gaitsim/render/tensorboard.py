@@ -59,7 +59,7 @@ def write_events(
     check_parent(folder)
     if folder.is_symlink():  # in a run from someone else, the target may be anywhere
         raise RunError(f"cannot write to {folder}: it is a symbolic link", allowed="a folder")
-    _ = run.finished
+    _ = run.finished  # raises a RunError if no generation is finished
     notices: list[str] = []
     with writing(folder):
         folder.mkdir(exist_ok=True)

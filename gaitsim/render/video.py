@@ -22,7 +22,7 @@ class Video(Film):
 
     Args:
         run: the run.
-        generations: generations whose best to show, or members; () for the champion.
+        generations: generations whose best individuals to show, or members; () for the champion.
         settings: size, speed, view and colours; None for the defaults of `RenderSettings`.
         changed: function that changes the body or the world of an individual, such as
             `with_world`.

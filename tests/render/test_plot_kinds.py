@@ -438,7 +438,7 @@ def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
         expected = load[30:91, foot, 2].clip(0, 1)
         assert heights.max() == pytest.approx(expected.max())
         assert {*heights.round(6)} >= {*expected.round(6)}
-    assert "vertical load, a full row is 1 N, the body weighs 7.2 N" in texts(figure)
+    assert "vertical load: full row 1 N, body weight 7.2 N" in texts(figure)
 
 
 def test_duty_factors_are_as_in_the_analysis(spider_run):

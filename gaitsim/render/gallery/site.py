@@ -110,7 +110,7 @@ def _write_run(path: Path, out: Path, name: str) -> Card:
         return card
     try:
         write_page([champion], out / f"{name}.html", run)
-    except PluginError as error:  # such as an error in a measure, which pictures do not need
+    except PluginError as error:  # for example in a measure, which pictures do not need
         return replace(card, problems=(*card.problems, f"no page: {_reason(error)}"))
     return replace(card, page=f"{name}.html")
 
@@ -122,7 +122,7 @@ def _finish(
     problems: Sequence[tuple[str, str]],
     before: set[str],
 ) -> set[str]:
-    """Write the index and the record, which keeps the earlier files; return the new files."""
+    """Write the index, and the record with new and earlier files; return the new files."""
     shown = {card.name for card in cards}
     missing = [(name, why) for name, why in problems if name not in shown]
     title = f"Gallery of {root.resolve().name or root}"

@@ -164,7 +164,7 @@ def _solids(skeleton: Skeleton, poses: NDArray[Any], step: float) -> Json:
 
 
 def _mesh(solid: Solid, step: float) -> Json:
-    """Return the corners and triangles of a mesh's hull; none for other shapes."""
+    """Return the corners and triangles of a mesh's hull; empty lists for other shapes."""
     if solid.vertices is None:
         return {"vertices": [], "faces": []}
     mesh = mesh_of(solid)

@@ -46,7 +46,7 @@ def write_page(experiment: Experiment, controllers: Mapping[str, Genomes], path:
 def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
     """Return a page that steers a body, in UTF-8, as `write_page` writes it."""
     entry = experiment.entries["organism"]
-    with plugin_errors(entry, "making a page to steer it"):
+    with plugin_errors(entry, "creating its steering page"):
         own = experiment.organism.steering_page(controllers)
     if own is None:
         raise GaitsimError(
@@ -59,7 +59,7 @@ def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
         raise contract_error(
             entry, f"returned a {type(own).__name__} from steering_page()", "a SteeringPage or None"
         )
-    with plugin_errors(entry, "making data for a page"):
+    with plugin_errors(entry, "storing the data of its steering page"):
         json.dumps(own.data, allow_nan=False)
     drive = Drive(experiment, controllers)
     drive.advance_to(SHOWN)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
-_APART = 4  # maximum axes with separate panels, six; more axes give a matrix of panels
-_MOST = 10  # maximum axes: 45 panels
+_APART = 4  # maximum number of axes with separate panels; more axes give a matrix of panels
+_MOST = 10  # maximum number of axes, which have 45 panels
 _COLOURS = "viridis"
 _PARTS = 1_000, 1_000  # maximum cells along both axes of a panel
 _MOST_VECTORS = 20_000  # maximum cells of a panel as vectors in SVG and PDF; more are a bitmap

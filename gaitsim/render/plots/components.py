@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.render.plots.channels import Signal
 
-MANY_TRIALS = 7
+MANY_TRIALS = 7  # maximum number of trials drawn; of more trials, only the first is drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +89,6 @@ def _found(signal: Signal, component: str) -> tuple[int, int]:
 
 
 def finite(values: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the values, with NaN, which leaves a gap, in place of those that are not finite."""
+    """Return the values, with those that are not finite as NaN, which leaves a gap in a line."""
     numbers = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, np.nan)

@@ -155,7 +155,7 @@ def stages(history: History) -> list[slice]:
 
 
 def mark_stages(axes: "Axes", history: History, theme: Theme, *, named: bool = True) -> list[int]:
-    """Draw a line before each stage except the first; return the first generations of these."""
+    """Draw a line before each later stage; return the first generations of these stages."""
     starts = [part.start + 1 for part in stages(history)[1:]]
     for index, start in enumerate(starts, 2):
         axes.axvline(start - 0.5, color=theme.ink, linewidth=0.6, linestyle=":")

@@ -17,7 +17,7 @@ from gaitsim.render.plots.style import WIDTH, styled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_WHOLE = 0.98  # quantile of the loads that fits a row, as impacts would dwarf all other loads
+_WHOLE = 0.98  # quantile of the loads that fills a row, as impacts would dwarf all other loads
 USUAL = 3.0  # seconds, a few strides of most bodies
 
 
@@ -70,8 +70,8 @@ def footfall_figure(request: Request) -> "Figure":
                 axes.fill_between(times, bottom, top, step="post", color=colour, linewidth=0)
             handles.append(Patch(facecolor=theme.ink))
             weight = weight_of(individual)
-            weighs = "" if weight is None else f", the body weighs {weight:.3g} N"
-            labels.append(f"vertical load, a full row is {whole:g} N{weighs}")
+            weighs = "" if weight is None else f", body weight {weight:.3g} N"
+            labels.append(f"vertical load: full row {whole:g} N{weighs}")
         head(figure, heading_of([individual]), handles, labels)
     return figure
 

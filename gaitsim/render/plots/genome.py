@@ -70,7 +70,7 @@ def genome_figure(request: Request) -> "Figure":
             bar.set_ticks([0.25, 0.75], labels=["bit 0", "bit 1"])
         else:
             bar.ax.xaxis.set_major_formatter(lambda place, _: f"{100 * place:.3g} %")
-            bar.set_label("place of the gene between its bounds", fontsize=7, labelpad=1)
+            bar.set_label("position of the gene between its bounds", fontsize=7, labelpad=1)
         bar.ax.tick_params(length=0)
         head(
             figure,

@@ -13,12 +13,12 @@ from gaitsim.study.compare_runs import ComparedRun, in_words, warning
 
 
 def plot_overlay(
-    courses: Sequence[ComparedRun], quantity: str, by: str, path: Path, theme: Theme = LIGHT
+    runs: Sequence[ComparedRun], quantity: str, by: str, path: Path, theme: Theme = LIGHT
 ) -> None:
     """Draw a line for each run, with a dot at each new stage, and a warning if scores differ.
 
     Args:
-        courses: runs to compare.
+        runs: runs to compare.
         quantity: vertical axis, a name in `gaitsim.study.compare_runs.QUANTITIES`.
         by: horizontal axis, a name in `gaitsim.study.compare_runs.AXES`.
         path: path of the file.
@@ -31,7 +31,7 @@ def plot_overlay(
     from matplotlib.figure import Figure
 
     check_target(path)
-    drawn = compared(courses, quantity, by)
+    drawn = compared(runs, quantity, by)
     if not drawn:
         raise RunError("none of these runs has a finished generation yet")
     with styled(theme):
@@ -49,6 +49,6 @@ def plot_overlay(
         axes.margins(x=0)
         axes.set_xlabel(f"{by} (s)" if by == "seconds" else by)
         axes.set_ylabel(in_words(quantity))
-        axes.set_title("\n".join(wrap(warning(courses), 56)), color=theme.colours[1], size=7)
+        axes.set_title("\n".join(wrap(warning(runs), 56)), color=theme.colours[1], size=7)
         head(figure, f"{len(drawn)} runs", *axes.get_legend_handles_labels())
     save(figure, path, theme)

@@ -58,7 +58,7 @@ def bars(
     colours: Sequence[str],
     alpha: float = 1.0,
 ) -> None:
-    """Draw bars while truth values hold, in a row for each, the first at the top.
+    """Draw a row of bars for each series of truth values, with the first row at the top.
 
     Args:
         axes: axes to draw in.

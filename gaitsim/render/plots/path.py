@@ -78,7 +78,8 @@ def path_figure(request: Request) -> "Figure":
         figure, space, above, scale = _panels(low, high)
         _corner_view(space, scene, low, high, scale, theme)
         _flat_view(above, scene, (0, 2) if scene.planar else (0, 1), theme)
-        # Texts reduce the scale. Redraw with the real scale, which decides the numbers.
+        # Texts take space and reduce the scale. Redraw with the new scale, as it decides which
+        # numbers fit.
         scale = _measured(figure, space)
         space.clear()
         _corner_view(space, scene, low, high, scale, theme)
@@ -95,8 +96,7 @@ def path_figure(request: Request) -> "Figure":
 def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
     """Return the scene of a part of a motion; None if no frame of it is finite.
 
-    The body is drawn at the start, at the end, and in between as often as the drawn bodies do not
-    overlap.
+    The body is drawn at the start, at the end, and in between as often as fits without overlap.
     """
     whole = np.isfinite(skeleton.segments[part]).all(axis=(1, 2, 3))
     whole &= np.isfinite(skeleton.path[part]).all(axis=1)

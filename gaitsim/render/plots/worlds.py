@@ -90,7 +90,7 @@ def _condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
     effect = next((one for one in found.effects if one.condition == name), None)
     for start, end in effect.hurting if effect else ():
         axes.axvspan(
-            start, end, color=theme.colours[1], alpha=0.13, linewidth=0, label="where it hurts"
+            start, end, color=theme.colours[1], alpha=0.13, linewidth=0, label="harmful range"
         )
     _worlds(axes, values, found, theme, np.arange(len(values)))
     if low < high:

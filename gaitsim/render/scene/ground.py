@@ -7,7 +7,7 @@ from gaitsim.render.scene.camera import Camera, Points
 
 SHADES = 8  # steps in which lines fade
 PIECES = 20  # pieces of a line
-SPARSE, DENSE = 420.0, 34.0  # pixels between lines of full strength, and of none
+SPARSE, DENSE = 420.0, 34.0  # pixels between lines at which they have full strength, and vanish
 MOST = 80  # maximum number of lines in each direction
 _LADDER = (1.0, 5.0)  # times powers of ten, metres: each step is a multiple of the previous one
 

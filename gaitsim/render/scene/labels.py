@@ -21,8 +21,8 @@ DPI = 64  # a power of two, so that sizes in pixels are exact in inches
 POINT = 72 / DPI  # points per pixel; Matplotlib takes line widths and letters in points
 SMALLEST = 9.0  # pixels; smaller letters are illegible
 FONT = "DejaVu Sans"  # included in Matplotlib; all its digits have the same width
-ROW = 1.45  # height of the row of each of several bodies, in heights of letters
-ROWS = 0.5  # maximum height of these rows, as a share of the picture
+ROW = 1.45  # height of a row in the table of several bodies, in heights of letters
+ROWS = 0.5  # maximum height of this table, as a share of the picture
 
 
 class Labels:

@@ -94,7 +94,7 @@ class World:
         return artist
 
     def show(self, seconds: float, turned: float = 0.0) -> None:
-        """Move everything to a moment.
+        """Move everything to its position at a moment.
 
         Args:
             seconds: time since the clips began.

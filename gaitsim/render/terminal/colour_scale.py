@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from gaitsim.render.archive_view import lowest
 
 AXIS, CURSOR, EMPTY = 1, 2, 3  # inks of axes and labels, of the cursor on the axes, of empty cells
-LEVELS = 13  # levels of the scale; the pairs of these, empty cells and the cursor fit a byte
+LEVELS = 13  # levels of the scale; all pairs of levels, empty and cursor have inks in one byte
 NONE, POINTED = 0, LEVELS + 1  # levels of an empty cell, and of the cell under the cursor
 KINDS = LEVELS + 2
 FIRST = 4

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 # A few very low scores, such as those of a first generation, would flatten the rest of the curves.
 OUTLIERS = 0.05  # maximum share of points left out below the axis
-PRESSED = 4.0  # least depth of such points below the others, in heights of the others
+PRESSED = 4.0  # minimum distance of such points below the others, in heights of the others
 HUGE = 1e300  # limit of values, so that the difference of two is finite
 WINDOWS = (1, 5, 25, 125)  # widths of the median filter of smoothed curves, generations
 

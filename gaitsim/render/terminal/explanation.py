@@ -29,9 +29,9 @@ class Passage:
         title: heading; '' for none.
         failure: reason why the motion fails; '' if it succeeds.
         warning: warning about the values in the table; '' for none.
-        columns: heads of the table; () for none.
+        columns: headings of the columns; () for no table.
         rows: cells of the table, row by row.
-        numbers: heads of the columns that hold numbers.
+        numbers: headings of the columns that hold numbers.
         notes: sentences below the table.
     """
 
@@ -71,7 +71,7 @@ def travel_and_stability(gait: GaitAnalysis) -> Passage:
         for name, (value, unit, meaning) in quantities(gait).items()
     )
     notes = tuple(f"Not available: {missing}." for missing in gait.missing)
-    columns = ("measure", "value", "", "what it is")
+    columns = ("measure", "value", "", "meaning")
     return Passage(columns=columns, rows=rows, numbers=("value",), notes=notes)
 
 

@@ -47,7 +47,7 @@ def judged(found: Judgement) -> Iterator[Passage]:
 def _hurting(found: Judgement) -> Passage:
     if not found.effects:
         return Passage(notes=("No condition hurts beyond chance.",))
-    less = f"less {found.unit}".rstrip()
+    less = f"loss {found.unit}".rstrip()
     rows = tuple(
         (
             one.condition,

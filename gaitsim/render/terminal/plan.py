@@ -15,7 +15,7 @@ CHOSEN = 4  # added to the ink of the chosen leg's label
 DOTTED = 1, 2  # dots drawn and left out in the lines of a lost leg
 SIGNS = {LOST: "✗", DAMAGED: "!"}
 HEAD = "▲"
-BESIDE = 3  # characters in a label besides the name: the state's sign, and two brackets
+BESIDE = 3  # characters in a label besides the name: a sign of damage, and two brackets
 ROOM = 1  # cells between a foot and its label
 
 

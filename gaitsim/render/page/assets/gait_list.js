@@ -109,6 +109,6 @@ function notesOf({ gaits, made, axes, count, body }) {
     "section",
     { class: "notes" },
     ...words.map((text) => element("p", {}, text)),
-    element("p", { class: "made" }, `Made by ${made}.`),
+    element("p", { class: "made" }, `Created with ${made}.`),
   );
 }

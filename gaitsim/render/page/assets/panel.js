@@ -18,7 +18,7 @@ function panelOf(data, announcer) {
     tableOf("Measures", clips, "measures"),
     glossaryOf(clips),
     codeOf(data.code, announcer),
-    element("p", { class: "made" }, data.made ? `Made by ${data.made}` : ""),
+    element("p", { class: "made" }, data.made ? `Created with ${data.made}` : ""),
   );
 }
 
@@ -177,18 +177,18 @@ function codeOf(code, announcer) {
     try {
       await navigator.clipboard.writeText(code);
       announcer.say("Code copied.");
-      said.textContent = "Copied.";
+      status.textContent = "Copied.";
     } catch {
-      said.textContent = "Selected; press Ctrl+C to copy.";
+      status.textContent = "Selected; press Ctrl+C to copy.";
     }
   };
-  const said = element("span", { class: "said", "aria-hidden": "true" });
+  const status = element("span", { class: "status", "aria-hidden": "true" });
   return element(
     "section",
     { class: "code" },
     element("h2", {}, "Challenge code"),
     element("p", {}, "Verify the score, or try to beat it: ", element("code", {}, "gaitsim verify CODE")),
     text,
-    element("div", {}, element("button", { type: "button", click: copy }, "Copy the code"), said),
+    element("div", {}, element("button", { type: "button", click: copy }, "Copy the code"), status),
   );
 }

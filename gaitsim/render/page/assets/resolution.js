@@ -5,8 +5,8 @@ const FIRST = 8; // pictures ignored after a pause
 const TRIES = 4; // maximum number of increases
 const SLOW = 1 / 33; // seconds per picture above which the resolution is reduced
 const COARSEST = 0.6; // least pixels of the picture per pixel of the page
-const FINEST = 2; // usual maximum of these
-const DENSEST = 3; // maximum on high-resolution screens
+const FINEST = 2; // usual maximum of this ratio
+const DENSEST = 3; // maximum of this ratio on high-resolution screens
 const MOST = 8e6; // maximum pixels of a picture
 
 class Resolution {

@@ -36,9 +36,9 @@ class Steering {
       tabindex: "0", role: "img", "aria-label": `${data.title}: the body in 3D`,
     });
     this.place = element("p", { class: "place", "aria-hidden": "true" });
-    this.said = element("p", { class: "said", role: "alert", hidden: true });
+    this.message = element("p", { class: "ending", role: "alert", hidden: true });
     this.picture = element(
-      "section", { class: "view", "aria-label": "Picture" }, this.canvas, this.place, this.said);
+      "section", { class: "view", "aria-label": "Picture" }, this.canvas, this.place, this.message);
     this.pad = new Pad(this.commands, (name, down) => this.press(name, down), (name) => {
       this.latched = name;
     });
@@ -78,7 +78,7 @@ class Steering {
         "p", { class: "how" },
         "Hold a key or a button to give its network control; the change takes a moment. On release, ",
         element("b", {}, this.commands[0].name), " is in control. Bars show the networks' shares."),
-      element("p", { class: "made" }, made ? `Made by ${made}` : ""));
+      element("p", { class: "made" }, made ? `Created with ${made}` : ""));
   }
 
   /** Build the stage; without WebGL, show a message in place of the picture. */
@@ -151,7 +151,7 @@ class Steering {
     this.path = [];
     this.ending = "";
     this.latched = null;
-    this.said.hidden = true;
+    this.message.hidden = true;
     this._advance(1);
     this._view();
     this.stage?.lookAt(this.state.centre);
@@ -211,10 +211,10 @@ class Steering {
     this.ending = words;
     this.best = Math.max(this.best, this.seconds);
     const best = this.best > this.seconds ? ` Best: ${this.best.toFixed(1)} s.` : "";
-    this.said.replaceChildren(
+    this.message.replaceChildren(
       `${words}${best} `,
       element("button", { type: "button", click: () => this.restart() }, "Fly again (r)"));
-    this.said.hidden = false;
+    this.message.hidden = false;
   }
 
   /** Show the current state. @param {number} passed seconds since the last picture */
