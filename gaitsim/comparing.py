@@ -37,14 +37,14 @@ class Comparison(ReprMixin, Findings):
         Raises:
             GaitsimError: the kind is unknown.
         """
-        from gaitsim.render.notebook import shown_in_notebooks
+        from gaitsim.render.notebook import enable_notebook_display
         from gaitsim.render.plots.comparison import FIGURES
         from gaitsim.render.plots.style import DARK, LIGHT
 
         if kind not in FIGURES:
             raise unknown("kind of plot", kind, FIGURES)
         theme = DARK if dark else LIGHT
-        return shown_in_notebooks(FIGURES[kind](self, theme), theme)
+        return enable_notebook_display(FIGURES[kind](self, theme), theme)
 
     @classmethod
     def of(cls, findings: Findings) -> Self:

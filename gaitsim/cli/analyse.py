@@ -33,8 +33,8 @@ from gaitsim.individual import Asked, Individual, Member
 from gaitsim.render.plots.gait import plot_gait
 from gaitsim.render.plots.style import check_target, save
 from gaitsim.render.plots.worlds import heading_of_worlds, worlds_figure
-from gaitsim.render.terminal.explanation import in_two_engines, on_physics
-from gaitsim.render.terminal.judgement import judged
+from gaitsim.render.terminal.explanation import compare_engines, compare_with_twin
+from gaitsim.render.terminal.unseen_results import world_results
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -127,9 +127,9 @@ def analyse(
     print_score_breakdown(individual, history)
     if robustness is not None:
         print_robustness(robustness)
-    sections = [on_physics(individual, twin)] if twin else []
-    sections += [in_two_engines(individual, elsewhere)] if elsewhere else []
-    for section in (*sections, *(judged(judgement) if judgement else ())):
+    sections = [compare_with_twin(individual, twin)] if twin else []
+    sections += [compare_engines(individual, elsewhere)] if elsewhere else []
+    for section in (*sections, *(world_results(judgement) if judgement else ())):
         output().print()
         print_section(section)
     if figure is not None:

@@ -7,7 +7,7 @@ from gaitsim.contracts import Members
 from gaitsim.errors import GaitsimError, RunError, unknown
 from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.atlas_words import summary, words_of
+from gaitsim.render.terminal.atlas_labels import axis_labels, summary
 from gaitsim.render.terminal.colour_scale import styles
 from gaitsim.render.terminal.heat_map import HeatMap
 from gaitsim.runs.files.folder import command
@@ -49,7 +49,7 @@ def print_map(run: RunSnapshot, members: Members, axes: tuple[str, str] | None) 
     width = min(console.width, WIDEST) if terminal else PIPED[0]
     height = min(console.height - 4, HIGHEST) if terminal else PIPED[1]
     shaded = console.no_color or console.color_system is None
-    words = words_of(run.individual(Member(1)), view)
+    words = axis_labels(run.individual(Member(1)), view)
     drawn = HeatMap(view, names, words, width, height, shaded=shaded)
     if not drawn.fits:
         raise GaitsimError("the terminal is too small for a map", remedy="enlarge it")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.text import Text
 
-from gaitsim.render.terminal.braille import Inks, runs
+from gaitsim.render.terminal.braille import Inks, ink_runs
 
 _SIDES = ("white", "cyan", "yellow")  # middle, left, right, as in the footfall diagram
 # Styles by ink: none, ground, track, limbs from far to near, damage, feet, labels.
@@ -31,6 +31,8 @@ def lines(codes: NDArray[np.uint32], inks: Inks, styles: Sequence[str]) -> list[
         styles: Rich style of each ink.
     """
     return [
-        Text.assemble(*((text, styles[ink]) for text, ink in runs(row, own)), no_wrap=True, end="")
+        Text.assemble(
+            *((text, styles[ink]) for text, ink in ink_runs(row, own)), no_wrap=True, end=""
+        )
         for row, own in zip(codes, inks, strict=True)
     ]

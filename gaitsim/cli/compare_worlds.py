@@ -8,8 +8,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges
 from gaitsim.gait.judgement import Judgement
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.explanation import or_dash
-from gaitsim.render.terminal.judgement import percent, spans, strongest
+from gaitsim.render.terminal.explanation import format_or_dash
+from gaitsim.render.terminal.unseen_results import format_percent, format_spans, format_strongest
 from gaitsim.runs.files.folder import find_run
 from gaitsim.study.in_worlds import Ranking, rank_in_worlds
 from gaitsim.study.statistics import CONFIDENCE
@@ -65,13 +65,13 @@ def _print(found: Ranking, number: int) -> None:
     rows = [
         (
             one.label,
-            or_dash(one.judgement.worst_tenth, 3),
+            format_or_dash(one.judgement.worst_tenth, 3),
             _range(one.low, one.high),
-            or_dash(one.judgement.median, 3),
-            or_dash(one.judgement.nominal.result, 3),
-            percent(one.judgement.kept(one.judgement.worst_tenth)),
+            format_or_dash(one.judgement.median, 3),
+            format_or_dash(one.judgement.nominal.result, 3),
+            format_percent(one.judgement.kept(one.judgement.worst_tenth)),
             f"{one.judgement.falls:,}",
-            strongest(one.judgement),
+            format_strongest(one.judgement),
         )
         for one in found.runs
     ]
@@ -81,7 +81,7 @@ def _print(found: Ranking, number: int) -> None:
     pairs = [
         (
             f"{pair.first} − {pair.second}",
-            or_dash(pair.difference, 3),
+            format_or_dash(pair.difference, 3),
             _range(pair.low, pair.high),
             "yes" if pair.differs else "no",
         )
@@ -92,11 +92,11 @@ def _print(found: Ranking, number: int) -> None:
         "\nWorst tenth: the mean of the worst tenth of the results. Kept: its share of the nominal "
         "result. The intervals come\nfrom resampling the worlds, equally for both runs of a pair; "
         "they describe these champions, not repeats of the runs.\n"
-        f"Worlds: seed {first.seed}; {', '.join(spans(first))}.",
+        f"Worlds: seed {first.seed}; {', '.join(format_spans(first))}.",
         style="dim",
         soft_wrap=True,
     )
 
 
 def _range(low: float, high: float) -> str:
-    return f"{or_dash(low, 3)} to {or_dash(high, 3)}"
+    return f"{format_or_dash(low, 3)} to {format_or_dash(high, 3)}"

@@ -14,7 +14,7 @@ from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.render.plots.overlay import plot_overlay
 from gaitsim.render.plots.style import THEMES, check_target
-from gaitsim.render.terminal.curve_view import View, compared
+from gaitsim.render.terminal.curve_view import View, run_curves
 from gaitsim.render.terminal.curves import plot, sample
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import find_run
@@ -109,7 +109,7 @@ def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
         console.print(f"{in_words(quantity)} by {by}", style="bold")
         colours = [LINES[at % len(LINES)] for at in range(len(drawn))]
         styles = ["", "bright_black", "", *reversed(colours)]
-        series = compared(runs, quantity, by)
+        series = run_curves(runs, quantity, by)
         picture = plot(series, min(console.width, WIDEST), ROWS, by, marks, View(whole=True))
         for line in lines(*picture, styles):
             console.print(line, end="\n", no_wrap=True, crop=False)

@@ -9,7 +9,7 @@ from gaitsim.cli.console import output, print_table
 from gaitsim.cli.score_view import print_section
 from gaitsim.gait import Footfalls, GaitAnalysis
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.explanation import or_dash, travel_and_stability
+from gaitsim.render.terminal.explanation import format_or_dash, travel_and_stability
 from gaitsim.render.terminal.text import number, visible
 
 SIGNS = 62  # characters in a row of the diagram, after the name of the foot
@@ -53,11 +53,11 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
         row = (
             _short(foot.name),
             number(foot.duty_factor, 2),
-            or_dash(foot.stance, 3),
-            or_dash(foot.swing, 3),
+            format_or_dash(foot.stance, 3),
+            format_or_dash(foot.swing, 3),
             str(len(foot.touch_downs)),
-            or_dash(found.phases[index], 2),
-            or_dash(found.consistency[index], 2),
+            format_or_dash(found.phases[index], 2),
+            format_or_dash(found.consistency[index], 2),
         )
         rows.append(row)
     numbers = "duty factor", "stance s", "swing s", "steps", "phase", "consistency"

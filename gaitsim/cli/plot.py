@@ -14,8 +14,8 @@ from gaitsim.cli.parsing import Changing, asked_body, asked_individuals, file_fo
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Asked
-from gaitsim.render.plots.channel import OWN, usual_channel
-from gaitsim.render.plots.kinds import KINDS, OF_ALL, file_stem
+from gaitsim.render.plots.channel import KINDS_OF_CHANNELS, default_channel
+from gaitsim.render.plots.kinds import ALL_OPTIONS, KINDS, file_stem
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import FORMATS, THEMES, check_target, save
 from gaitsim.runs.files.atomic import writing
@@ -158,7 +158,7 @@ def _plot(
     if out is not None:
         file_format(format, out, FORMATS, "png", "plots")
         check_target(out)
-    if KINDS[kind].moves:
+    if KINDS[kind].shows_motion:
         request = _with_individuals(request, numbers, changed)
     members = request.run.members if kind == "gaits" else None
     if members is None:
@@ -210,9 +210,11 @@ def _plot_all(
 
 def _check_channel(request: Request) -> None:
     """Refuse a default channel that another kind of plot already draws."""
-    name = usual_channel(request.individual)
-    if name in OWN:
-        raise NothingToPlotError(f"{OWN[name]} draws {name}; --channel chooses another")
+    name = default_channel(request.individual)
+    if name in KINDS_OF_CHANNELS:
+        raise NothingToPlotError(
+            f"{KINDS_OF_CHANNELS[name]} draws {name}; --channel chooses another"
+        )
 
 
 def _with_individuals(request: Request, numbers: Sequence[Asked], changed: Changing) -> Request:
@@ -223,7 +225,7 @@ def _with_individuals(request: Request, numbers: Sequence[Asked], changed: Chang
 
 def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     """Check that the kind of plot uses all given options."""
-    looked_at = OF_ALL if kind == "all" else KINDS[kind].options
+    looked_at = ALL_OPTIONS if kind == "all" else KINDS[kind].options
     idle = [name for name, value in given.items() if value and name not in looked_at]
     if idle:
         raise GaitsimError(

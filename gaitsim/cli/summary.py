@@ -9,8 +9,8 @@ from gaitsim.cli.judging import judge_at_end
 from gaitsim.gait.damaged import can_be_damaged
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.judgement import in_one_line
 from gaitsim.render.terminal.text import number
+from gaitsim.render.terminal.unseen_results import summary_line
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.history import FIGURE, figures_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -63,7 +63,7 @@ def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -
     if champion is None:
         return
     if judgement := judge_at_end(run, champion, workers):
-        console.print(in_one_line(judgement))
+        console.print(summary_line(judgement))
     view = ArchiveView.of(run.members) if run.experiment.search.keeps == "archive" else None
     if view is not None:
         print_archive(run, view)
@@ -105,7 +105,7 @@ def _next_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str,
 
 def print_archive(run: RunSnapshot, view: ArchiveView) -> None:
     """Print how many cells are occupied, and the other figures of the search."""
-    shown = [view.filled]
+    shown = [view.coverage]
     for name in figures_of(run.history):
         if name != "coverage":
             value = float(run.history[FIGURE + name][-1])

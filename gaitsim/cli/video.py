@@ -12,7 +12,7 @@ from gaitsim.cli.parsing import asked_body, asked_individuals, file_format, pixe
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.render.settings import FORMATS, RenderSettings
-from gaitsim.render.tempo import speed_words
+from gaitsim.render.tempo import format_speed
 from gaitsim.render.video import Video
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -77,8 +77,8 @@ def video(
     opened = RunSnapshot(find_run(run))
     with all_or_nothing():
         made = Video(opened, wanted, settings, changed)
-        if made.caution:
-            notice(f"Warning: {made.caution}")
+        if made.warning:
+            notice(f"Warning: {made.warning}")
         path = out or exports_folder(opened.path) / made.name
         with Progress(path.name, "pictures", len(made)) as progress:
             made.write(path, progress.advance)
@@ -87,5 +87,5 @@ def video(
     echo(
         f"{path}: {len(made)} pictures of {width} × {height} at {float(settings.rate):g} a second, "
         f"{float(len(made) / settings.rate):.1f} s"
-        + (f", {speed_words(made.speed)}" if made.speed != 1 else "")
+        + (f", {format_speed(made.speed)}" if made.speed != 1 else "")
     )

@@ -8,7 +8,7 @@ from gaitsim.individual import Individual
 from gaitsim.render.film import Film
 from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.plots.imitation import errors_figure
-from gaitsim.render.plots.labels import score_words
+from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.settings import RenderSettings
 
@@ -44,4 +44,4 @@ def imitation_film(result: Result, settings: RenderSettings | None = None) -> Fi
 
 
 def _clip(individual: Individual, role: str, which: str = "") -> Clip:
-    return clip_of(individual, role + which, score_words(individual), tag=role)
+    return clip_of(individual, role + which, format_score(individual), tag=role)

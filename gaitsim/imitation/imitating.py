@@ -149,20 +149,20 @@ class Result(ReprMixin):
         path, theme = Path(path), "dark" if dark else "light"
         settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
         film = imitation_film(self, settings)
-        if film.caution:
-            warnings.warn(film.caution, stacklevel=2)
+        if film.warning:
+            warnings.warn(film.warning, stacklevel=2)
         film.write(path)
         return path
 
     def plot(self, *, dark: bool = False) -> "Figure":
         """Return a figure of the error during training."""
-        from gaitsim.render.notebook import shown_in_notebooks
+        from gaitsim.render.notebook import enable_notebook_display
         from gaitsim.render.plots.imitation import errors_figure
         from gaitsim.render.plots.style import DARK, LIGHT
 
         theme = DARK if dark else LIGHT
         figure = errors_figure({self.settings.activation: self.errors}, self.heading, theme)
-        return shown_in_notebooks(figure, theme)
+        return enable_notebook_display(figure, theme)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         kept = self.forward_kept

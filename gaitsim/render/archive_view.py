@@ -11,7 +11,7 @@ from gaitsim.render.ticks import round_step
 
 EMPTY = -1  # number of the member in an empty cell
 _FEW = 0.1  # maximum share of cells below the colour scale of a map
-MOST = 60  # default maximum number of parts of an axis in a panel
+MAX_PARTS = 60  # default maximum number of parts of an axis in a panel
 _MANY = 4_000  # Voronoi cells from which axes have twice as many parts
 _ROUNDING = 1e-9  # share of an axis added to values, so that values on a border are above it
 _ALL_PAIRS = 4  # maximum axes of an archive whose pairs keep their natural order
@@ -70,7 +70,7 @@ class ArchiveView:
         return int(np.prod([len(borders) - 1 for borders in self.borders.values()]))
 
     @property
-    def filled(self) -> str:
+    def coverage(self) -> str:
         """The number of occupied cells, such as '312 of 400 cells (78.0%)'."""
         count = len(self.members.scores)
         return f"{count:,} of {self.total:,} cells ({count / self.total:.1%})"
@@ -95,7 +95,7 @@ class ArchiveView:
         opposite = tuple(zip(names[:half], names[half:], strict=False))
         return opposite + tuple(pair for pair in pairs if pair not in opposite)
 
-    def panel(self, *names: str, most: tuple[int, ...] = (MOST, MOST)) -> Panel:
+    def panel(self, *names: str, most: tuple[int, ...] = (MAX_PARTS, MAX_PARTS)) -> Panel:
         """Return the best elites along one or two axes, over all other axes.
 
         A grid keeps its cells, but merges neighbours if an axis has more than `most` cells. The
@@ -106,18 +106,20 @@ class ArchiveView:
             names: names of one or two axes.
             most: maximum number of cells along each axis.
         """
-        borders = tuple(self.parts(name, count) for name, count in zip(names, most, strict=False))
+        borders = tuple(
+            self.part_borders(name, count) for name, count in zip(names, most, strict=False)
+        )
         shape = tuple(len(one) - 1 for one in borders)
         if self.members.centroids is not None and len(names) == len(self.names):
-            numbers = self._around_middles(names, borders)
+            numbers = self._voronoi_members(names, borders)
         else:
-            numbers = self._best_within(names, borders, shape)
+            numbers = self._best_members(names, borders, shape)
         scores = np.full(shape, np.nan)
         known = numbers != EMPTY
         scores[known] = self.members.scores[numbers[known] - 1]
         return Panel(names, borders, scores, numbers)
 
-    def parts(self, name: str, most: int = MOST) -> NDArray[np.float64]:
+    def part_borders(self, name: str, most: int = MAX_PARTS) -> NDArray[np.float64]:
         """Return the borders between the parts of an axis in a panel, (parts + 1,)."""
         borders = self.borders[name]
         if self.members.centroids is None:
@@ -135,7 +137,7 @@ class ArchiveView:
             parts = -(-parts // 2)
         return np.linspace(borders[0], borders[-1], parts + 1)
 
-    def places(self, name: str, borders: NDArray[np.float64]) -> NDArray[np.int64]:
+    def part_indices(self, name: str, borders: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the index of each member's part of an axis, given the borders of the parts."""
         known = self.members.values[name]
         if self.members.centroids is None:  # values may be beyond the ends of the axis
@@ -143,13 +145,13 @@ class ArchiveView:
         known = known + _ROUNDING * (borders[-1] - borders[0])
         return np.asarray(np.searchsorted(borders[1:-1], known, side="right"), np.int64)
 
-    def _best_within(
+    def _best_members(
         self,
         names: tuple[str, ...],
         borders: tuple[NDArray[np.float64], ...],
         shape: tuple[int, ...],
     ) -> NDArray[np.int64]:
-        places = [self.places(name, ends) for name, ends in zip(names, borders, strict=True)]
+        places = [self.part_indices(name, ends) for name, ends in zip(names, borders, strict=True)]
         numbers = np.full(shape, EMPTY, np.int64)
         # The last assignment to a cell wins: that of the best member; ties go to the first.
         order = np.argsort(self.members.scores[::-1], kind="stable")
@@ -157,7 +159,7 @@ class ArchiveView:
         numbers[tuple(place[order] for place in places)] = order + 1
         return numbers
 
-    def _around_middles(
+    def _voronoi_members(
         self, names: tuple[str, ...], borders: tuple[NDArray[np.float64], ...]
     ) -> NDArray[np.int64]:
         from scipy.spatial import KDTree
@@ -177,7 +179,7 @@ class ArchiveView:
         return held[nearest]
 
 
-def lowest(scores: NDArray[np.float64]) -> tuple[float, bool]:
+def colour_scale_low(scores: NDArray[np.float64]) -> tuple[float, bool]:
     """Return the score at the low end of a colour scale, and whether lower scores exist.
 
     Leaving out a few bad elites keeps them from taking most of the colours.

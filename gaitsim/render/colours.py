@@ -38,7 +38,7 @@ def sides(names: tuple[str, ...]) -> NDArray[np.intp]:
     return np.array([_SIDES.get(_word(name), MIDDLE) for name in names], np.intp)
 
 
-def among(names: Sequence[str], damaged: Sequence[str]) -> NDArray[np.bool_]:
+def is_damaged(names: Sequence[str], damaged: Sequence[str]) -> NDArray[np.bool_]:
     """Return whether each name is in `damaged`."""
     return np.array([name in damaged for name in names], np.bool_)
 

@@ -69,11 +69,11 @@ def encode(
             stream.codec_context.colorspace = _BT709
             stream.codec_context.color_primaries = _BT709
             stream.codec_context.color_trc = _BT709
-            frames = _yuv(pictures)
+            frames = _yuv_frames(pictures)
         else:
             stream = container.add_stream("gif", rate=fps)
             stream.pix_fmt = "pal8"
-            frames = _indexed(
+            frames = _palette_frames(
                 pictures, samples, np.empty((0, 3), np.uint8) if exact is None else exact
             )
         stream.width, stream.height = size
@@ -83,7 +83,7 @@ def encode(
         container.mux(stream.encode(None))
 
 
-def _yuv(pictures: Iterable[Picture]) -> "Iterator[VideoFrame]":
+def _yuv_frames(pictures: Iterable[Picture]) -> "Iterator[VideoFrame]":
     from av import VideoFrame
     from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
@@ -97,7 +97,7 @@ def _yuv(pictures: Iterable[Picture]) -> "Iterator[VideoFrame]":
         )
 
 
-def _indexed(
+def _palette_frames(
     pictures: Iterable[Picture], samples: Sequence[Picture], exact: NDArray[np.uint8]
 ) -> "Iterator[VideoFrame]":
     """Reduce pictures to a palette of the exact colours and colours close to the samples'."""

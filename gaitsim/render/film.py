@@ -12,7 +12,13 @@ from gaitsim.render.intro import figure_picture
 from gaitsim.render.scene import THEMES, Picture, Scene
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.settings import SPEEDS, RenderSettings
-from gaitsim.render.tempo import ALIASED, rhythm, shows, speed_words, usual_speed
+from gaitsim.render.tempo import (
+    ALIASED,
+    default_speed,
+    format_speed,
+    is_resolved,
+    movement_frequency,
+)
 
 if TYPE_CHECKING:
     from gaitsim.render.intro import Draw
@@ -46,10 +52,10 @@ class Film:
         self.settings, self._figure = settings, curve
         # A motion with at most one frame per picture is never aliased.
         fast = [clip.skeleton for clip in clips if clip.skeleton.frame_rate > settings.rate]
-        self._rhythm = max(map(rhythm, fast), default=0.0)
-        self.speed = settings.speed or self._usual_speed
+        self._frequency = max(map(movement_frequency, fast), default=0.0)
+        self.speed = settings.speed or self._default_speed
         title, details = heading
-        slowed = (speed_words(self.speed),) if self.speed != 1 else ()
+        slowed = (format_speed(self.speed),) if self.speed != 1 else ()
         self.scene = Scene(
             clips,
             settings.pixels,
@@ -68,20 +74,20 @@ class Film:
         return self._intro + self._moving
 
     @property
-    def _usual_speed(self) -> float:
-        return usual_speed(self._rhythm, float(self.settings.rate), SPEEDS[0])
+    def _default_speed(self) -> float:
+        return default_speed(self._frequency, float(self.settings.rate), SPEEDS[0])
 
     @property
-    def caution(self) -> str:
+    def warning(self) -> str:
         """A warning if the movement is too fast for the pictures, with a remedy; else ''."""
         rate = float(self.settings.rate)
-        if shows(self._rhythm, rate, self.speed, ALIASED):
+        if is_resolved(self._frequency, rate, self.speed, ALIASED):
             return ""
         return (
             f"At speed {self.speed:g}, a video of {rate:g} frames a second cannot show a movement "
-            f"of {self._rhythm:.3g} Hz: each cycle has "
-            f"{rate / (self._rhythm * self.speed):.2g} frames. "
-            f"Try speed {self._usual_speed:g}."
+            f"of {self._frequency:.3g} Hz: each cycle has "
+            f"{rate / (self._frequency * self.speed):.2g} frames. "
+            f"Try speed {self._default_speed:g}."
         )
 
     def write(self, path: Path, advance: Callable[[], object] = lambda: None) -> None:
@@ -119,7 +125,7 @@ class Film:
             fading = min(round(CROSSFADE * self.settings.rate), self._intro)
             for number in range(self._intro):
                 share = max(number + 1 - (self._intro - fading), 0) / (fading + 1)
-                yield _mixed(curve, first, share)
+                yield _blend(curve, first, share)
         for number in range(self._moving):
             yield self._draw(number)
 
@@ -141,7 +147,7 @@ class Film:
         return figure_picture(self._figure, self.settings.pixels, self.settings.theme)
 
 
-def _mixed(one: Picture, other: Picture, share: float) -> Picture:
+def _blend(one: Picture, other: Picture, share: float) -> Picture:
     if not share:
         return one
     return np.round(one * np.float32(1 - share) + other * np.float32(share)).astype(np.uint8)

@@ -16,17 +16,17 @@ import numpy as np
 
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
-from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.gltf.document import STILL, Document
 from gaitsim.render.gltf.ground import ground
 from gaitsim.render.gltf.meshes import Mesh, mesh_of, polyhedron, rod, slab
-from gaitsim.render.gltf.rotations import along, continuous, rigid
-from gaitsim.render.html import made
+from gaitsim.render.gltf.rotations import rigid_rotations, rotations_from_z, without_sign_flips
+from gaitsim.render.html import program_version
 from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.scene.pixels import TINT
-from gaitsim.render.scene.themes import THEMES, mixed, rgb
+from gaitsim.render.scene.themes import THEMES, mix, rgb
 from gaitsim.runs.files.atomic import write_bytes
 
 CENTRE = "centre"
@@ -67,7 +67,7 @@ def glb(individual: Individual) -> bytes:
         "generation": individual.generation,
         "units": {"length": "m", "time": "s", "score": individual.experiment.fitness.unit},
     }
-    return _Body(clip).document.binary(individual.name, made(), title, extras)
+    return _Body(clip).document.to_glb(individual.name, program_version(), title, extras)
 
 
 class _Body:
@@ -93,8 +93,8 @@ class _Body:
             feet = np.asarray(skeleton.contacts, dtype=np.float64)
             for foot in range(feet.shape[1]):
                 name = names[foot] if names else f"foot {foot + 1}"
-                self.document.node(name, translation=feet[:, foot])
-        self.document.node(CENTRE, translation=np.asarray(skeleton.path, dtype=np.float64))
+                self.document.add_node(name, translation=feet[:, foot])
+        self.document.add_node(CENTRE, translation=np.asarray(skeleton.path, dtype=np.float64))
         self._add_ground()
 
     def _add_limbs(self, segments: Points) -> None:
@@ -109,14 +109,14 @@ class _Body:
         ends = segments[:, which]
         reach = ends[:, :, 1] - ends[:, :, 0]
         lengths = np.linalg.norm(reach, axis=-1)
-        turns = along(reach / np.maximum(lengths, 1e-30)[..., None])
+        turns = rotations_from_z(reach / np.maximum(lengths, 1e-30)[..., None])
         usual = np.maximum(np.median(lengths, axis=0), 1e-9)
         scales = np.ones_like(reach)
         scales[..., 2] = np.maximum(lengths / usual, STILL)
         for i, segment in enumerate(which):
             # Rods that differ only by rounding share a mesh.
             key = ("rod", *(float(f"{size:.6g}") for size in (*radii[i], usual[i])))
-            self.document.node(
+            self.document.add_node(
                 self.clip.skeleton.names[segment],
                 self._mesh(key, lambda key=key: rod(*key[1:]), hues[i]),
                 translation=ends[:, i].mean(axis=1),
@@ -143,7 +143,7 @@ class _Body:
         # Rotate about the corner that moves least, such as a wing's hinge.
         pivot = places[:, int(np.var(places - path, axis=0).sum(axis=1).argmin())]
         places = places - pivot[:, None]
-        turns = rigid(places)
+        turns = rigid_rotations(places)
         which = sorted({corner // 2 for corner in corners})
         if turns is None:  # the shape is not rigid
             radii = np.full((len(which), 2), self.clip.anatomy.thickness)
@@ -151,30 +151,32 @@ class _Body:
             self._add_rods(which, segments, radii, [hue] * len(which))
             return
         mesh = self._mesh(("plate", *corners), lambda: shape(places[0]), hue, thin=True)
-        name = _common([self.clip.skeleton.names[segment] for segment in which]) or "body"
-        self.document.node(name, mesh, translation=pivot, rotation=turns)
+        name = _common_words([self.clip.skeleton.names[segment] for segment in which]) or "body"
+        self.document.add_node(name, mesh, translation=pivot, rotation=turns)
 
     def _add_solids(self) -> None:
         skeleton = self.clip.skeleton
         poses = np.asarray(skeleton.poses, dtype=np.float64)
-        turns = continuous(poses[..., [4, 5, 6, 3]])
+        turns = without_sign_flips(poses[..., [4, 5, 6, 3]])
         names = [solid.name for solid in skeleton.solids]
-        hues = np.where(among(names, skeleton.damaged), "damaged", self._hues(names, "body"))
+        hues = np.where(is_damaged(names, skeleton.damaged), "damaged", self._hues(names, "body"))
         for i, solid in enumerate(skeleton.solids):
             key = (solid.shape, solid.size, i if solid.vertices is not None else None)
             mesh = self._mesh(key, lambda solid=solid: mesh_of(solid), str(hues[i]))
-            self.document.node(solid.name, mesh, translation=poses[:, i, :3], rotation=turns[:, i])
+            self.document.add_node(
+                solid.name, mesh, translation=poses[:, i, :3], rotation=turns[:, i]
+            )
 
     def _add_ground(self) -> None:
         light, dark = ground(self.clip)
-        shape = self.document.shape(light)
+        shape = self.document.add_shape(light)
         colour = rgb(self.theme.ground)
-        shaded = mixed(colour, rgb(self.theme.grid), 0.3)
-        shapes = {self.document.material("ground", colour): shape}
+        shaded = mix(colour, rgb(self.theme.grid), 0.3)
+        shapes = {self.document.add_material("ground", colour): shape}
         if len(dark):
-            number = self.document.material("ground, every other tile", shaded)
-            shapes[number] = self.document.further(shape, dark)
-        self.document.node("ground", self.document.mesh("ground", shapes))
+            number = self.document.add_material("ground, every other tile", shaded)
+            shapes[number] = self.document.add_triangles(shape, dark)
+        self.document.add_node("ground", self.document.add_mesh("ground", shapes))
 
     def _hues(self, names: list[str], middle: str = "limb") -> Any:
         words = {LEFT: "left", RIGHT: "right", MIDDLE: middle}
@@ -183,26 +185,28 @@ class _Body:
     def _mesh(self, key: Any, shape: Any, hue: str, thin: bool = False) -> int:
         """Return the index of the mesh of a shape in a colour; equal meshes are stored once."""
         if key not in self._shapes:
-            made: Mesh = shape()
-            self._shapes[key] = self.document.shape(made)
+            mesh: Mesh = shape()
+            self._shapes[key] = self.document.add_shape(mesh)
         if (key, hue) not in self._meshes:
             if (hue, thin) not in self._materials:
-                self._materials[hue, thin] = self.document.material(hue, self._colour(hue), thin)
+                self._materials[hue, thin] = self.document.add_material(
+                    hue, self._colour(hue), thin
+                )
             shapes = {self._materials[hue, thin]: self._shapes[key]}
-            self._meshes[key, hue] = self.document.mesh(f"{key[0]}, {hue}", shapes)
+            self._meshes[key, hue] = self.document.add_mesh(f"{key[0]}, {hue}", shapes)
         return self._meshes[key, hue]
 
     def _colour(self, hue: str) -> Points:
         theme = self.theme
-        limb = mixed(rgb(theme.limb), rgb(theme.limb_light), 0.5)
+        limb = mix(rgb(theme.limb), rgb(theme.limb_light), 0.5)
         if hue == "limb":
             return limb
         if hue in ("left", "right"):
-            return mixed(limb, rgb(getattr(theme, hue)), TINT)
+            return mix(limb, rgb(getattr(theme, hue)), TINT)
         return rgb(theme.body(0) if hue == "body" else theme.damaged)
 
 
-def _common(names: list[str]) -> str:
+def _common_words(names: list[str]) -> str:
     """Return the first words that all names share, such as 'left wing'; '' for none."""
     words = [name.split() for name in names]
     same = takewhile(lambda column: len({*column}) == 1, zip(*words, strict=False))

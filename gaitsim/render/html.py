@@ -34,7 +34,9 @@ def head(title: str, allowed: str, style: str) -> str:
         style: style sheet of the page.
     """
     policy = f"{POLICY}; {allowed}"
-    return _HEAD.format(policy=policy, made=escaped(made()), title=escaped(title), style=style)
+    return _HEAD.format(
+        policy=policy, made=escaped(program_version()), title=escaped(title), style=style
+    )
 
 
 def escaped(text: str) -> str:
@@ -42,6 +44,6 @@ def escaped(text: str) -> str:
     return html.escape(visible(text))
 
 
-def made() -> str:
+def program_version() -> str:
     """Return the name and version of this program."""
     return f"gaitsim {version('gaitsim')}"

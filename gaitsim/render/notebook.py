@@ -95,7 +95,7 @@ def view(*individuals: Individual, height: int = 560) -> View:
     return View(page(individuals, embedded=True), height)
 
 
-def shown_in_notebooks(figure: "Figure", theme: "Theme") -> "Figure":
+def enable_notebook_display(figure: "Figure", theme: "Theme") -> "Figure":
     """Make notebooks show a figure as a picture; return the figure."""
     from gaitsim.render.plots.style import picture
 
@@ -155,14 +155,14 @@ class RunViews:
             raise unknown("kind of plot", kind, KINDS)
         theme = DARK if dark else LIGHT
         individuals: tuple[Individual, ...] = ()
-        if KINDS[kind].moves:
+        if KINDS[kind].shows_motion:
             individuals = tuple(self.snapshot.individual(one) for one in generations or (None,))
         shown = tuple(components)
         others = tuple(RunSnapshot(find_run(str(one))) for one in beside)
         figure = KINDS[kind].draw(
             Request(self.snapshot, individuals, channel, shown, window, theme, others, tuple(axes))
         )
-        return shown_in_notebooks(figure, theme)
+        return enable_notebook_display(figure, theme)
 
     def video(
         self,
@@ -203,8 +203,8 @@ class RunViews:
         theme = "dark" if dark else "light"
         settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
         video = Video(self.snapshot, generations, settings)
-        if video.caution:
-            warnings.warn(video.caution, stacklevel=2)
+        if video.warning:
+            warnings.warn(video.warning, stacklevel=2)
         video.write(path)
         return path
 

@@ -12,7 +12,7 @@ ENOUGH = 8.0  # pictures per cycle in slow motion
 _FRACTIONS = {0.5: "½", 0.25: "¼", 0.125: "⅛"}
 
 
-def rhythm(skeleton: Skeleton) -> float:
+def movement_frequency(skeleton: Skeleton) -> float:
     """Return the frequency of a body's movement about its path, Hz; 0 if it does not move.
 
     It is the median of the power spectrum of the velocities of all points, such as the frequency
@@ -31,7 +31,7 @@ def rhythm(skeleton: Skeleton) -> float:
     return float(frequencies[np.searchsorted(power, power[-1] / 2)])
 
 
-def shows(frequency: float, rate: float, speed: float, pictures: float = TOO_FEW) -> bool:
+def is_resolved(frequency: float, rate: float, speed: float, pictures: float = TOO_FEW) -> bool:
     """Return whether each cycle of a movement has at least `pictures` pictures.
 
     Args:
@@ -43,7 +43,7 @@ def shows(frequency: float, rate: float, speed: float, pictures: float = TOO_FEW
     return frequency * speed * pictures <= rate
 
 
-def usual_speed(frequency: float, rate: float, slowest: float) -> float:
+def default_speed(frequency: float, rate: float, slowest: float) -> float:
     """Return 1, or the slow motion (½, ¼, ⅛ …) that a fast movement needs.
 
     Args:
@@ -51,13 +51,13 @@ def usual_speed(frequency: float, rate: float, slowest: float) -> float:
         rate: pictures per second.
         slowest: lower limit of the speed.
     """
-    if shows(frequency, rate, 1.0):
+    if is_resolved(frequency, rate, 1.0):
         return 1.0
     halvings = math.ceil(math.log2(frequency * ENOUGH / rate))
     return float(2.0 ** -min(halvings, math.floor(-math.log2(slowest))))
 
 
-def speed_words(speed: float) -> str:
+def format_speed(speed: float) -> str:
     """Format a speed, such as '¼ speed' or '4 × speed'."""
     whole = round(1 / speed) if speed < 1 else 0
     if speed in _FRACTIONS:

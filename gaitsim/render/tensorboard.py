@@ -123,7 +123,7 @@ def _events(
         notices.append("no champion: every individual failed")
     else:
         yield Event(wall_time=last, step=champion.generation, summary=_summary(score))
-        if picture := _moving_picture(champion, notices):
+        if picture := _animation(champion, notices):
             yield Event(wall_time=last, step=champion.generation, summary=picture)
     yield Event(wall_time=last, summary=end)
 
@@ -146,19 +146,19 @@ def _summary(values: Mapping[str, float]) -> Any:
     )
 
 
-def _moving_picture(champion: Individual, notices: list[str]) -> Any:
+def _animation(champion: Individual, notices: list[str]) -> Any:
     """Return the summary of an animated GIF; None if the body cannot be drawn."""
     from tensorboardX.proto.summary_pb2 import Summary
 
     from gaitsim.render.encoder import encode
-    from gaitsim.render.plots.labels import score_words
+    from gaitsim.render.plots.labels import format_score
     from gaitsim.render.scene import THEMES, Clip, Scene
-    from gaitsim.render.tempo import rhythm, speed_words, usual_speed
+    from gaitsim.render.tempo import default_speed, format_speed, movement_frequency
 
     try:
         skeleton = champion.skeleton
-        speed = usual_speed(rhythm(skeleton), RATE, _SLOWEST)
-        details = score_words(champion) + (f"   {speed_words(speed)}" if speed != 1 else "")
+        speed = default_speed(movement_frequency(skeleton), RATE, _SLOWEST)
+        details = format_score(champion) + (f"   {format_speed(speed)}" if speed != 1 else "")
         scene = Scene([Clip(skeleton, champion.label, details)], SIZE, "iso", "light")
         count = min(int(scene.seconds / speed * RATE) + 1, PICTURES)
         pictures = [scene.draw(number * speed / RATE) for number in range(count)]

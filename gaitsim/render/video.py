@@ -11,7 +11,7 @@ from gaitsim.render.film import Film
 from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.fitness import fitness_figure
-from gaitsim.render.plots.labels import score_words
+from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.labels import ROW, ROWS, small_letters
 from gaitsim.render.settings import RenderSettings
 from gaitsim.runs.snapshot import RunSnapshot
@@ -88,4 +88,4 @@ def _check_room(bodies: int, size: tuple[int, int]) -> None:
 
 
 def _words(shown: Individual) -> tuple[str, str]:
-    return shown.label, score_words(shown)
+    return shown.label, format_score(shown)

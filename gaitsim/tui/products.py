@@ -61,9 +61,9 @@ class Product:
         known = self.model.model_fields
         if self.model is not Plot:
             return known
-        from gaitsim.render.plots.kinds import KINDS, OF_ALL
+        from gaitsim.render.plots.kinds import ALL_OPTIONS, KINDS
 
-        read = KINDS[self.kind].options if self.kind in KINDS else OF_ALL
+        read = KINDS[self.kind].options if self.kind in KINDS else ALL_OPTIONS
         return {n: f for n, f in known.items() if n in ("theme", "format") or f"--{n}" in read}
 
     def arguments(self, run: Path, settings: Settings) -> tuple[str, ...]:

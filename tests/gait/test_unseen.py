@@ -13,7 +13,7 @@ from gaitsim.gait import with_world
 from gaitsim.gait.judgement import Judgement, Outcome
 from gaitsim.gait.unseen import judge
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.judgement import in_one_line, judged
+from gaitsim.render.terminal.unseen_results import summary_line, world_results
 
 EXPERIMENT = load_experiment("walker", {"organism.duration": 1, "worlds.number": 3})
 GENOME = EXPERIMENT.space().random(1, np.random.default_rng(3))
@@ -94,10 +94,10 @@ def made(results, fell=None, measure="forward", unit="m", **conditions):
 def test_what_is_said_of_worlds():
     slope = np.linspace(-3, 3, 120)
     found = made(np.where(np.abs(slope) > 1, 1.6, 1.9), np.abs(slope) > 2.9, side_slope=slope)
-    assert in_one_line(found) == (
+    assert summary_line(found) == (
         "In 120 unseen worlds: median 1.60 m, worst tenth 1.60 m, 4 falls; side slope hurts most"
     )
-    table, hurting = judged(found)
+    table, hurting = world_results(found)
     assert ("worst tenth, mean", "1.600", "80 %") in table.rows
     [row] = hurting.rows
     assert row[:4] == ("side_slope", "below −1° or above 1°", "0.300", "4 of 80")
@@ -105,7 +105,7 @@ def test_what_is_said_of_worlds():
 
 def test_a_gait_that_goes_nowhere_is_said_to():
     still = replace(made(np.zeros(20), friction=np.linspace(0, 1, 20)), nominal=NOWHERE)
-    table, hurting = judged(still)
+    table, hurting = world_results(still)
     assert "not move forward in any world" in table.warning
     assert table.columns == ("", "forward m")
     assert hurting.rows == ()
@@ -116,7 +116,7 @@ def test_failed_motions_do_not_spoil_what_is_said():
                  friction=np.linspace(0, 1, 20))  # fmt: skip
     assert found.worst_tenth == -np.inf
     assert found.median == 7
-    assert "worst tenth –" in in_one_line(found)
+    assert "worst tenth –" in summary_line(found)
 
 
 @pytest.mark.parametrize("number", [0, 10**9, 2.5, float("nan"), True])

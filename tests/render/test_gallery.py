@@ -135,7 +135,7 @@ def test_runs_that_cannot_be_shown_are_listed_with_reasons(runs, tmp_path):
 
 def test_a_run_without_a_skeleton_has_a_card_without_picture(runs, tmp_path, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Puppet, "skeleton", lambda *_: None)
-    monkeypatch.setattr(site, "LONG", 10)
+    monkeypatch.setattr(site, "MAX_INLINE_CODE", 10)
     made = write_gallery(runs, tmp_path / "site")
     assert made.shown == 2
     assert len(made.problems) == 2

@@ -7,8 +7,8 @@ from matplotlib.colors import to_hex
 
 from gaitsim.contracts import Members
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.braille import runs
-from gaitsim.render.terminal.cell_steps import nearest, stepped
+from gaitsim.render.terminal.braille import ink_runs
+from gaitsim.render.terminal.cell_steps import nearest, next_occupied
 from gaitsim.render.terminal.colour_scale import EMPTY, LEVELS, VIRIDIS, Scale, styles
 from gaitsim.render.terminal.heat_map import HeatMap
 
@@ -57,7 +57,7 @@ def test_cell_at_finds_each_cell_where_it_is_drawn(columns, rows, shaded):
             assert abs(changed - (row, column)).max(1).min() <= 1
     assert {i for i, _ in seen} == set(range(found.numbers.shape[0]))
     assert len({j for _, j in seen}) >= found.numbers.shape[1] / (1 if shaded else 2)
-    text = "".join(text for text, _ in runs(plain[0], np.zeros(60, np.uint8)))
+    text = "".join(text for text, _ in ink_runs(plain[0], np.zeros(60, np.uint8)))
     assert "stance ?" in text
 
 
@@ -78,10 +78,10 @@ def test_cursor_skips_empty_cells_in_its_direction():
     occupied = np.zeros((9, 9), bool)
     for cell in [(0, 0), (4, 1), (6, 0), (1, 8), (3, 3)]:
         occupied[cell] = True
-    assert stepped(occupied, (0, 0), 1, 0) == (4, 1)  # (3, 3) is nearer, but far off the line
-    assert stepped(occupied, (4, 1), 1, 0) == (6, 0)
-    assert stepped(occupied, (6, 0), 1, 0) == (6, 0)
-    assert stepped(occupied, (3, 3), 0, 1) == (1, 8)
-    assert stepped(occupied, (3, 3), 0, -1) == (4, 1)
+    assert next_occupied(occupied, (0, 0), 1, 0) == (4, 1)  # (3, 3) is nearer, but far off the line
+    assert next_occupied(occupied, (4, 1), 1, 0) == (6, 0)
+    assert next_occupied(occupied, (6, 0), 1, 0) == (6, 0)
+    assert next_occupied(occupied, (3, 3), 0, 1) == (1, 8)
+    assert next_occupied(occupied, (3, 3), 0, -1) == (4, 1)
     assert nearest(occupied, (8, 1)) == (6, 0)
     assert nearest(np.zeros((2, 2), bool), (0, 0)) is None

@@ -14,7 +14,7 @@ from gaitsim.contracts import Measure, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.individual import Individual
 from gaitsim.render.page.document import document
-from gaitsim.render.page.player import POINTS, page, page_data
+from gaitsim.render.page.player import MAX_CURVE_POINTS, page, page_data
 from gaitsim.runs.snapshot import RunSnapshot
 
 EVIL = (
@@ -53,7 +53,7 @@ def test_long_curves_are_thinned(spider, spider_run):
     best = np.append(np.arange(4000.0), np.inf)
     run.__dict__["history"] = {"generation": np.arange(1.0, 4002), "best": best}
     curve = page_data([spider], run)["curve"]
-    assert len(curve["best"]) == POINTS
+    assert len(curve["best"]) == MAX_CURVE_POINTS
     assert (curve["generation"][0], curve["generation"][-1]) == (1, 4001)
     assert (curve["best"][0], curve["best"][-1]) == (0.0, None)
 

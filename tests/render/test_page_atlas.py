@@ -10,8 +10,8 @@ from gaitsim.evaluation.scoring import moved
 from gaitsim.experiment import load_experiment
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.page.atlas import atlas_data, write_atlas
-from gaitsim.render.page.gaits import EXACT, gaits_data
-from gaitsim.render.page.packing import unpacked
+from gaitsim.render.page.gaits import MAX_WAVE_ERROR, gaits_data
+from gaitsim.render.page.packing import unpack
 from gaitsim.render.page.strides import SETTLED, stride_of
 from gaitsim.render.plots.request import NothingToPlotError
 
@@ -22,15 +22,15 @@ GRID = "search.plugin=map-elites", "search.axes={ reach = [-3, 3], price = [-1, 
 
 def in_waves(data, count):
     """Return the joint angles (individuals, frames, joints) of a page with waves."""
-    waves = unpacked(data["waves"])
-    amounts = unpacked(data["amounts"]).reshape(count, len(data["joints"]), -1) + data["lowest"]
+    waves = unpack(data["waves"])
+    amounts = unpack(data["amounts"]).reshape(count, len(data["joints"]), -1) + data["lowest"]
     return (amounts @ waves).swapaxes(1, 2)
 
 
 def in_strides(data):
     """Return the joint angles (frames, joints) of each stride in a page's data."""
-    changes = unpacked(data["amounts"]).ravel() + data["lowest"]
-    lengths = unpacked(data["lengths"]).astype(int)
+    changes = unpack(data["amounts"]).ravel() + data["lowest"]
+    lengths = unpack(data["lengths"]).astype(int)
     parts = np.split(changes, np.cumsum(lengths * len(data["joints"]))[:-1])
     return [
         part.reshape(len(data["joints"]), length).cumsum(axis=1).T
@@ -48,7 +48,7 @@ def test_gaits_of_one_frequency_are_sums_of_two_waves():
     assert counts[0] == sum(counts[1:]) == 120
     apart = np.abs(in_waves(data, 120) - moved(experiment, genomes)["joint_angles"])
     assert apart.max() <= data["error"] + 1e-12
-    assert data["error"] <= EXACT
+    assert data["error"] <= MAX_WAVE_ERROR
     assert len(data["amounts"]["data"]) < 170 * 120  # larger archives need less per gait
 
 
@@ -57,7 +57,7 @@ def test_other_gaits_are_stored_as_strides():
     genomes = experiment.space().random(5, np.random.default_rng(2))
     data = json.loads(json.dumps(gaits_data(experiment, genomes, workers=1)))
     assert data["form"] == "strides"
-    assert unpacked(data["periods"]) == pytest.approx(20, abs=0.05)  # 1.5 Hz at 30 Hz
+    assert unpack(data["periods"]) == pytest.approx(20, abs=0.05)  # 1.5 Hz at 30 Hz
     angles = moved(experiment, genomes)["joint_angles"]
     for stride, played in zip(in_strides(data), angles, strict=True):
         first = int(SETTLED * len(played))
@@ -91,12 +91,12 @@ def test_a_map_without_joint_angles_has_all_cells(puppet_run, tmp_path, cells):
     members, view = run.members, ArchiveView.of(run.members)
     assert data["gaits"] is None
     assert data["body"] is None
-    assert unpacked(data["scores"])[0] == pytest.approx(members.scores, rel=1e-4, abs=1e-3)
+    assert unpack(data["scores"])[0] == pytest.approx(members.scores, rel=1e-4, abs=1e-3)
     panel = view.panel("reach", "price")
     if cells == "30":
-        assert (unpacked(data["raster"]) == panel.members).all()
+        assert (unpack(data["raster"]) == panel.members).all()
     else:
-        places = tuple(unpacked(axis["places"])[0].astype(int) for axis in data["axes"])
+        places = tuple(unpack(axis["places"])[0].astype(int) for axis in data["axes"])
         assert (panel.members[places] == np.arange(1, len(members.scores) + 1)).all()
     summary = write_atlas(run, tmp_path / "atlas.html")
     assert "no joint angles" in summary
@@ -129,7 +129,9 @@ def test_the_page_plays_gaits_without_network_requests(bundled, tmp_path):
         decoded = (
             "(n) => [...Array(n).keys()].map((i) => gaitsimPage.anglesOf(i).map((a) => [...a]))"
         )
-        assert np.abs(np.array(page.evaluate(decoded, len(genomes))) - angles).max() <= EXACT
+        assert (
+            np.abs(np.array(page.evaluate(decoded, len(genomes))) - angles).max() <= MAX_WAVE_ERROR
+        )
         shown = "Array.from(gaitsimPage.body.pose.points)"
         before = page.evaluate(shown)
         page.focus("canvas.cells")

@@ -8,7 +8,7 @@ from javascript import CHROMIUM
 
 from gaitsim.contracts import Terrain
 from gaitsim.render.page.document import document
-from gaitsim.render.page.packing import packed
+from gaitsim.render.page.packing import pack
 from gaitsim.render.page.player import themes
 
 FLAGS = [
@@ -111,7 +111,7 @@ def clip(**changes):
         "span": 0.5,
         "mark": 0.02,
         "ends": [0, 2, 0, 4],
-        "points": packed(points, 1e-5),
+        "points": pack(points, 1e-5),
         "limbs": [[0, 2, 0.02, 0.01, "limb"], [0, 4, 0.02, 0.01, "damaged"]],
         "plates": [{"corners": [0, 1, 3], "half": 0.01}],
         "hulls": [],
@@ -120,13 +120,13 @@ def clip(**changes):
         "feet": {
             "names": ["L1", "R1"],
             "sides": ["left", "right"],
-            "points": packed(feet, 1e-5),
-            "touching": packed(touching, 1),
+            "points": pack(feet, 1e-5),
+            "touching": pack(touching, 1),
             "lost": [False, False],
         },
-        "centre": packed(centre, 1e-5),
+        "centre": pack(centre, 1e-5),
         "ground": None,
-        "angles": {"names": ["hip"], "values": packed(np.sin(time)[:, None], 1e-6)},
+        "angles": {"names": ["hip"], "values": pack(np.sin(time)[:, None], 1e-6)},
         "terms": [{"name": "forward", "value": 2.5, "unit": "m"}],
         "measures": [{"name": "speed", "value": 1.0, "unit": "m/s", "help": "How fast."}],
     }
@@ -177,14 +177,14 @@ def solid(ground):
         for number, (shape, size) in enumerate(shapes)
     ]
     none = {"ends": [], "limbs": [], "plates": [], "hulls": []}
-    points = packed(np.empty((FRAMES, 0, 3)), 1e-5)
-    poses = packed(poses, 1e-5)
+    points = pack(np.empty((FRAMES, 0, 3)), 1e-5)
+    poses = pack(poses, 1e-5)
     return clip(points=points, solids=solids, poses=poses, ground=ground, **none)
 
 
 def uneven():
     heights = np.random.default_rng(0).uniform(0, 0.05, (30, 40))
-    return {"corner": [-1.0, -1.5], "spacing": 0.1, "heights": packed(heights, 1e-5)}
+    return {"corner": [-1.0, -1.5], "spacing": 0.1, "heights": pack(heights, 1e-5)}
 
 
 BODIES = {
@@ -196,8 +196,8 @@ BODIES = {
     "one frame": lambda: [
         clip(
             frames=1,
-            points=packed(np.random.default_rng(0).uniform(0, 1, (1, 5, 3)), 1e-5),
-            centre=packed(np.zeros((1, 3)), 1e-5),
+            points=pack(np.random.default_rng(0).uniform(0, 1, (1, 5, 3)), 1e-5),
+            centre=pack(np.zeros((1, 3)), 1e-5),
             feet=None,
             angles=None,
         )
@@ -230,7 +230,7 @@ COLOURS = """() => {
 def test_unpacked_numbers_are_within_half_a_step(show):
     values = np.random.default_rng(1).normal(0, 50, (40, 3, 2)).cumsum(axis=0)
     shown = show(data(clip()))
-    got = shown.run("async (one) => [...(await gaitsim.unpack(one)).values]", packed(values, 1e-6))
+    got = shown.run("async (one) => [...(await gaitsim.unpack(one)).values]", pack(values, 1e-6))
     assert np.abs(np.array(got) - values.ravel()).max() <= 0.5001e-6
     angles = shown.run(
         "() => Array.from({length: 61}, (_, i) => gaitsimPage.recordings[0].anglesAt(i)[0])"
@@ -243,7 +243,7 @@ def test_unpacked_numbers_are_within_half_a_step(show):
 def test_heights_of_a_terrain_are_as_in_python(show):
     heights = np.random.default_rng(2).uniform(0, 1, (5, 7))
     terrain = Terrain(heights, 0.25, (-0.5, 0.25))
-    ground = {"corner": [-0.5, 0.25], "spacing": 0.25, "heights": packed(heights, 1e-6)}
+    ground = {"corner": [-0.5, 0.25], "spacing": 0.25, "heights": pack(heights, 1e-6)}
     shown = show(data(clip(ground=ground)))
     places = np.random.default_rng(3).uniform(-1, 2, (50, 2))
     found = shown.run(

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 from gaitsim.contracts import Skeleton, Solid
 from gaitsim.errors import GaitsimError
 from gaitsim.render.page.clips import _solids, clip_data
-from gaitsim.render.page.packing import packed, unpacked
+from gaitsim.render.page.packing import pack, unpack
 
 
 @given(
@@ -23,7 +23,7 @@ from gaitsim.render.page.packing import packed, unpacked
     st.sampled_from([1e-5, 1e-3, 0.3]),
 )
 def test_unpacking_inverts_packing_within_half_a_step(values, step):
-    found = unpacked(json.loads(json.dumps(packed(values, step))))
+    found = unpack(json.loads(json.dumps(pack(values, step))))
     assert found.shape == values.shape
     assert np.abs(found - values).max(initial=0) <= step / 2 * (1 + 1e-6)
 
@@ -31,24 +31,24 @@ def test_unpacking_inverts_packing_within_half_a_step(values, step):
 def test_numbers_that_cannot_be_stored_are_rejected():
     for bad in (np.nan, np.inf, 1e9):
         with pytest.raises(GaitsimError, match="cannot be stored"):
-            packed([0.0, bad], 1e-5)
+            pack([0.0, bad], 1e-5)
 
 
 def test_a_clip_is_the_motion_of_the_individual(spider_run):
     spider = spider_run.individual()
     clip, skeleton = clip_data(spider), spider.skeleton
     step = clip["points"]["step"]
-    points = unpacked(clip["points"])[:, clip["ends"]].reshape(skeleton.segments.shape)
+    points = unpack(clip["points"])[:, clip["ends"]].reshape(skeleton.segments.shape)
     assert points.shape[0] == clip["frames"] == 300
     assert len(set(clip["ends"])) < len(clip["ends"])  # joints are shared
     for found, original in (
         (points, skeleton.segments),
-        (unpacked(clip["feet"]["points"]), skeleton.contacts),
-        (unpacked(clip["centre"]), skeleton.path),
+        (unpack(clip["feet"]["points"]), skeleton.contacts),
+        (unpack(clip["centre"]), skeleton.path),
     ):
         assert np.abs(found - original).max() <= step * 0.55
-    assert (unpacked(clip["feet"]["touching"]) == skeleton.touching).all()
-    angles = unpacked(clip["angles"]["values"])
+    assert (unpack(clip["feet"]["touching"]) == skeleton.touching).all()
+    angles = unpack(clip["angles"]["values"])
     assert np.abs(angles - spider.joint_angles).max() <= 5.01e-7
     assert clip["angles"]["names"] == list(spider.experiment.organism.joint_names())
     assert clip["score"] == spider.score

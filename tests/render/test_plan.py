@@ -5,7 +5,7 @@ import pytest
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.terminal import plan as drawing
-from gaitsim.render.terminal.plan import beside, draw_plan, leg_at, plan_of
+from gaitsim.render.terminal.plan import draw_plan, leg_at, next_leg, plan_of
 
 LEGS = {name: (f"{name} hip", f"{name} knee") for name in ("L1", "R1", "L2", "R2", "L3", "R3")}
 SIZE = (40, 16)
@@ -78,7 +78,7 @@ def test_a_whole_leg_is_damaged_if_no_segment_has_the_name_of_the_joint(plan):
     ],
 )  # fmt: skip
 def test_arrow_keys_select_the_next_leg(plan, leg, way, found):
-    assert beside(plan, leg, *way) == found
+    assert next_leg(plan, leg, *way) == found
 
 
 @pytest.mark.parametrize("size", [SIZE, (27, 12)])

@@ -18,7 +18,7 @@ from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment import load_atlas
 from gaitsim.gait import margin_of, stability_margin, with_damage
 from gaitsim.gait.contact import feet_of
-from gaitsim.render.plots.channel import usual_channel
+from gaitsim.render.plots.channel import default_channel
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES
 from gaitsim.render.plots.components import lines_of
@@ -27,7 +27,7 @@ from gaitsim.render.plots.footfall import footfall_figure
 from gaitsim.render.plots.genome import genome_figure
 from gaitsim.render.plots.joints import joints_figure, legs_of
 from gaitsim.render.plots.kinds import KINDS, file_stem
-from gaitsim.render.plots.labels import heading_of, heading_of_run, numeral, shortened
+from gaitsim.render.plots.labels import format_number, heading_of, heading_of_run, shorten
 from gaitsim.render.plots.panels import intervals
 from gaitsim.render.plots.path import path_figure, scene_of
 from gaitsim.render.plots.phase import phase_figure, stride_of
@@ -524,7 +524,7 @@ def test_a_planar_body_is_drawn_from_the_side(bundled, spider_run):
     ("preset", "channel"), [("spider", "pose"), ("walker", "height"), ("fly", "altitude")]
 )
 def test_the_default_channel_has_no_kind_of_its_own(bundled, preset, channel):
-    assert usual_channel(bundled(preset).individual()) == channel
+    assert default_channel(bundled(preset).individual()) == channel
 
 
 @pytest.mark.slow
@@ -534,7 +534,7 @@ def test_titles_name_the_run_and_scores_have_units(bundled):
     written = texts(footfall_figure(request_for(run)))
     (heading,) = (text for text in written if "seed" in text)
     assert heading.startswith(run.path.name)
-    assert heading.endswith(f"score {numeral(one.score)} m")
+    assert heading.endswith(f"score {format_number(one.score)} m")
     assert "score (distance, m)" in texts(KINDS["fitness"].draw(request_for(run)))
     assert "term of the score (m)" in texts(terms_figure(request_for(run)))
     assert heading_of_run("mine", run.experiment) == "mine (walker), seed 0"
@@ -893,7 +893,7 @@ def test_a_body_that_breaks_its_contract_is_named(puppet_run, puppets, monkeypat
     [(None, (40, 300)), ((0, 1), (0, 31)), ((9, 20), (270, 300)), ((0.5, 0.6), (15, 19))],
 )
 def test_a_window_is_a_part_of_the_frames(window, frames):
-    assert window_slice(300, 30.0, window, usual=26 / 3) == slice(*frames)
+    assert window_slice(300, 30.0, window, default=26 / 3) == slice(*frames)
 
 
 def test_a_window_without_motion_is_rejected():
@@ -920,5 +920,5 @@ def test_a_heading_has_the_damage_rather_than_the_score(spider_run):
 
 
 def test_long_names_are_shortened_in_the_middle():
-    assert shortened("short", 10) == "short"
-    assert shortened("a" * 20 + "z" * 20, 12) == "aaaaaaaa…zzz"
+    assert shorten("short", 10) == "short"
+    assert shorten("a" * 20 + "z" * 20, 12) == "aaaaaaaa…zzz"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from gaitsim.contracts import Skeleton
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, captions, draw
 from gaitsim.render.scene.anatomy import anatomy
-from gaitsim.render.scene.camera import Camera, axes, steadied
+from gaitsim.render.scene.camera import Camera, axes, smooth_path
 from gaitsim.render.scene.ground import grid
 from gaitsim.render.scene.labels import DPI, Labels
 from gaitsim.render.scene.race import Race
@@ -89,10 +89,10 @@ def test_points_behind_the_camera_are_finite_and_detected():
 
 def test_the_camera_follows_a_steady_walk_exactly_and_smooths_a_trembling_one():
     walk = np.outer(np.arange(50), (0.1, 0.0, 0.0))
-    assert np.allclose(steadied(walk, 30.0), walk)
+    assert np.allclose(smooth_path(walk, 30.0), walk)
     trembling = walk + 0.05 * (-1.0) ** np.arange(50)[:, None]
-    assert np.abs(np.diff(steadied(trembling, 30.0)[10:-10], axis=0) - (0.1, 0, 0)).max() < 0.005
-    assert np.array_equal(steadied(walk[:1], 30.0), walk[:1])
+    assert np.abs(np.diff(smooth_path(trembling, 30.0)[10:-10], axis=0) - (0.1, 0, 0)).max() < 0.005
+    assert np.array_equal(smooth_path(walk[:1], 30.0), walk[:1])
 
 
 def test_poses_are_interpolated_between_frames():
@@ -182,10 +182,10 @@ def test_lines_bend_at_the_corners_of_uneven_ground():
     clip = Clip(replace(walker(), ground=HILLS))
     seen = Camera(np.array([0.3, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
     ends, _ = grid(seen, 1.0, 900.0, 1.0, clip.corners)
-    on = clip.grounded(ends)
+    on = clip.on_ground(ends)
     assert np.array_equal(on[..., :2], ends[..., :2])
     assert on[..., 2].max() == pytest.approx(0.2)
-    middle = clip.grounded(ends.mean(axis=1))  # no piece crosses a corner
+    middle = clip.on_ground(ends.mean(axis=1))  # no piece crosses a corner
     assert np.allclose(middle, on.mean(axis=1))
 
 
@@ -337,7 +337,7 @@ def test_bodies_that_fall_behind_leave_the_picture_and_the_leader_stays():
     assert np.ptp(leader[:, 1]) > 0
     (tag,) = scene.world.runners[0].tag.get_paths()
     assert (tag.vertices >= 0).all()
-    altitudes = [captions.progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
+    altitudes = [captions.format_progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
     assert altitudes == ["altitude −300.00 m", "altitude 2.00 m"]
 
 
@@ -348,7 +348,7 @@ def test_a_race_lasts_as_long_as_its_longest_clip():
     )
     scene = Scene([Clip(short), Clip(walker())], (640, 480), "iso", "light")
     assert scene.seconds == 2.0
-    texts = [captions.progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
+    texts = [captions.format_progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
     assert texts == ["distance 0.50 m, ended at 1.00 s", "distance 1.00 m"]
 
 

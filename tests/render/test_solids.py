@@ -13,7 +13,7 @@ from gaitsim.render.scene import THEMES, Clip, Scene, draw
 from gaitsim.render.scene.camera import Camera, axes
 from gaitsim.render.scene.race import Race
 from gaitsim.render.scene.raster import FINE, raster
-from gaitsim.render.scene.solids import Surfaces, between_poses, rotations
+from gaitsim.render.scene.solids import Surfaces, interpolate_poses, rotations
 from gaitsim.render.still import write_still
 
 LIGHT = np.array([0.0, 0.0, 1.0])
@@ -116,7 +116,7 @@ def test_rotations_and_interpolation_of_quaternions():
     known = Rotation.from_quat(quaternions[:, [1, 2, 3, 0]]).as_matrix()
     assert np.allclose(rotations(quaternions), known)
     one, other = np.array([AT_ZERO]), -np.array([[0, 0, 0, np.sqrt(0.5), 0, 0, np.sqrt(0.5)]])
-    half = between_poses(one, other, 0.5)  # −q is the same rotation: 45° is half of 90°
+    half = interpolate_poses(one, other, 0.5)  # −q is the same rotation: 45° is half of 90°
     assert np.allclose(half[0, 3:], (np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)))
 
 

@@ -2,7 +2,13 @@ import numpy as np
 import pytest
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.tempo import ENOUGH, rhythm, shows, speed_words, usual_speed
+from gaitsim.render.tempo import (
+    ENOUGH,
+    default_speed,
+    format_speed,
+    is_resolved,
+    movement_frequency,
+)
 
 
 def flapping(frequency, frame_rate=1000.0, seconds=2.0, drift=0.3):
@@ -18,27 +24,27 @@ def flapping(frequency, frame_rate=1000.0, seconds=2.0, drift=0.3):
 
 @pytest.mark.parametrize("frequency", [0.8, 3.0, 12.0, 25.0, 49.0])
 def test_the_frequency_is_that_of_the_wing_beat(frequency):
-    assert rhythm(flapping(frequency, seconds=5.0)) == pytest.approx(frequency, abs=0.3)
+    assert movement_frequency(flapping(frequency, seconds=5.0)) == pytest.approx(frequency, abs=0.3)
 
 
 @pytest.mark.parametrize("frames", [1, 2, 40])
 def test_a_body_that_does_not_move_about_its_path_has_frequency_0(frames):
     segments = np.tile(np.eye(2, 3), (frames, 1, 1, 1)) + np.arange(frames)[:, None, None, None]
-    assert rhythm(Skeleton(segments, ("a",), 30.0)) == 0
+    assert movement_frequency(Skeleton(segments, ("a",), 30.0)) == 0
 
 
 @pytest.mark.parametrize("rate", [10, 25, 30, 60])
 @pytest.mark.parametrize("frequency", [0.0, 1.5, 3.7, 8.0, 25.0, 49.0])
 def test_slow_motion_shows_each_beat_and_is_not_slower_than_needed(frequency, rate):
-    speed = usual_speed(frequency, rate, 0.01)
-    assert shows(frequency, rate, speed)
+    speed = default_speed(frequency, rate, 0.01)
+    assert is_resolved(frequency, rate, speed)
     if speed < 1:
-        assert not shows(frequency, rate, 1)
+        assert not is_resolved(frequency, rate, 1)
         assert ENOUGH <= rate / (frequency * speed) < 2 * ENOUGH
 
 
 def test_no_motion_is_slower_than_allowed():
-    assert usual_speed(1e9, 30, 0.01) == 1 / 64
+    assert default_speed(1e9, 30, 0.01) == 1 / 64
 
 
 @pytest.mark.parametrize(
@@ -47,4 +53,4 @@ def test_no_motion_is_slower_than_allowed():
      (0.3, "0.3 × speed"), (4, "4 × speed")],
 )  # fmt: skip
 def test_speeds_are_formatted(speed, words):
-    assert speed_words(speed) == words
+    assert format_speed(speed) == words

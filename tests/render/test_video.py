@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.render.encoder import encode, palette
 from gaitsim.render.scene import THEMES, Scene
 from gaitsim.render.settings import RenderSettings
-from gaitsim.render.tempo import rhythm
+from gaitsim.render.tempo import movement_frequency
 from gaitsim.render.video import Video
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -271,16 +271,16 @@ def test_wing_beats_are_in_slow_motion(bundled):
     run = bundled("fly")
     for rate in (15, 30):
         video = Video(run, (), RenderSettings(fps=rate, **SMALL))
-        beats = rhythm(run.individual().skeleton) * video.scene.seconds
+        beats = movement_frequency(run.individual().skeleton) * video.scene.seconds
         assert video.speed < 1
         assert len(video) / beats >= 7.9
-        assert video.caution == ""
+        assert video.warning == ""
         assert video.scene.heading[1].endswith(" speed")
     real = Video(run, (), RenderSettings(speed=1, fps=15, **SMALL))
     assert real.speed == 1
-    assert "Try speed 0." in real.caution
+    assert "Try speed 0." in real.warning
     walking = Video(bundled("walker"), (), RenderSettings(**SMALL))
-    assert (walking.speed, walking.caution) == (1, "")
+    assert (walking.speed, walking.warning) == (1, "")
 
 
 def test_the_same_video_is_the_same_file(spider_run, tmp_path):
@@ -299,9 +299,9 @@ def test_the_same_video_is_the_same_file(spider_run, tmp_path):
         ({"theme": "drak"}, "theme 'drak'"),
         ({"size": (641, 480)}, "H.264 requires even numbers"),
         ({"size": (640, 481)}, "H.264 requires even numbers"),
-        ({"size": (0, 0)}, "too small or too large"),
-        ({"size": (32, 480)}, "too small or too large"),
-        ({"size": (640, 5000)}, "too small or too large"),
+        ({"size": (0, 0)}, "invalid size of a video"),
+        ({"size": (32, 480)}, "invalid size of a video"),
+        ({"size": (640, 5000)}, "invalid size of a video"),
         ({"fps": 0.5}, "frames a second"),
         ({"fps": -30.0}, "frames a second"),
         ({"fps": 121.0}, "frames a second"),

@@ -15,7 +15,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
-from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
+from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, ink_runs
 from gaitsim.render.terminal.view import FARTHEST, NAMED, Viewpoint, camera
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
@@ -134,8 +134,8 @@ class TestDots:
     def test_runs_put_a_row_together_again_spaces_with_what_is_before_them(self):
         codes = np.array([ord(sign) for sign in " ab⠁ ● x "], dtype=np.uint32)
         inks = np.array([0, 0, 0, 1, 0, 1, 0, 2, 0], dtype=np.uint8)
-        assert runs(codes, inks) == [(" ab", 0), ("⠁ ● ", 1), ("x ", 2)]
-        assert runs(codes[:0], inks[:0]) == []
+        assert ink_runs(codes, inks) == [(" ab", 0), ("⠁ ● ", 1), ("x ", 2)]
+        assert ink_runs(codes[:0], inks[:0]) == []
 
 
 class TestView:

@@ -11,8 +11,8 @@ from textual.events import MouseScrollUp
 from waiting import strips
 
 from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curve_view import Scale, Series, View, frame_of, smoothed
-from gaitsim.render.terminal.curves import plot, thinned
+from gaitsim.render.terminal.curve_view import Scale, Series, View, frame_of, smooth_series
+from gaitsim.render.terminal.curves import plot, thin_series
 from gaitsim.render.ticks import labels, log_ticks, ticks
 from gaitsim.tui.widgets.cells import Cells
 from gaitsim.tui.widgets.curve_plot import CurvePlot
@@ -181,32 +181,32 @@ class TestPlot:
 class TestSmoothed:
     def test_it_stays_within_stages_and_gaps_stay(self):
         y = np.array([0.0, 0, np.nan, 0, 9, 9, 9, 9])
-        found = smoothed(Series("best", np.arange(8.0), y, (4,)), 5).y
+        found = smooth_series(Series("best", np.arange(8.0), y, (4,)), 5).y
         assert np.array_equal(found, y, equal_nan=True)
 
     def test_a_single_peak_goes(self):
         y = np.zeros(50)
         y[20] = 7
-        assert not smoothed(series(y), 5).y.any()
+        assert not smooth_series(series(y), 5).y.any()
 
 
 class TestThinned:
     def test_peaks_stay(self):
         y = np.zeros(100_000)
         y[[333, 77_777]] = 5, -7
-        kept = thinned(series(y), 100)
+        kept = thin_series(series(y), 100)
         assert len(kept.y) <= 1000
         assert (kept.y.max(), kept.y.min()) == (5, -7)
         assert kept.x[np.argmax(kept.y)] == pytest.approx(334, abs=250)
 
     def test_few_points_stay_as_they_are(self):
         one = series(np.arange(50))
-        assert thinned(one, 100) is one
+        assert thin_series(one, 100) is one
 
     def test_wide_gaps_stay(self):
         y = np.ones(100_000)
         y[30_000:60_000] = -np.inf
-        kept = thinned(series(y), 100)
+        kept = thin_series(series(y), 100)
         inside = (kept.x > 31_000) & (kept.x < 59_000)
         assert np.isnan(kept.y[inside]).all()
         assert np.isfinite(kept.y[kept.x < 29_000]).all()
@@ -214,7 +214,7 @@ class TestThinned:
     def test_the_picture_is_that_of_all_points(self, monkeypatch):
         y = np.sin(np.linspace(0, 20, 20_000))
         thin, _ = plot([series(y)], 50, 12)
-        monkeypatch.setattr(curves, "thinned", lambda one, width: one)
+        monkeypatch.setattr(curves, "thin_series", lambda one, width: one)
         full, _ = plot([series(y)], 50, 12)
         assert (thin == full).mean() > 0.9
 
@@ -345,7 +345,7 @@ class TestExploring:
             assert "zoomed" in legend(shown)
             for _ in range(30):  # no further than a few points
                 await pilot.press("plus")
-            assert len(curves.seen(shown.series, shown.view)[0].x) <= 6
+            assert len(curves.points_in_view(shown.series, shown.view)[0].x) <= 6
             await pilot.press("end")  # the cursor takes the view with it
             assert shown.view.left < 100 <= shown.view.right
             await pilot.press("0")

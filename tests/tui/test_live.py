@@ -196,7 +196,7 @@ class TestAtRest:
             best, mean, earlier = screen.query_one(Curves).series
             assert best.x.tolist() == mean.x.tolist() == [8, 9, 10, 11, 12]
             assert earlier.x.tolist() == [1, 2, 3, 4, 5, 6, 7]
-            assert [one.apart for one in (best, mean, earlier)] == [False, False, True]
+            assert [one.incomparable for one in (best, mean, earlier)] == [False, False, True]
             assert "stage 2" in text(screen, "#live-status")
 
         live(run, test)

@@ -6,7 +6,7 @@ from importlib.resources import files
 from itertools import groupby
 
 from gaitsim.render.gallery.cards import SIZE, Card
-from gaitsim.render.html import escaped, head, made
+from gaitsim.render.html import escaped, head, program_version
 from gaitsim.render.terminal.text import number, visible_lines
 
 _PAGE = """{head}<body>
@@ -53,7 +53,7 @@ def index(title: str, cards: Iterable[Card], problems: Sequence[tuple[str, str]]
     style = files("gaitsim.render.gallery").joinpath("gallery.css").read_text(encoding="utf-8")
     return _PAGE.format(
         head=head(title, "img-src data:", style),
-        made=escaped(made()),
+        made=escaped(program_version()),
         title=escaped(title),
         about=f"{count} run{'s' * (count != 1)}",
         style=files("gaitsim.render.gallery").joinpath("gallery.css").read_text(encoding="utf-8"),

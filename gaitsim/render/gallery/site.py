@@ -17,8 +17,8 @@ from gaitsim.runs.files.folder import check_links, create_out_folder, list_runs
 
 INDEX, RECORD, PAGES = "index.html", "gallery.json", "pages"
 KIND = "gaitsim gallery"
-LONG = 4000  # maximum characters of a code in the index; longer codes have a file
-LARGEST = 50_000_000  # maximum bytes of a gallery's record
+MAX_INLINE_CODE = 4000  # maximum characters of a code in the index; longer codes have a file
+MAX_RECORD_BYTES = 50_000_000  # maximum bytes of a gallery's record
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_")
 
 
@@ -103,7 +103,7 @@ def _write_run(path: Path, out: Path, name: str) -> Card:
     """
     run, champion = read_champion(path)
     card = card_of(run, champion)
-    if len(card.code) > LONG:
+    if len(card.code) > MAX_INLINE_CODE:
         card = replace(card, code_file=f"{name}.code.txt")
         write_bytes(out / card.code_file, f"{card.code}\n".encode())
     if not card.pictures:
@@ -161,7 +161,7 @@ def _own_files(out: Path) -> set[str]:
     try:
         if out.is_dir() and not any(out.iterdir()):
             return set()
-        record = json.loads(read_regular(out / RECORD, LARGEST))
+        record = json.loads(read_regular(out / RECORD, MAX_RECORD_BYTES))
         if record["kind"] == KIND:
             found = {str(name) for name in record["files"]}
             return {name for name in found if name == f"{PAGES}/{Path(name).name}"}

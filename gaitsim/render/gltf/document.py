@@ -46,7 +46,7 @@ class Document:
         self._channels: list[dict[str, Any]] = []
         self._times, self._input = times, -1
 
-    def material(self, name: str, colour: Colour, thin: bool = False) -> int:
+    def add_material(self, name: str, colour: Colour, thin: bool = False) -> int:
         """Add a matt material; return its index.
 
         Args:
@@ -69,24 +69,26 @@ class Document:
         )
         return len(self._materials) - 1
 
-    def shape(self, mesh: Mesh) -> dict[str, Any]:
+    def add_shape(self, mesh: Mesh) -> dict[str, Any]:
         """Store a mesh; return it as a primitive without a material."""
         attributes = {"POSITION": self._vectors(mesh.points)}
         if mesh.normals is not None:
             attributes["NORMAL"] = self._vectors(mesh.normals)
         return {"attributes": attributes, "indices": self._indices(mesh.triangles)}
 
-    def further(self, shape: Mapping[str, Any], triangles: NDArray[np.intp]) -> dict[str, Any]:
+    def add_triangles(
+        self, shape: Mapping[str, Any], triangles: NDArray[np.intp]
+    ) -> dict[str, Any]:
         """Store more triangles between the points of a shape; return them as a primitive."""
         return {**shape, "indices": self._indices(triangles)}
 
-    def mesh(self, name: str, shapes: Mapping[int, Mapping[str, Any]]) -> int:
+    def add_mesh(self, name: str, shapes: Mapping[int, Mapping[str, Any]]) -> int:
         """Add a mesh of shapes, given by the index of their material; return its index."""
         primitives = [{**shape, "material": material} for material, shape in shapes.items()]
         self._meshes.append({"name": name, "primitives": primitives})
         return len(self._meshes) - 1
 
-    def node(self, name: str, mesh: int | None = None, **tracks: Points) -> None:
+    def add_node(self, name: str, mesh: int | None = None, **tracks: Points) -> None:
         """Add a node below the root, with its pose in the first frame and its animation.
 
         Args:
@@ -150,7 +152,7 @@ class Document:
         buffer += bytes(-len(buffer) % 4)
         return len(self._accessors) - 1
 
-    def binary(self, animation: str, generator: str, title: str, extras: Any) -> bytes:
+    def to_glb(self, animation: str, generator: str, title: str, extras: Any) -> bytes:
         """Return the document as a GLB file.
 
         Args:

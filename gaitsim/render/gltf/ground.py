@@ -29,7 +29,7 @@ def ground(clip: Clip) -> tuple[Mesh, NDArray[np.intp]]:
         _lines(low[axis], high[axis], step if tiled else np.inf, clip.corners[axis])
         for axis in (0, 1)
     )
-    points = clip.grounded(np.stack([*np.meshgrid(x, y), np.zeros((len(y), len(x)))], axis=-1))
+    points = clip.on_ground(np.stack([*np.meshgrid(x, y), np.zeros((len(y), len(x)))], axis=-1))
     if clip.skeleton.ground is None:
         points[..., 2] = clip.floor
     first = (np.arange(len(y) - 1)[:, None] * len(x) + np.arange(len(x) - 1)).ravel()

@@ -46,7 +46,7 @@ def rod(first: float, second: float, length: float) -> Mesh:
     radii = np.repeat([first, second], ARC)
     middles = np.repeat([-length / 2, length / 2], ARC)
     normals = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return _turned(radii[:, None] * normals + np.stack([0 * middles, middles], axis=1), normals)
+    return _revolve(radii[:, None] * normals + np.stack([0 * middles, middles], axis=1), normals)
 
 
 def mesh_of(solid: Solid) -> Mesh:
@@ -64,7 +64,7 @@ def mesh_of(solid: Solid) -> Mesh:
         outline = np.array([[0, -half], [radius, -half], [radius, -half], [radius, half]])
         outline = np.concatenate([outline, [[radius, half], [0, half]]])
         normals = np.repeat([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0]], 2, axis=0)
-        return _turned(outline, normals)
+        return _revolve(outline, normals)
     drawn = surface(solid)
     return polyhedron(drawn.points, drawn.faces)
 
@@ -101,7 +101,7 @@ def slab(corners: Points, half: float) -> Mesh:
     return Mesh(points, np.concatenate([top, top[:, ::-1] + below, sides.reshape(-1, 3)]))
 
 
-def _turned(outline: Points, normals: Points) -> Mesh:
+def _revolve(outline: Points, normals: Points) -> Mesh:
     """Revolve an outline, (rings, 2) as ascending radius and z in m, around the z axis."""
     circle = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
 

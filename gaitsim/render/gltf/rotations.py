@@ -5,14 +5,14 @@ import numpy as np
 from gaitsim.render.scene.camera import Points
 
 
-def continuous(quaternions: Points) -> Points:
+def without_sign_flips(quaternions: Points) -> Points:
     """Return quaternions (frames, …, 4) whose signs do not flip between frames."""
     turns = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=-1) < 0, -1.0, 1.0)
     signs = np.concatenate([np.ones_like(quaternions[:1, ..., 0]), np.cumprod(turns, axis=0)])
     return np.asarray(quaternions * signs[..., None])
 
 
-def along(directions: Points) -> Points:
+def rotations_from_z(directions: Points) -> Points:
     """Return the rotations that align the z axis with directions, without twist between frames.
 
     Args:
@@ -30,7 +30,7 @@ def along(directions: Points) -> Points:
     for frame, wanted in enumerate(directions):
         turn = Rotation.from_quat(_arc(turn.apply(axis), wanted)) * turn
         found[frame] = turn.as_quat()
-    return continuous(found)
+    return without_sign_flips(found)
 
 
 def _arc(one: Points, other: Points) -> Points:
@@ -43,7 +43,7 @@ def _arc(one: Points, other: Points) -> Points:
     return np.where(np.linalg.norm(arc, axis=-1, keepdims=True) < 1e-6, half, arc)
 
 
-def rigid(places: Points) -> Points | None:
+def rigid_rotations(places: Points) -> Points | None:
     """Return the rotations of points about the origin since the first frame (Kabsch 1976).
 
     Args:
@@ -63,4 +63,4 @@ def rigid(places: Points) -> Points | None:
     away = np.einsum("fij,pj->fpi", matrices, first) - places
     if np.abs(away).max() > 1e-4 * np.abs(first).max():
         return None
-    return continuous(Rotation.from_matrix(matrices).as_quat())
+    return without_sign_flips(Rotation.from_matrix(matrices).as_quat())

@@ -11,12 +11,12 @@ from gaitsim.errors import RunError
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual, Member
 from gaitsim.registry import contract_error, plugin_errors
-from gaitsim.render.archive_view import ArchiveView, lowest
-from gaitsim.render.html import made
+from gaitsim.render.archive_view import ArchiveView, colour_scale_low
+from gaitsim.render.html import program_version
 from gaitsim.render.page.clips import clip_data
 from gaitsim.render.page.document import asset, document
 from gaitsim.render.page.gaits import gaits_data
-from gaitsim.render.page.packing import Packed, packed
+from gaitsim.render.page.packing import Packed, pack
 from gaitsim.render.page.player import themes
 from gaitsim.render.plots.request import require_kept
 from gaitsim.render.terminal.colour_scale import VIRIDIS
@@ -26,7 +26,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 SCRIPTS = ("rig.js", "gaits.js", "cells.js", "gait_list.js", "atlas.js")
 _DIGITS = 1e-4  # rounding of numbers that are only printed, as a share of their range
-_OF_FRAMES = ("points", "poses", "centre", "angles", "ground", "measures", "terms")
+_FRAME_FIELDS = ("points", "poses", "centre", "angles", "ground", "measures", "terms")
 
 Json = dict[str, Any]
 
@@ -89,7 +89,7 @@ def atlas_data(
         )
     best = run.individual(Member(view.best))
     rig = _rig(best)
-    low, below = lowest(members.scores)
+    low, below = colour_scale_low(members.scores)
     gaits = None
     if rig is not None:
         gaits = gaits_data(best.experiment, members.genomes, workers, begin=begin, advance=advance)
@@ -97,10 +97,10 @@ def atlas_data(
     return {
         "title": name,
         "description": best.experiment.description,
-        "made": made(),
+        "made": program_version(),
         "theme": themes(),
         "count": len(members.scores),
-        "filled": view.filled,
+        "filled": view.coverage,
         "generation": run.generation,
         "command": command("play", name, "--member"),
         "unit": best.experiment.fitness.unit,
@@ -132,12 +132,12 @@ def _rig(individual: Individual) -> Rig | None:
 
 def _axis(view: ArchiveView, name: str, unit: str) -> Json:
     """Return an axis: its parts in the map, and each member's value and part."""
-    borders = view.parts(name)
+    borders = view.part_borders(name)
     return {
         "name": name,
         "unit": unit,
         "borders": borders.tolist(),
-        "places": packed(view.places(name, borders)[None], 1.0),
+        "places": pack(view.part_indices(name, borders)[None], 1.0),
         "values": _row(view.members.values[name]),
     }
 
@@ -149,13 +149,13 @@ def _raster(view: ArchiveView) -> Packed | None:
     """
     if view.members.centroids is None or len(view.names) != 2:
         return None
-    return packed(view.panel(*view.names).members, 1.0)
+    return pack(view.panel(*view.names).members, 1.0)
 
 
 def _row(values: Any) -> Packed:
     """Return one number per member in a single row, as neighbours in an archive are dissimilar."""
     span = float(np.ptp(values)) or float(np.abs(values).max()) or 1.0
-    return packed(np.asarray(values)[None], 10.0 ** np.floor(np.log10(span * _DIGITS)))
+    return pack(np.asarray(values)[None], 10.0 ** np.floor(np.log10(span * _DIGITS)))
 
 
 def _body(individual: Individual, rig: Rig) -> Json:
@@ -171,7 +171,7 @@ def _body(individual: Individual, rig: Rig) -> Json:
             "has a rig with different joints or segments",
             "the joints of joint_names() and the segments of the skeleton, in the same order",
         )
-    clip = {key: value for key, value in clip_data(individual).items() if key not in _OF_FRAMES}
+    clip = {key: value for key, value in clip_data(individual).items() if key not in _FRAME_FIELDS}
     contacts = skeleton.contacts
     if clip["feet"]:
         clip["feet"] = {k: v for k, v in clip["feet"].items() if k not in ("points", "touching")}

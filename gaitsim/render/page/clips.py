@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton, Solid, Terrain
 from gaitsim.gait.files.writer import gait_of
 from gaitsim.individual import Individual
-from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.gltf.meshes import mesh_of
 from gaitsim.render.individual_clip import clip_of
-from gaitsim.render.page.packing import LARGEST, packed
-from gaitsim.render.plots.labels import score_words
+from gaitsim.render.page.packing import MAX_STEPS, pack
+from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.clip import Clip
 
 STEP = 1e-5  # rounding of positions, m, and of the components of quaternions
@@ -34,19 +34,23 @@ def clip_data(individual: Individual) -> Json:
     Raises:
         PluginError: the body cannot be moved, drawn or measured, or its skeleton is not finite.
     """
-    details = f"{individual.label}, {score_words(individual)}"
+    details = f"{individual.label}, {format_score(individual)}"
     clip = clip_of(individual, individual.name, details, individual.label)
     return {
         **body_data(clip),
-        "score": number(individual.score),
+        "score": finite_or_none(individual.score),
         "unit": individual.experiment.fitness.unit,
         "angles": _angles(individual),
         "terms": [
-            {"name": name, "value": number(value), "unit": individual.experiment.fitness.unit}
+            {
+                "name": name,
+                "value": finite_or_none(value),
+                "unit": individual.experiment.fitness.unit,
+            }
             for name, value in individual.scored_terms.items()
         ],
         "measures": [
-            {"name": name, "value": number(one.value), "unit": one.unit, "help": one.help}
+            {"name": name, "value": finite_or_none(one.value), "unit": one.unit, "help": one.help}
             for name, one in individual.measurements.items()
         ],
     }
@@ -72,12 +76,12 @@ def body_data(clip: Clip) -> Json:
             else _solids(skeleton, skeleton.poses, step)
         ),
         "feet": _feet(skeleton, step),
-        "centre": packed(skeleton.path, step),
+        "centre": pack(skeleton.path, step),
         "ground": _ground(skeleton, step),
     }
 
 
-def number(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
     """Return a number for JSON; None if it is not finite."""
     return float(value) if math.isfinite(value) else None
 
@@ -87,20 +91,20 @@ def _step(clip: Clip) -> float:
     skeleton = clip.skeleton
     found = (skeleton.segments, skeleton.path, skeleton.contacts, skeleton.poses)
     farthest = max(float(np.abs(one).max(initial=0.0)) for one in found if one is not None)
-    return max(min(STEP, clip.anatomy.span / FINEST), farthest / LARGEST)
+    return max(min(STEP, clip.anatomy.span / FINEST), farthest / MAX_STEPS)
 
 
 def _segments(clip: Clip, step: float) -> Json:
     """Return a body of limbs, plates and hulls, with points as their corners."""
     anatomy = clip.anatomy
     places = clip.skeleton.segments.reshape(len(clip.skeleton.segments), -1, 3)
-    ends, first = _joined(places, _TOGETHER * step)
+    ends, first = _merge_ends(places, _TOGETHER * step)
     roles = np.where(anatomy.damaged, "damaged", np.where(anatomy.trunks, "trunk", "limb"))
     limbs = zip(anatomy.limbs.tolist(), anatomy.radii.tolist(), roles.tolist(), strict=True)
     plates = zip(anatomy.plates, anatomy.plate_radii, strict=True)
     return {
         "ends": ends,
-        "points": packed(places[:, first], step),
+        "points": pack(places[:, first], step),
         "limbs": [
             [ends[2 * segment], ends[2 * segment + 1], *radii, role]
             for segment, radii, role in limbs
@@ -116,7 +120,7 @@ def _segments(clip: Clip, step: float) -> Json:
     }
 
 
-def _joined(places: NDArray[Any], tolerance: float) -> tuple[list[int], list[int]]:
+def _merge_ends(places: NDArray[Any], tolerance: float) -> tuple[list[int], list[int]]:
     """Number the ends of segments, (frames, ends, 3); ends that move together share a number.
 
     Returns:
@@ -141,10 +145,10 @@ def _solids(skeleton: Skeleton, poses: NDArray[Any], step: float) -> Json:
     """Return a body of rigid solids and their poses: position, then quaternion w, x, y, z."""
     names = tuple(solid.name for solid in skeleton.solids)
     side = [_SIDES[one] for one in sides(names).tolist()]
-    damaged = among(names, skeleton.damaged).tolist()
+    damaged = is_damaged(names, skeleton.damaged).tolist()
     return {
         "ends": [],
-        "points": packed(np.empty((len(skeleton.segments), 0, 3)), step),
+        "points": pack(np.empty((len(skeleton.segments), 0, 3)), step),
         "limbs": [],
         "plates": [],
         "hulls": [],
@@ -159,7 +163,7 @@ def _solids(skeleton: Skeleton, poses: NDArray[Any], step: float) -> Json:
             }
             for solid, own, hurt in zip(skeleton.solids, side, damaged, strict=True)
         ],
-        "poses": packed(poses, step),
+        "poses": pack(poses, step),
     }
 
 
@@ -181,7 +185,7 @@ def _angles(individual: Individual) -> Json | None:
     if individual.joint_angles is None:
         return None
     gait = gait_of(individual)
-    return {"names": list(gait.joint_names), "values": packed(gait.angles, ANGLE)}
+    return {"names": list(gait.joint_names), "values": pack(gait.angles, ANGLE)}
 
 
 def _feet(skeleton: Skeleton, step: float) -> Json | None:
@@ -192,9 +196,9 @@ def _feet(skeleton: Skeleton, step: float) -> Json | None:
     return {
         "names": list(names),
         "sides": [_SIDES[one] for one in sides(names).tolist()],
-        "points": packed(skeleton.contacts, step),
-        "touching": packed(skeleton.touching, 1.0),
-        "lost": among(names, skeleton.damaged).tolist(),
+        "points": pack(skeleton.contacts, step),
+        "touching": pack(skeleton.touching, 1.0),
+        "lost": is_damaged(names, skeleton.damaged).tolist(),
     }
 
 
@@ -207,7 +211,7 @@ def _ground(skeleton: Skeleton, step: float) -> Json | None:
         return {
             "corner": list(map(float, ground.corner)),
             "spacing": float(ground.spacing),
-            "heights": packed(ground.heights, step),
+            "heights": pack(ground.heights, step),
         }
     x, z = ground.astype(np.float64).T.tolist()
     return {"x": x, "z": z}

@@ -52,7 +52,7 @@ def document(
         ValueError: a number is not finite.
     """
     boot = asset(assets.BOOT)
-    texts = [_viewer(), *map(_enclosed, scripts)]
+    texts = [_viewer(), *map(_in_function, scripts)]
     hashes = " ".join(f"'sha256-{_digest(text)}'" for text in [*texts, boot])
     style = "\n".join(asset(name) for name in assets.STYLES)
     page = _PAGE.format(
@@ -61,7 +61,7 @@ def document(
         description=escaped(description),
         data=_json({"kind": kind, **data}),
         packed="\n".join(
-            f'<script type="text/plain" class="packed">{_packed(text)}</script>' for text in texts
+            f'<script type="text/plain" class="packed">{_compress(text)}</script>' for text in texts
         ),
         boot=boot,
     )
@@ -78,16 +78,16 @@ def asset(name: str) -> str:
 def _viewer() -> str:
     """Return the library and the viewer as one script."""
     own = "\n".join(asset(name) for name in assets.VIEWER)
-    return f"{asset(assets.LIBRARY)}\n{_enclosed(own)}"
+    return f"{asset(assets.LIBRARY)}\n{_in_function(own)}"
 
 
-def _enclosed(text: str) -> str:
+def _in_function(text: str) -> str:
     """Return a script with a scope of its own."""
     return f'(function () {{\n"use strict";\n{text}\n}})();\n'
 
 
 @cache
-def _packed(text: str) -> str:
+def _compress(text: str) -> str:
     # gzip would write the current time, which would change the bytes.
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
 

@@ -12,10 +12,10 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.scoring import moved
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_errors
-from gaitsim.render.page.packing import Packed, packed
+from gaitsim.render.page.packing import Packed, pack
 from gaitsim.render.page.strides import Floats, stride_of
 
-EXACT = 1e-6  # rad: maximum error of an angle computed from shared waves
+MAX_WAVE_ERROR = 1e-6  # rad: maximum error of an angle computed from shared waves
 SAMPLE = 64  # number of individuals from which waves are derived
 MOST_WAVES = 8
 _CHUNK = 50  # individuals with motions in memory at once, per worker
@@ -38,7 +38,7 @@ class Waves:
     values: Floats
     step: float
 
-    def amounts(self, angles: Floats) -> tuple[Floats, Floats]:
+    def amplitudes(self, angles: Floats) -> tuple[Floats, Floats]:
         """Return the amplitudes of the waves in joint angles, and the errors of their sums.
 
         Args:
@@ -71,11 +71,11 @@ def shared_waves(angles: Floats) -> Waves | None:
         if size > 0:
             found.append(np.rint(most / size / _WAVE_STEP) * _WAVE_STEP)
             left -= np.outer(left @ found[-1], found[-1]) / (found[-1] @ found[-1])
-        if np.abs(left).max() < EXACT / 10:
+        if np.abs(left).max() < MAX_WAVE_ERROR / 10:
             waves = np.array(found or [np.ones(len(most))])
             # Rounding changes each amplitude by at most half a step. The body may round its
             # angles, too, so the remainders differ slightly between individuals.
-            spare = 0.98 * EXACT - 2 * np.abs(left).max()
+            spare = 0.98 * MAX_WAVE_ERROR - 2 * np.abs(left).max()
             return Waves(waves, float(2 * spare / np.abs(waves).sum(axis=0).max()))
     return None
 
@@ -91,8 +91,8 @@ def gaits_data(
     """Return the joint angles of individuals as data for a page; None for a body without joints.
 
     If all angles are sums of a few waves, the data are the waves and each individual's amplitudes,
-    with a measured error of at most `EXACT`. Otherwise the data are a stride of each individual,
-    with an error of at most 0.2°. Only a part of the motions is in memory at any time.
+    with a measured error of at most `MAX_WAVE_ERROR`. Otherwise the data are a stride of each
+    individual, with an error of at most 0.2°. Only a part of the motions is in memory at any time.
 
     Args:
         experiment: experiment with the body.
@@ -112,7 +112,7 @@ def gaits_data(
     angles, rate = _angles(experiment, some)
     shared: Json = {"joints": list(experiment.organism.joint_names()), "frameRate": rate}
 
-    def of_all(work: Callable[..., tuple[Floats, ...]]) -> list[Floats]:
+    def map_all(work: Callable[..., tuple[Floats, ...]]) -> list[Floats]:
         parts: list[tuple[Floats, ...]] = []
         with Evaluator(experiment, workers) as evaluator:
             step = 2 * evaluator.workers * _CHUNK
@@ -125,21 +125,21 @@ def gaits_data(
     waves = shared_waves(angles)
     begin(len(genomes))
     if waves is not None:
-        amounts, errors = of_all(partial(_in_waves, waves=waves))
-        if errors.max() <= EXACT:
+        amounts, errors = map_all(partial(_wave_amplitudes, waves=waves))
+        if errors.max() <= MAX_WAVE_ERROR:
             return shared | {
                 "form": "waves",
                 "frames": angles.shape[1],
-                "waves": packed(waves.values, _WAVE_STEP),
+                "waves": pack(waves.values, _WAVE_STEP),
                 "error": float(errors.max()),
                 **_compact(amounts.reshape(len(genomes), -1), waves.step),
             }
         begin(2 * len(genomes))
-    periods, lengths, changes, errors = of_all(_in_strides)
+    periods, lengths, changes, errors = map_all(_strides)
     return shared | {
         "form": "strides",
-        "periods": packed(periods, _PERIOD_STEP),
-        "lengths": packed(lengths, 1.0),
+        "periods": pack(periods, _PERIOD_STEP),
+        "lengths": pack(lengths, 1.0),
         "error": float(errors.max()),
         **_compact(changes, _STRIDE_STEP),
     }
@@ -148,11 +148,11 @@ def gaits_data(
 def _compact(amounts: Floats, step: float) -> Json:
     """Return amounts, (individuals, …), relative to the lowest one, which avoids signs.
 
-    The amounts are in one row, as `packed` stores differences between rows, which would have a
+    The amounts are in one row, as `pack` stores differences between rows, which would have a
     wider range here. Together these save a tenth of the file.
     """
     lowest = float(np.rint(amounts.min() / step) * step)
-    found: Packed = packed((amounts - lowest).reshape(1, -1), step)
+    found: Packed = pack((amounts - lowest).reshape(1, -1), step)
     return {"lowest": lowest, "amounts": found}
 
 
@@ -164,11 +164,13 @@ def _angles(experiment: Experiment, genomes: Genomes) -> tuple[Floats, float]:
     return np.nan_to_num(angles), float(motion.frame_rate)
 
 
-def _in_waves(experiment: Experiment, genomes: Genomes, waves: Waves) -> tuple[Floats, Floats]:
-    return waves.amounts(_angles(experiment, genomes)[0])
+def _wave_amplitudes(
+    experiment: Experiment, genomes: Genomes, waves: Waves
+) -> tuple[Floats, Floats]:
+    return waves.amplitudes(_angles(experiment, genomes)[0])
 
 
-def _in_strides(experiment: Experiment, genomes: Genomes) -> tuple[Floats, Floats, Floats, Floats]:
+def _strides(experiment: Experiment, genomes: Genomes) -> tuple[Floats, Floats, Floats, Floats]:
     """Return one stride of each individual.
 
     Returns:

@@ -12,11 +12,11 @@ from gaitsim.errors import GaitsimError
 Packed = dict[str, Any]
 """A packed array as JSON: shape, step and data."""
 
-LARGEST = 2**31 - 1
+MAX_STEPS = 2**31 - 1
 """Largest number of steps."""
 
 
-def packed(values: ArrayLike, step: float) -> Packed:
+def pack(values: ArrayLike, step: float) -> Packed:
     """Round numbers to multiples of a step, and compress them.
 
     The integers round(value / step) are replaced by their differences along the first axis, modulo
@@ -36,10 +36,10 @@ def packed(values: ArrayLike, step: float) -> Packed:
     """
     array = np.asarray(values, dtype=np.float64)
     whole = np.rint(array / step)
-    if not (np.abs(whole) <= LARGEST).all():  # NaN is rejected as well
+    if not (np.abs(whole) <= MAX_STEPS).all():  # NaN is rejected as well
         raise GaitsimError(
             f"numbers of a motion cannot be stored in steps of {step:g}",
-            allowed=f"finite numbers up to {LARGEST * step:.3g}",
+            allowed=f"finite numbers up to {MAX_STEPS * step:.3g}",
         )
     numbers = whole.astype(np.int32)
     differences = numbers.copy()
@@ -51,7 +51,7 @@ def packed(values: ArrayLike, step: float) -> Packed:
     return {"shape": list(array.shape), "step": step, "data": base64.b64encode(data).decode()}
 
 
-def unpacked(found: Packed) -> NDArray[np.float64]:
+def unpack(found: Packed) -> NDArray[np.float64]:
     """Return the numbers in a packed array, as pages decode them."""
     shape = tuple(found["shape"])
     data = zlib.decompress(base64.b64decode(found["data"]), -15)

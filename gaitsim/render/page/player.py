@@ -10,8 +10,8 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
-from gaitsim.render.html import made
-from gaitsim.render.page.clips import clip_data, number
+from gaitsim.render.html import program_version
+from gaitsim.render.page.clips import clip_data, finite_or_none
 from gaitsim.render.page.document import document
 from gaitsim.render.scene.themes import THEMES
 from gaitsim.runs.files.atomic import write_bytes
@@ -19,9 +19,9 @@ from gaitsim.runs.files.folder import holds_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
 
-MOST = 12  # maximum number of individuals side by side
-POINTS = 500  # maximum number of points of the fitness curve
-LARGEST = 100_000_000  # maximum bytes of a page
+MAX_BODIES = 12  # maximum number of individuals side by side
+MAX_CURVE_POINTS = 500  # maximum number of points of the fitness curve
+MAX_BYTES = 100_000_000  # maximum bytes of a page
 
 
 def write_page(
@@ -41,11 +41,11 @@ def write_page(
     """
     check_folder(path)
     data = page(individuals, run)
-    if len(data) > LARGEST:
+    if len(data) > MAX_BYTES:
         raise GaitsimError(
             f"a page of {len(data):,} bytes is too large for browsers",
             where=str(path),
-            allowed=f"at most {LARGEST:,} bytes",
+            allowed=f"at most {MAX_BYTES:,} bytes",
             remedy="choose fewer individuals, or a shorter motion",
         )
     write_bytes(path, data)
@@ -91,11 +91,11 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
         PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
         RunError: the run is damaged.
     """
-    if len(individuals) > MOST:
+    if len(individuals) > MAX_BODIES:
         raise GaitsimError(
             f"{len(individuals)} bodies are too many for a page",
             where="--generations",
-            allowed=f"at most {MOST}",
+            allowed=f"at most {MAX_BODIES}",
         )
     experiment = individuals[0].experiment
     return {
@@ -105,7 +105,7 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
         "clips": [clip_data(one) for one in individuals],
         "curve": _curve(run or _run_of(individuals[0])),
         "code": _code(individuals),
-        "made": made(),
+        "made": program_version(),
     }
 
 
@@ -129,12 +129,14 @@ def _run_of(individual: Individual) -> RunSnapshot | None:
 
 
 def _curve(run: RunSnapshot | None) -> dict[str, list[Any]]:
-    """Return the best scores of at most `POINTS` generations, evenly spaced."""
+    """Return the best scores of at most `MAX_CURVE_POINTS` generations, evenly spaced."""
     history = run.history if run else {}
     best = history.get("best", np.empty(0))
     last = len(best) - 1
-    every = sorted({round(one) for one in np.linspace(0, last, POINTS)}) if len(best) else []
+    every = (
+        sorted({round(one) for one in np.linspace(0, last, MAX_CURVE_POINTS)}) if len(best) else []
+    )
     return {
         "generation": [int(history["generation"][i]) for i in every],
-        "best": [number(float(best[i])) for i in every],
+        "best": [finite_or_none(float(best[i])) for i in every],
     }

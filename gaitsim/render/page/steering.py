@@ -11,7 +11,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.registry import contract_error, plugin_errors
-from gaitsim.render.html import made
+from gaitsim.render.html import program_version
 from gaitsim.render.page.clips import body_data
 from gaitsim.render.page.document import asset, document
 from gaitsim.render.page.player import themes
@@ -67,7 +67,7 @@ def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
         "title": f"Steer the {entry.name}",
         "description": ABOUT,
         "theme": themes(),
-        "made": made(),
+        "made": program_version(),
         "clip": body_data(Clip(drive.skeleton)),
         "commands": [asdict(command) for command in drive.commands],
         "body": own.data,

@@ -7,7 +7,7 @@ import numpy as np
 from gaitsim.adaptation.adaptation import Adaptation
 from gaitsim.adaptation.performance import Floats
 from gaitsim.adaptation.prior import Prior
-from gaitsim.render.plots.labels import head, shortened
+from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.request import NothingToPlotError
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 
@@ -37,9 +37,9 @@ def adaptation_figure(adaptation: Adaptation, theme: Theme = LIGHT) -> "Figure":
         _draw_trials(above, adaptation, theme)
         _draw_map(below, adaptation, theme)
         damage = ", ".join(adaptation.session.damage) or adaptation.session.place
-        heading = f"{prior.source.resolve().name}, {shortened(damage, 40)}"
+        heading = f"{prior.source.resolve().name}, {shorten(damage, 40)}"
         handles, labels = above.get_legend_handles_labels()
-        head(figure, heading, handles, labels)
+        add_heading(figure, heading, handles, labels)
     return figure
 
 
@@ -123,7 +123,7 @@ def _projected(prior: Prior) -> tuple[Floats, tuple[str, str]]:
     if len(prior.axes) == 1:
         return np.stack([behaviour[:, 0], prior.performance], axis=1), (prior.axes[0], "intact")
     if len(prior.axes) == 2:
-        first, second = (f"{shortened(name, 24)}, share of its range" for name in prior.axes)
+        first, second = (f"{shorten(name, 24)}, share of its range" for name in prior.axes)
         return behaviour, (first, second)
     centred = behaviour - behaviour.mean(axis=0)
     variances, vectors = np.linalg.eigh(centred.T @ centred)

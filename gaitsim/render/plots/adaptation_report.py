@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitsim.adaptation.report import Report
-from gaitsim.render.plots.labels import head
+from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def kept_figure(report: Report, heading: str, theme: Theme = LIGHT) -> "Figure":
         axes.xaxis.set_major_formatter(PercentFormatter(1.0))
         axes.set_xlim(min(0.0, float(champion.min())) - 0.05, max(1.05, float(after.max()) + 0.05))
         handles, labels = axes.get_legend_handles_labels()
-        head(figure, heading, handles[::-1], labels[::-1])
+        add_heading(figure, heading, handles[::-1], labels[::-1])
     return figure
 
 
@@ -94,5 +94,5 @@ def pairs_figure(report: Report, heading: str, theme: Theme = LIGHT) -> "Figure"
         bar.ax.tick_params(length=0)
         bar.ax.xaxis.set_major_formatter(PercentFormatter(1.0))
         bar.set_label(f"{report.measure}, share of the best on the intact body", fontsize=7)
-        head(figure, heading)
+        add_heading(figure, heading)
     return figure

@@ -8,8 +8,8 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member
-from gaitsim.render.archive_view import ArchiveView, lowest
-from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
+from gaitsim.render.archive_view import ArchiveView, colour_scale_low
+from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request, require_kept
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.render.plots.voronoi import polygons
@@ -52,7 +52,7 @@ def archive_figure(request: Request) -> "Figure":
     score = _label("score", individual.experiment.fitness.unit)
     scores = archive.members.scores
     shown = np.concatenate([archive.panel(*one, most=_PARTS).scores.ravel() for one in panels])
-    low, extended = lowest(shown[np.isfinite(shown)])
+    low, extended = colour_scale_low(shown[np.isfinite(shown)])
     norm = Normalize(low, max(float(scores.max()), low + 1e-9))
     with styled(theme):
         matrix = len(panels) > 1 and len(archive.names) > _APART
@@ -91,7 +91,7 @@ def archive_figure(request: Request) -> "Figure":
             others = len(archive.names) > len(panels[0])
             bar.set_label(f"{score}{', the best over the other axes' * others}", fontsize=7)
         more = f", generation {run.generation}, {len(scores):,} of {archive.total:,} cells"
-        head(
+        add_heading(
             figure,
             heading_of_run(run.path.resolve().name, run.experiment, more, figure.get_figwidth()),
             *places[0].get_legend_handles_labels(),
@@ -143,7 +143,7 @@ def _triangle(figure: "Figure", axes: int) -> "list[Axes]":
 
 
 def _label(name: str, unit: str) -> str:
-    return f"{shortened(name, 32)} ({unit})" if unit else shortened(name, 40)
+    return f"{shorten(name, 32)} ({unit})" if unit else shorten(name, 40)
 
 
 def _draw_cells(
@@ -192,7 +192,7 @@ def _mark_best(
     place = [
         np.clip(members.values[name][best], *end) for name, end in zip(names, ends, strict=True)
     ]
-    label = f"best score, {numeral(float(members.scores[best]))}: member {best + 1}"
+    label = f"best score, {format_number(float(members.scores[best]))}: member {best + 1}"
     # A wider outline in the background colour makes the mark visible on any colour.
     for colour, width, order, named in (
         (theme.background, 2.2, 4, None),

@@ -9,21 +9,22 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.plots.channels import Signal, read_signal
-from gaitsim.render.plots.components import Line, finite, lines_of
-from gaitsim.render.plots.labels import head, heading_of, shortened
-from gaitsim.render.plots.panels import bars, grid
+from gaitsim.render.plots.components import Line, finite_or_nan, lines_of
+from gaitsim.render.plots.labels import add_heading, heading_of, shorten
+from gaitsim.render.plots.panels import draw_bars, grid
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Channels to draw by default, in order of preference; those in `OWN` have their own kind of plot.
-USUAL = ("altitude", "pose", "height")
-OWN = {"margin": "stability", "joint_angles": "joints"}
-_STEADY = 2.0  # default seconds of channels of joints; more would be illegible
-_TOGETHER = 8  # maximum number of distinguishable lines in a panel
-_PANELS = 24  # maximum number of panels on a page
+# Channels to draw by default, in order of preference; those in `KINDS_OF_CHANNELS` have their own
+# kind of plot.
+DEFAULT_CHANNELS = ("altitude", "pose", "height")
+KINDS_OF_CHANNELS = {"margin": "stability", "joint_angles": "joints"}
+_JOINT_SECONDS = 2.0  # default seconds of channels of joints; more would be illegible
+_MAX_LINES = 8  # maximum number of distinguishable lines in a panel
+_MAX_PANELS = 24  # maximum number of panels on a page
 
 
 def channel_figure(request: Request) -> "Figure":
@@ -34,27 +35,27 @@ def channel_figure(request: Request) -> "Figure":
             many lines or panels are needed.
         PluginError: the body cannot compute the channel.
     """
-    if len(request.individuals) > _TOGETHER:
+    if len(request.individuals) > _MAX_LINES:
         raise GaitsimError(
             f"too many generations for a plot: {len(request.individuals)}",
-            allowed=f"at most {_TOGETHER}",
+            allowed=f"at most {_MAX_LINES}",
         )
-    name = request.channel or usual_channel(request.individual)
+    name = request.channel or default_channel(request.individual)
     signals = [read_signal(individual, name) for individual in request.individuals]
     lines = [lines_of(signal, request.components) for signal in signals]
-    usual = _STEADY if "joints" in signals[0].channel.axes else None
+    default = _JOINT_SECONDS if "joints" in signals[0].channel.axes else None
     parts = [
-        window_slice(len(signal.values), signal.rate, request.window, usual) for signal in signals
+        window_slice(len(signal.values), signal.rate, request.window, default) for signal in signals
     ]
     with styled(request.theme):
         if len(signals) == 1 and signals[0].values.dtype.kind == "b":
-            figure = _truths(signals[0], lines[0], parts[0], request.theme)
-            head(figure, heading_of(request.individuals))
+            figure = _draw_truth_values(signals[0], lines[0], parts[0], request.theme)
+            add_heading(figure, heading_of(request.individuals))
             return figure
-        return _numbers(request, signals, lines, parts)
+        return _draw_lines(request, signals, lines, parts)
 
 
-def usual_channel(individual: Individual) -> str:
+def default_channel(individual: Individual) -> str:
     """Return the channel that is drawn by default.
 
     Raises:
@@ -71,23 +72,32 @@ def usual_channel(individual: Individual) -> str:
             where=str(individual.source),
             allowed="a channel with the axes (population, frames, …)",
         )
-    return next((name for name in (*USUAL, *timed) if name in timed and name not in OWN), timed[0])
+    return next(
+        (
+            name
+            for name in (*DEFAULT_CHANNELS, *timed)
+            if name in timed and name not in KINDS_OF_CHANNELS
+        ),
+        timed[0],
+    )
 
 
-def _truths(signal: Signal, lines: Sequence[Line], part: slice, theme: Theme) -> "Figure":
+def _draw_truth_values(
+    signal: Signal, lines: Sequence[Line], part: slice, theme: Theme
+) -> "Figure":
     """Draw a row for each component, with bars while it is true."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(lines))))
     axes = figure.subplots()
-    rows = [(shortened(line.name, 16), line.values[part]) for line in lines]
-    bars(axes, rows, part.start / signal.rate, signal.rate, [theme.ink] * len(rows))
+    rows = [(shorten(line.name, 16), line.values[part]) for line in lines]
+    draw_bars(axes, rows, part.start / signal.rate, signal.rate, [theme.ink] * len(rows))
     axes.set_xlabel("time (s)")
-    axes.set_ylabel(shortened(signal.name, 30))
+    axes.set_ylabel(shorten(signal.name, 30))
     return figure
 
 
-def _numbers(
+def _draw_lines(
     request: Request,
     signals: Sequence[Signal],
     lines: Sequence[Sequence[Line]],
@@ -96,10 +106,10 @@ def _numbers(
     """Draw lines in panels; with several generations, one panel per component."""
     signal, several = signals[0], len(signals) > 1
     panels = _panels(signal, lines[0], several)
-    if len(panels) > _PANELS:
+    if len(panels) > _MAX_PANELS:
         raise GaitsimError(
             f"too many components of the channel {signal.name!r} for a plot: {len(panels)}",
-            allowed=f"at most {_PANELS}",
+            allowed=f"at most {_MAX_PANELS}",
             remedy=f"choose some of them, such as --component '{signal.entries[0][0]}'",
         )
     columns = 1 if len(panels) <= 3 else 2 if len(panels) <= 8 else 3
@@ -109,14 +119,16 @@ def _numbers(
         for index, (which, i) in enumerate(product(range(len(signals)), indices)):
             line, part = lines[which][i], parts[which]
             generation = request.individuals[which].label
-            label = generation if several else _rest(line, title)
+            label = generation if several else _name_in_panel(line, title)
             times = np.arange(part.start, part.stop) / signals[which].rate
-            axes.plot(times, finite(line.values[part]), label=label, **request.theme.line(index))
+            axes.plot(
+                times, finite_or_nan(line.values[part]), label=label, **request.theme.line(index)
+            )
         if columns == 1:
             units = [lines[0][i].unit for i in indices]
             axes.set_ylabel(_label(signal.name, title, units, len(panels) > 1))
         elif title:
-            axes.set_title(shortened(title, 24), fontsize=7, pad=2)
+            axes.set_title(shorten(title, 24), fontsize=7, pad=2)
         low, high = axes.get_ylim()
         if low < 0 < high:
             axes.axhline(0, color=request.theme.ink, linewidth=0.4, zorder=1)
@@ -129,7 +141,7 @@ def _numbers(
     handles, labels = places[0].get_legend_handles_labels()
     single = len(labels) == 1 and not several
     text = heading_of(request.individuals)
-    head(figure, text, *(() if single else (handles, labels)))
+    add_heading(figure, text, *(() if single else (handles, labels)))
     return figure
 
 
@@ -140,19 +152,19 @@ def _panels(signal: Signal, lines: Sequence[Line], several: bool) -> dict[str, l
     """
     differ = isinstance(signal.channel.unit, tuple)
     directions = differ or (bool(signal.entries) and signal.entries[-1][0] == "x")
-    if several or (len(lines) > _TOGETHER and not directions):
+    if several or (len(lines) > _MAX_LINES and not directions):
         return {line.name: [index] for index, line in enumerate(lines)}
     if not directions:
         return {lines[0].name if len(lines) == 1 else "": [*range(len(lines))]}
     panels: dict[str, list[int]] = {}
     for index, line in enumerate(lines):
         panels.setdefault(line.names[-1], []).append(index)
-    if max(map(len, panels.values())) > _TOGETHER:
+    if max(map(len, panels.values())) > _MAX_LINES:
         return {line.name: [index] for index, line in enumerate(lines)}
     return panels
 
 
-def _rest(line: Line, title: str) -> str:
+def _name_in_panel(line: Line, title: str) -> str:
     """Return the part of a line's name that is not in the title of its panel."""
     if line.name == title:
         return line.name
@@ -165,5 +177,5 @@ def _label(channel: str, title: str, units: Sequence[str], several: bool) -> str
     place = several and channel in ("pose", "position")
     name = title if place else f"{channel} {title}".strip()
     unit = ", ".join(filter(None, dict.fromkeys(units)))
-    text = shortened(name.replace("_", " "), 24)
+    text = shorten(name.replace("_", " "), 24)
     return f"{text}{chr(10) if several and not place else ' '}({unit})" if unit else text

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.choices import ComparisonPlot
-from gaitsim.render.plots.components import finite
-from gaitsim.render.plots.labels import head, shortened
+from gaitsim.render.plots.components import finite_or_nan
+from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.study.comparison import Findings
 from gaitsim.study.comparison_report import target_words
@@ -26,12 +26,18 @@ def convergence_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
 
     def draw(axes: "Axes", label: str, index: int) -> None:
         sample, style = findings.samples[label], theme.line(index)
-        low, middle, high = np.quantile(finite(sample.best), [0.25, 0.5, 0.75], axis=0)
+        low, middle, high = np.quantile(finite_or_nan(sample.best), [0.25, 0.5, 0.75], axis=0)
         at = np.append(sample.evaluations, findings.evaluations)
         axes.fill_between(
-            at, _held(low), _held(high), step="post", color=style["color"], alpha=0.15, linewidth=0
+            at,
+            _extended(low),
+            _extended(high),
+            step="post",
+            color=style["color"],
+            alpha=0.15,
+            linewidth=0,
         )
-        axes.step(at, _held(middle), where="post", label=shortened(label, 40), **style)
+        axes.step(at, _extended(middle), where="post", label=shorten(label, 40), **style)
 
     text = f"median and quartiles of {findings.repeats} repeats"
     units = {one.experiment.fitness.unit for one in findings.samples.values()}
@@ -47,8 +53,8 @@ def ecdf_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
     def draw(axes: "Axes", label: str, index: int) -> None:
         one, sample = findings.ecdfs[label], findings.samples[label]
         at = np.concatenate([[0], sample.evaluations, [findings.evaluations]])
-        share = 100 * _held(np.append(0.0, one.share))
-        name = f"{shortened(label, 40)}, area {one.area:.3f}"
+        share = 100 * _extended(np.append(0.0, one.share))
+        name = f"{shorten(label, 40)}, area {one.area:.3f}"
         axes.step(at, share, where="post", label=name, **theme.line(index))
         axes.set_ylim(0, 102)
 
@@ -62,7 +68,7 @@ FIGURES: Mapping[ComparisonPlot, Callable[[Findings, Theme], "Figure"]] = {
 }
 
 
-def _held(values: Values) -> Values:
+def _extended(values: Values) -> Values:
     """Return the values of a step function, with the last repeated for the end of the budget."""
     return np.append(values, values[-1])
 
@@ -86,5 +92,5 @@ def _figure(
         axes.set_ylabel(quantity)
         axes.xaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
         axes.set_title("\n".join(wrap(findings.warning, 84)), color=theme.colours[1], size=7)
-        head(figure, text, *axes.get_legend_handles_labels())
+        add_heading(figure, text, *axes.get_legend_handles_labels())
     return figure

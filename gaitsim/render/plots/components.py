@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.render.plots.channels import Signal
 
-MANY_TRIALS = 7  # maximum number of trials drawn; of more trials, only the first is drawn
+MAX_TRIALS = 7  # maximum number of trials drawn; of more trials, only the first is drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +48,10 @@ def lines_of(signal: Signal, components: Sequence[str]) -> list[Line]:
     # If there are many trials, only the first is drawn, as the others look similar.
     chosen: list[set[int]] = [set() for _ in signal.entries]
     for component in components:
-        axis, index = _found(signal, component)
+        axis, index = _find(signal, component)
         chosen[axis].add(index)
     ranges = [
-        sorted(some) or range(1 if axis == "trials" and len(names) > MANY_TRIALS else len(names))
+        sorted(some) or range(1 if axis == "trials" and len(names) > MAX_TRIALS else len(names))
         for some, axis, names in zip(chosen, signal.channel.axes[1:], signal.entries, strict=True)
     ]
     return [
@@ -68,7 +68,7 @@ def lines_of(signal: Signal, components: Sequence[str]) -> list[Line]:
     ]
 
 
-def _found(signal: Signal, component: str) -> tuple[int, int]:
+def _find(signal: Signal, component: str) -> tuple[int, int]:
     """Return the axis and the index of a component."""
     backwards = [*reversed([*enumerate(signal.entries)])]
     for axis, names in backwards:
@@ -88,7 +88,7 @@ def _found(signal: Signal, component: str) -> tuple[int, int]:
     )
 
 
-def finite(values: NDArray[Any]) -> NDArray[np.float64]:
+def finite_or_nan(values: NDArray[Any]) -> NDArray[np.float64]:
     """Return the values, with those that are not finite as NaN, which leaves a gap in a line."""
     numbers = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, np.nan)

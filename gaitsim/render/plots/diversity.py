@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim.contracts import BitSpace
 from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generations
-from gaitsim.render.plots.labels import head, heading_of_run
+from gaitsim.render.plots.labels import add_heading, heading_of_run
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.style import WIDTH, styled
 from gaitsim.runs.files.folder import unfinished
@@ -43,7 +43,7 @@ def diversity_figure(request: Request) -> "Figure":
         scores.set_xlabel("generation")
         figure.align_ylabels()
         size = int(np.shape(run.finished.genomes)[0])
-        head(
+        add_heading(
             figure, heading_of_run(run.path.resolve().name, run.experiment, f", {size} individuals")
         )
     return figure

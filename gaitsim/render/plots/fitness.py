@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
-from gaitsim.render.plots.components import finite
-from gaitsim.render.plots.labels import head, heading_of_run, score_words
+from gaitsim.render.plots.components import finite_or_nan
+from gaitsim.render.plots.labels import add_heading, format_score, heading_of_run
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.runs.files.folder import kept_champions, unfinished
 from gaitsim.runs.snapshot import RunSnapshot
@@ -52,7 +52,7 @@ def fitness_figure(
         set_generations(axes, history)
         if not np.isfinite(history["best"]).all():
             axes.set_title("generations without a finite score are left out", fontsize=7)
-        head(
+        add_heading(
             figure,
             heading_of_run(run.path.resolve().name, run.experiment),
             *axes.get_legend_handles_labels(),
@@ -98,7 +98,7 @@ def draw_curve(
     for part in stages(history):
         axes.plot(
             history["generation"][part],
-            finite(values[part]),
+            finite_or_nan(values[part]),
             label=None if part.start else label,
             # A line through one point would be invisible.
             marker="." if part.stop - part.start == 1 else None,
@@ -142,7 +142,7 @@ def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: The
             champion.score,
             marker="D",
             markersize=3.5,
-            label=score_words(champion).replace("score", "champion:"),
+            label=format_score(champion).replace("score", "champion:"),
             **style,
         )
 

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from gaitsim.gait.contact import feet_of
 from gaitsim.gait.of_individual import frames_before_fall, vertical_loads, weight_of
 from gaitsim.individual import Individual
-from gaitsim.render.plots.labels import head, heading_of, shortened
-from gaitsim.render.plots.panels import BAR, bars
+from gaitsim.render.plots.labels import add_heading, heading_of, shorten
+from gaitsim.render.plots.panels import BAR, draw_bars
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.style import WIDTH, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_WHOLE = 0.98  # quantile of the loads that fills a row, as impacts would dwarf all other loads
-USUAL = 3.0  # seconds, a few strides of most bodies
+_FULL_ROW = 0.98  # quantile of the loads that fills a row, as impacts would dwarf all other loads
+DEFAULT_SECONDS = 3.0  # seconds, a few strides of most bodies
 
 
 def footfall_figure(request: Request) -> "Figure":
@@ -40,7 +40,7 @@ def footfall_figure(request: Request) -> "Figure":
     rate = individual.skeleton.frame_rate
     upright = frames_before_fall(individual)
     frames = len(touching) if request.window else upright
-    part = window_slice(frames, rate, request.window, USUAL)
+    part = window_slice(frames, rate, request.window, DEFAULT_SECONDS)
     landings = np.count_nonzero(~touching[part][:-1] & touching[part][1:], axis=0)
     if request.window is None and max(landings) < 2:
         part = window_slice(frames, rate, None)
@@ -49,10 +49,10 @@ def footfall_figure(request: Request) -> "Figure":
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
         axes = figure.subplots()
-        rows = [(shortened(name, 12), shown[:, foot]) for foot, name in enumerate(names)]
+        rows = [(shorten(name, 12), shown[:, foot]) for foot, name in enumerate(names)]
         colours, load = theme.foot_colours(names), vertical_loads(individual)
         loads = load is not None and load[part].max(initial=0.0) > 0
-        bars(axes, rows, part.start / rate, rate, colours, alpha=0.35 if loads else 1.0)
+        draw_bars(axes, rows, part.start / rate, rate, colours, alpha=0.35 if loads else 1.0)
         axes.set_xlabel("time (s)")
         axes.set_ylabel("foot")
         duty = axes.secondary_yaxis("right")
@@ -62,7 +62,7 @@ def footfall_figure(request: Request) -> "Figure":
         duty.set_ylabel("duty factor")
         handles, labels = [], []
         if load is not None and loads:
-            whole = _rounded_up(float(np.quantile(load[part][load[part] > 0], _WHOLE)))
+            whole = _rounded_up(float(np.quantile(load[part][load[part] > 0], _FULL_ROW)))
             heights = np.clip(load[part] / whole, 0.0, 1.0)
             for row, (colour, height) in enumerate(zip(colours, heights.T, strict=True)):
                 bottom, times = row + BAR / 2, (part.start + np.arange(len(height) + 1)) / rate
@@ -72,7 +72,7 @@ def footfall_figure(request: Request) -> "Figure":
             weight = weight_of(individual)
             weighs = "" if weight is None else f", body weight {weight:.3g} N"
             labels.append(f"vertical load: full row {whole:g} N{weighs}")
-        head(figure, heading_of([individual]), handles, labels)
+        add_heading(figure, heading_of([individual]), handles, labels)
     return figure
 
 

@@ -11,7 +11,7 @@ from gaitsim.contracts import Results
 from gaitsim.contracts.search import Members
 from gaitsim.evolution.transferability import RealityTests, predicted
 from gaitsim.individual import Member
-from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
+from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request, require_kept
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.runs.files.folder import command
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST = 6  # maximum number of objectives: 15 panels
+MAX_OBJECTIVES = 6  # maximum number of objectives: 15 panels
 
 
 def front_figure(request: Request) -> "Figure":
@@ -43,11 +43,11 @@ def front_figure(request: Request) -> "Figure":
     if members is None:
         raise ValueError("a search that keeps a front has members")
     names = [*members.values]
-    if len(names) > MOST:
+    if len(names) > MAX_OBJECTIVES:
         raise NothingToPlotError(
             f"too many objectives to plot: {len(names)}, which have "
             f"{len(names) * (len(names) - 1) // 2} pairs",
-            allowed=f"at most {MOST} objectives",
+            allowed=f"at most {MAX_OBJECTIVES} objectives",
             remedy=f"plot some of them from {command('members', run.path, '--out', 'front.csv')}",
         )
     directions: Mapping[str, str] = getattr(run.experiment.search, "objectives", {})
@@ -77,7 +77,7 @@ def front_figure(request: Request) -> "Figure":
             axes.set_ylabel(labels[up])
         count = len(members.scores)
         more = f", generation {run.generation}, {count} member{'s' * (count != 1)}"
-        head(
+        add_heading(
             figure,
             heading_of_run(run.path.resolve().name, run.experiment, more),
             *places[0].get_legend_handles_labels(),
@@ -88,7 +88,7 @@ def front_figure(request: Request) -> "Figure":
 def _label(name: str, unit: str, directions: Mapping[str, str]) -> str:
     words = {"max": "more is better", "min": "less is better"}.get(directions.get(name, ""), "")
     inside = ", ".join(part for part in (unit, words) if part)
-    return f"{shortened(name, 24)} ({inside})" if inside else shortened(name, 40)
+    return f"{shorten(name, 24)} ({inside})" if inside else shorten(name, 40)
 
 
 def _draw_population(
@@ -116,7 +116,7 @@ def _draw_members(axes: "Axes", members: Members, across: str, up: str, theme: T
     x, y = members.values[across], members.values[up]
     axes.scatter(x, y, s=11, color=theme.colours[0], linewidth=0, label="front", zorder=4)
     best = int(np.argmax(members.scores))
-    label = f"best score, {numeral(float(members.scores[best]))}: member {best + 1}"
+    label = f"best score, {format_number(float(members.scores[best]))}: member {best + 1}"
     axes.scatter(
         x[best],
         y[best],

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import Footfalls, GaitAnalysis
-from gaitsim.render.plots.components import finite
-from gaitsim.render.plots.labels import head, shortened
-from gaitsim.render.plots.panels import bars
+from gaitsim.render.plots.components import finite_or_nan
+from gaitsim.render.plots.labels import add_heading, shorten
+from gaitsim.render.plots.panels import draw_bars
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, save, styled
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) 
             allowed="a body whose skeleton has contacts",
             remedy="omit --figure",
         )
-    part = _stretch(found, gait.frame_rate)
-    names = [shortened(foot.name, 12) for foot in found.feet]
+    part = _frames_to_draw(found, gait.frame_rate)
+    names = [shorten(foot.name, 12) for foot in found.feet]
     with styled(theme):
         colours = theme.foot_colours([foot.name for foot in found.feet])
         rows = 0.17 * max(4, len(names))
@@ -52,30 +52,30 @@ def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) 
         )
         axes, start = places["footfalls"], part.start / gait.frame_rate
         shown = [*zip(names, found.touching[part].T, strict=True)]
-        bars(axes, shown, start, gait.frame_rate, colours)
+        draw_bars(axes, shown, start, gait.frame_rate, colours)
         axes.set_title("footfalls")
         axes.tick_params(labelbottom=False)
-        _margin(places["margin"], found.margin[part], start, gait.frame_rate, theme)
+        _draw_margin(places["margin"], found.margin[part], start, gait.frame_rate, theme)
         places["margin"].set_xlim(axes.get_xlim())
-        _phases(places["phases"], gait, found, names, colours, theme)
+        _draw_phases(places["phases"], gait, found, names, colours, theme)
         name = gait.name.name if gait.name.name != "none" else "no named gait"
-        head(figure, f"{shortened(title, 70)}: {name}")
+        add_heading(figure, f"{shorten(title, 70)}: {name}")
         save(figure, path, theme)
 
 
-def _stretch(found: Footfalls, frame_rate: float) -> slice:
+def _frames_to_draw(found: Footfalls, frame_rate: float) -> slice:
     """Return the frames to draw: the last strides, or seconds of a gait without strides."""
     frames = len(found.touching)
     length = round(STRIDES * found.stride.frames if found.stride else SECONDS * frame_rate)
     return slice(max(0, frames - max(length, 2)), frames)
 
 
-def _margin(
+def _draw_margin(
     axes: "Axes", margin: NDArray[np.float64], start: float, rate: float, theme: Theme
 ) -> None:
     """Draw the margin in millimetres, with gaps while no foot is on the ground."""
     seconds = start + (np.arange(len(margin)) + 0.5) / rate
-    values = 1000 * finite(margin)
+    values = 1000 * finite_or_nan(margin)
     axes.plot(seconds, values, color=theme.ink)
     axes.fill_between(
         seconds, values, 0, where=values < 0, color=theme.colours[1], alpha=0.3, linewidth=0
@@ -87,7 +87,7 @@ def _margin(
     axes.set_xlabel("time (s)")
 
 
-def _phases(
+def _draw_phases(
     axes: "Axes",
     gait: GaitAnalysis,
     found: Footfalls,

@@ -6,8 +6,8 @@ from gaitsim.gait.of_individual import frames_before_fall
 from gaitsim.gait.repertoire import Gait, gaits_of, patterns
 from gaitsim.individual import Individual, Member
 from gaitsim.render.plots.footfall import contacts_of
-from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
-from gaitsim.render.plots.panels import bars
+from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
+from gaitsim.render.plots.panels import draw_bars
 from gaitsim.render.plots.request import Request, require_kept, window_slice
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
@@ -68,7 +68,7 @@ def gaits_figure(request: Request) -> "Figure":
             _draw_footfalls(strip, member, theme)
             share = f"{max(pattern.count / total, 0.001):.1%}"
             share = f"<{share}" if pattern.count < 0.001 * total else share
-            name = shortened(_NAMES.get(pattern.name, pattern.name), 26)
+            name = shorten(_NAMES.get(pattern.name, pattern.name), 26)
             strip.set_ylabel(
                 f"{name}\nmember {pattern.member}",
                 rotation=0,
@@ -79,7 +79,7 @@ def gaits_figure(request: Request) -> "Figure":
             bar.set_xlim(low - 0.02 * (high - low), high + 0.95 * (high - low))
             cells = f"{pattern.count:,} cell{'s' * (pattern.count > 1)}"
             bar.annotate(
-                f"{numeral(pattern.score)}\n{cells}, {share}",
+                f"{format_number(pattern.score)}\n{cells}, {share}",
                 (max(pattern.score, 0.0), 0),
                 xytext=(3, 0),
                 textcoords="offset points",
@@ -103,7 +103,7 @@ def gaits_figure(request: Request) -> "Figure":
         shown = {name: Patch(facecolor=one) for name, one in sides.items() if one in colours}
         width = figure.get_figwidth()
         heading = heading_of_run(run.path.resolve().name, run.experiment, more, width)
-        head(figure, heading, [*shown.values()], [*shown])
+        add_heading(figure, heading, [*shown.values()], [*shown])
     return figure
 
 
@@ -113,7 +113,7 @@ def _draw_footfalls(axes: "Axes", member: Individual, theme: Theme) -> None:
     part = window_slice(frames_before_fall(member), rate, None, _SECONDS)
     shown = touching[part]
     rows = [("", shown[:, foot]) for foot in range(len(names))]
-    bars(axes, rows, 0.0, rate, theme.foot_colours(names))
+    draw_bars(axes, rows, 0.0, rate, theme.foot_colours(names))
     axes.set_yticks([])
     axes.set_xlim(0, _SECONDS)
 

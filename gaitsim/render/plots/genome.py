@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import BitSpace, GenomeSpace, RealSpace
 from gaitsim.render.plots.fitness import mark_stages
-from gaitsim.render.plots.labels import head, heading_of_run, shortened
+from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.runs.files.folder import unfinished
@@ -44,7 +44,7 @@ def genome_figure(request: Request) -> "Figure":
         raise unfinished(run.path)
     space, last = run.experiment.space(), len(bests)
     columns = np.unique(np.linspace(0, last - 1, min(last, _MOST)).round().astype(int))
-    bits, places = isinstance(space, BitSpace), _places(space, bests["genome"][columns], request)
+    bits, places = isinstance(space, BitSpace), _positions(space, bests["genome"][columns], request)
     low, high = (0.0, 1.0) if bits else _range(places)
     with styled(theme):
         height = float(np.clip(0.1 * space.genes, 1.0, 4.8))
@@ -72,14 +72,14 @@ def genome_figure(request: Request) -> "Figure":
             bar.ax.xaxis.set_major_formatter(lambda place, _: f"{100 * place:.3g} %")
             bar.set_label("position of the gene between its bounds", fontsize=7, labelpad=1)
         bar.ax.tick_params(length=0)
-        head(
+        add_heading(
             figure,
             heading_of_run(run.path.resolve().name, run.experiment, ", best of each generation"),
         )
     return figure
 
 
-def _places(
+def _positions(
     space: GenomeSpace, genomes: NDArray[np.generic], request: Request
 ) -> NDArray[np.float64]:
     """Return the positions of genes between their bounds, 0 to 1, (generations, genes)."""
@@ -104,7 +104,7 @@ def _name_rows(axes: "Axes", labels: tuple[str, ...], theme: Theme) -> None:
     """Write the name of each gene, or, of too many genes, the first words that groups share."""
     axes.tick_params(axis="y", labelsize=5.5, length=0)
     if len(labels) <= _NAMED:
-        axes.set_yticks(range(len(labels)), [shortened(label, 24) for label in labels])
+        axes.set_yticks(range(len(labels)), [shorten(label, 24) for label in labels])
         return
     groups = [(name, len([*same])) for name, same in groupby(labels, _group)]
     ends = np.cumsum([count for _, count in groups])
@@ -117,7 +117,7 @@ def _name_rows(axes: "Axes", labels: tuple[str, ...], theme: Theme) -> None:
     for place in np.argsort([-count for _, count in groups], kind="stable").tolist():
         if all(abs(middles[place] - middles[other]) > room for other in kept):
             kept.append(place)
-    names = [f"{shortened(groups[place][0], 16)} ({groups[place][1]})" for place in kept]
+    names = [f"{shorten(groups[place][0], 16)} ({groups[place][1]})" for place in kept]
     axes.set_yticks(middles[kept], names)
     for end in ends[:-1]:
         axes.axhline(end - 0.5, color=theme.background, linewidth=0.4)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.plots.labels import head
+from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def errors_figure(
         axes.set_xlabel("epoch")
         axes.set_ylabel("MSE of the next frame (rad²)")
         handles, labels = axes.get_legend_handles_labels()
-        head(figure, heading, *((handles, labels) if len(errors) > 1 else ()))
+        add_heading(figure, heading, *((handles, labels) if len(errors) > 1 else ()))
     return figure
 
 

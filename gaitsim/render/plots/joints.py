@@ -12,18 +12,18 @@ from gaitsim.gait.of_individual import frames_before_fall
 from gaitsim.individual import Individual
 from gaitsim.render.colours import MIDDLE, sides
 from gaitsim.render.plots.channels import Signal, read_signal, read_values
-from gaitsim.render.plots.components import finite
-from gaitsim.render.plots.labels import head, heading_of, shortened
-from gaitsim.render.plots.panels import grid, intervals, shade
+from gaitsim.render.plots.components import finite_or_nan
+from gaitsim.render.plots.labels import add_heading, heading_of, shorten
+from gaitsim.render.plots.panels import grid, intervals, shade_spans
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.style import WIDTH, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-USUAL = 2.0  # seconds; more would be illegible in a column's width
+DEFAULT_SECONDS = 2.0  # seconds; more would be illegible in a column's width
 _NEAR = 0.4  # share of the stall torque that torques must reach for a line at the stall torque
-_TOGETHER = 6  # maximum number of joints without legs in one panel
+_MAX_UNGROUPED = 6  # maximum number of joints without legs in one panel
 _WIDTHS = 1.8, 1.2, 0.7  # points; wide first lines remain visible below later lines
 
 
@@ -40,8 +40,8 @@ def joints_figure(request: Request) -> "Figure":
     require_joints(individual)
     signal = _signal_of(individual, request.channel or "joint_angles")
     frames = len(signal.values) if request.window else frames_before_fall(individual)
-    part = window_slice(frames, signal.rate, request.window, USUAL)
-    values, unit = finite(signal.values[part]), signal.channel.units
+    part = window_slice(frames, signal.rate, request.window, DEFAULT_SECONDS)
+    values, unit = finite_or_nan(signal.values[part]), signal.channel.units
     if unit.startswith("rad"):
         values, unit = np.degrees(values), unit.replace("rad", "°")
     times = np.arange(part.start, part.stop) / signal.rate
@@ -49,7 +49,7 @@ def joints_figure(request: Request) -> "Figure":
     feet = dict(zip(individual.skeleton.contact_names, _touching(request, part), strict=False))
     legs = legs_of(names, tuple(feet))
     with styled(theme):
-        halves, turns = _sides([*legs])
+        halves, turns = _side_order([*legs])
         figure, panels = grid(
             len(legs),
             WIDTH,
@@ -64,15 +64,15 @@ def joints_figure(request: Request) -> "Figure":
                 line = {**theme.line(index), "linewidth": width}
                 axes.plot(times, values[:, column], label=joint, **line)
             if leg in feet:
-                shade(axes, intervals(feet[leg], times[0], signal.rate), theme)
-            axes.set_title(shortened(leg, 24), fontsize=7, pad=2)
+                shade_spans(axes, intervals(feet[leg], times[0], signal.rate), theme)
+            axes.set_title(shorten(leg, 24), fontsize=7, pad=2)
             axes.set_xlim(times[0], times[-1])
         if values.min() < 0 < values.max():
             for axes in panels:
                 axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
         figure.supxlabel("time (s)", fontsize=8)
         name = "joint angle" if signal.name == "joint_angles" else signal.name.replace("_", " ")
-        figure.supylabel(f"{shortened(name, 24)} ({unit})" if unit else name, fontsize=8)
+        figure.supylabel(f"{shorten(name, 24)} ({unit})" if unit else name, fontsize=8)
         handles, labels = panels[0].get_legend_handles_labels()
         if feet.keys() & legs.keys():
             from matplotlib.patches import Patch
@@ -85,7 +85,7 @@ def joints_figure(request: Request) -> "Figure":
             handles.append(limits[0])
             labels.append("stall")
         one = len(legs) == len(names) > 1 or labels == [""]
-        head(figure, heading_of([individual]), *(() if one else (handles, labels)))
+        add_heading(figure, heading_of([individual]), *(() if one else (handles, labels)))
     return figure
 
 
@@ -142,15 +142,15 @@ def legs_of(names: Sequence[str], feet: Sequence[str] = ()) -> dict[str, dict[st
     whole = sum(map(len, legs.values())) == len(names)
     if len({tuple(joints) for joints in legs.values()}) == 1 and "" not in legs and whole:
         return legs
-    by_foot = _foot_by_foot(names, feet)
+    by_foot = _group_by_foot(names, feet)
     if by_foot:
         return by_foot
-    if len(names) <= _TOGETHER:
+    if len(names) <= _MAX_UNGROUPED:
         return {"": {name: column for column, name in enumerate(names)}}
     return {name: {"": column} for column, name in enumerate(names)}
 
 
-def _foot_by_foot(names: Sequence[str], feet: Sequence[str]) -> dict[str, dict[str, int]]:
+def _group_by_foot(names: Sequence[str], feet: Sequence[str]) -> dict[str, dict[str, int]]:
     """Group joints into equal parts, one for each foot; {} if their names do not match."""
     if len(feet) < 2 or len(names) % len(feet):
         return {}
@@ -174,7 +174,7 @@ def _foot_by_foot(names: Sequence[str], feet: Sequence[str]) -> dict[str, dict[s
     }
 
 
-def _sides(legs: Sequence[str]) -> tuple[bool, bool]:
+def _side_order(legs: Sequence[str]) -> tuple[bool, bool]:
     """Return whether all left legs precede all right legs, and whether left and right alternate."""
     first, half = [leg[:1] for leg in legs], len(legs) // 2
     return (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from gaitsim.individual import Individual
 from gaitsim.render.plots.archive import archive_figure
-from gaitsim.render.plots.channel import channel_figure, usual_channel
+from gaitsim.render.plots.channel import channel_figure, default_channel
 from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.footfall import contacts_of, footfall_figure
@@ -47,12 +47,12 @@ class Kind:
     check: Callable[[Individual], object] = lambda individual: None
 
     @property
-    def moves(self) -> bool:
+    def shows_motion(self) -> bool:
         """Whether the kind shows an individual's motion rather than the whole run."""
         return "--generation" in self.options
 
     @property
-    def several(self) -> bool:
+    def takes_several(self) -> bool:
         """Whether the kind can show more than one individual."""
         return "--generations" in self.options
 
@@ -68,27 +68,27 @@ KINDS: Mapping[str, Kind] = {
     "archive": Kind(archive_figure, ("--axes",), partial(require_kept, kept="archive")),
     "gaits": Kind(gaits_figure, (), require_gaits),
     "path": Kind(path_figure),
-    "channel": Kind(channel_figure, _CHANNEL, usual_channel),
+    "channel": Kind(channel_figure, _CHANNEL, default_channel),
     "footfall": Kind(footfall_figure, check=contacts_of),
     "phase": Kind(phase_figure, _INDIVIDUAL, stride_of),
     "joints": Kind(joints_figure, (*_MOTION, "--channel"), require_joints),
     "stability": Kind(stability_figure, check=contacts_of),
 }
 # `--kind all` draws a single individual.
-OF_ALL = tuple(option for option in _CHANNEL if option != "--generations")
+ALL_OPTIONS = tuple(option for option in _CHANNEL if option != "--generations")
 
 
 def file_stem(kind: str, request: Request) -> str:
     """Return the name of a plot's file without extension: 'channel-margin-generation-138'."""
     parts = [kind, *request.axes]
     if kind == "channel":
-        parts += [request.channel or usual_channel(request.individual), *request.components]
+        parts += [request.channel or default_channel(request.individual), *request.components]
     if kind == "joints" and request.channel:
         parts.append(request.channel)
-    if KINDS[kind].moves:
+    if KINDS[kind].shows_motion:
         numbers = [str(individual.generation) for individual in request.individuals]
         shown = "-".join(numbers) if len(numbers) <= 4 else f"{numbers[0]}-to-{numbers[-1]}"
-        several = KINDS[kind].several and len(numbers) > 1
+        several = KINDS[kind].takes_several and len(numbers) > 1
         parts.append(f"generation-{shown}" if several else request.individual.stem)
     stem = "-".join(parts)
     return "".join(char if char.isalnum() or char in "-_" else "-" for char in stem)

@@ -17,22 +17,22 @@ _LEGEND = 62  # characters of 7 points in a row of a legend, without marks
 _MARK = 7  # width of a legend's mark, in characters
 
 
-def shortened(text: str, length: int) -> str:
+def shorten(text: str, length: int) -> str:
     """Shorten a text to at most `length` characters by replacing its middle with an ellipsis."""
     if len(text) <= length:
         return text
-    head = length * 2 // 3
-    return f"{text[:head]}…{text[head - length + 1 :]}"
+    kept = length * 2 // 3
+    return f"{text[:kept]}…{text[kept - length + 1 :]}"
 
 
-def numeral(value: float) -> str:
+def format_number(value: float) -> str:
     """Format a number with four significant digits and a true minus sign, as axes do."""
     return f"{value:.4g}".replace("-", "−")
 
 
-def score_words(individual: Individual) -> str:
+def format_score(individual: Individual) -> str:
     """Format a score with its unit and the number of worlds, such as 'score 2.53 m'."""
-    score = f"score {numeral(individual.score)} {individual.experiment.fitness.unit}".rstrip()
+    score = f"score {format_number(individual.score)} {individual.experiment.fitness.unit}".rstrip()
     return score + individual.over_worlds
 
 
@@ -45,7 +45,7 @@ def heading_of_run(run: str, experiment: Experiment, more: str = "", width: floa
     room = max(10, int(_HEADING * width / WIDTH) - len(rest))
     name, kind = (" ".join(text.split()) for text in (run, experiment.name))
     both = f"{name} ({kind})"
-    return (both if name != kind and len(both) <= room else shortened(name, room)) + rest
+    return (both if name != kind and len(both) <= room else shorten(name, room)) + rest
 
 
 def heading_of(individuals: Sequence[Individual]) -> str:
@@ -55,20 +55,20 @@ def heading_of(individuals: Sequence[Individual]) -> str:
     """
     numbers = ", ".join(str(individual.generation) for individual in individuals)
     one = individuals[0]
-    what = f"{one.label}, {score_words(one)}"
+    what = f"{one.label}, {format_score(one)}"
     if one.damage and len(f"{one.name}, seed {one.experiment.seed}, {what}") > _HEADING:
         what = one.label
     if len(individuals) > 1:
-        what = f"generations {shortened(numbers, 24)}"
+        what = f"generations {shorten(numbers, 24)}"
     return heading_of_run(one.name, one.experiment, f", {what}")
 
 
-def head(
+def add_heading(
     figure: "Figure", text: str, handles: Sequence[Any] = (), labels: Sequence[str] = ()
 ) -> None:
     """Write a heading and a legend above the panels, where they hide no data."""
     scale = figure.get_figwidth() / WIDTH
-    text = shortened(text, int(_HEADING * scale))
+    text = shorten(text, int(_HEADING * scale))
     if not handles:
         figure.suptitle(text, x=0.01, ha="left")
         return

@@ -5,10 +5,10 @@ from pathlib import Path
 from textwrap import wrap
 
 from gaitsim.errors import RunError
-from gaitsim.render.plots.components import finite
-from gaitsim.render.plots.labels import head, shortened
+from gaitsim.render.plots.components import finite_or_nan
+from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
-from gaitsim.render.terminal.curve_view import compared
+from gaitsim.render.terminal.curve_view import run_curves
 from gaitsim.study.compare_runs import ComparedRun, in_words, warning
 
 
@@ -31,7 +31,7 @@ def plot_overlay(
     from matplotlib.figure import Figure
 
     check_target(path)
-    drawn = compared(runs, quantity, by)
+    drawn = run_curves(runs, quantity, by)
     if not drawn:
         raise RunError("none of these runs has a finished generation yet")
     with styled(theme):
@@ -40,8 +40,8 @@ def plot_overlay(
         for index, one in enumerate(drawn):
             axes.plot(
                 one.x,
-                finite(one.y),
-                label=shortened(one.name, 40),
+                finite_or_nan(one.y),
+                label=shorten(one.name, 40),
                 marker="." if one.stages or len(one.x) == 1 else None,
                 markevery=list(one.stages) or [0],
                 **theme.line(index),
@@ -50,5 +50,5 @@ def plot_overlay(
         axes.set_xlabel(f"{by} (s)" if by == "seconds" else by)
         axes.set_ylabel(in_words(quantity))
         axes.set_title("\n".join(wrap(warning(runs), 56)), color=theme.colours[1], size=7)
-        head(figure, f"{len(drawn)} runs", *axes.get_legend_handles_labels())
+        add_heading(figure, f"{len(drawn)} runs", *axes.get_legend_handles_labels())
     save(figure, path, theme)

@@ -50,7 +50,7 @@ def grid(
     return figure, ordered[:count]
 
 
-def bars(
+def draw_bars(
     axes: "Axes",
     rows: Sequence[tuple[str, NDArray[np.bool_]]],
     start: float,
@@ -88,7 +88,9 @@ def intervals(holds: NDArray[np.bool_], start: float, rate: float) -> list[tuple
     ]
 
 
-def shade(axes: "Axes", spans: Sequence[tuple[float, float]], theme: Theme, **more: Any) -> None:
+def shade_spans(
+    axes: "Axes", spans: Sequence[tuple[float, float]], theme: Theme, **more: Any
+) -> None:
     """Shade spans of time, as starts and durations, in the background."""
     low_high = axes.get_xaxis_transform()
     axes.broken_barh(

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.plots.channels import count_trials
-from gaitsim.render.plots.labels import head, heading_of
+from gaitsim.render.plots.labels import add_heading, heading_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
-from gaitsim.render.plots.scenery import Floats, floor, mast, seen
+from gaitsim.render.plots.scenery import Floats, draw_floor, draw_height_scale, project
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.render.scene.themes import mixed
+from gaitsim.render.scene.themes import mix
 from gaitsim.render.ticks import round_step
 
 if TYPE_CHECKING:
@@ -76,20 +76,20 @@ def path_figure(request: Request) -> "Figure":
         low[2] = 0.0  # include the ground
     with styled(theme):
         figure, space, above, scale = _panels(low, high)
-        _corner_view(space, scene, low, high, scale, theme)
-        _flat_view(above, scene, (0, 2) if scene.planar else (0, 1), theme)
+        _draw_corner_view(space, scene, low, high, scale, theme)
+        _draw_flat_view(above, scene, (0, 2) if scene.planar else (0, 1), theme)
         # Texts take space and reduce the scale. Redraw with the new scale, as it decides which
         # numbers fit.
-        scale = _measured(figure, space)
+        scale = _points_per_metre(figure, space)
         space.clear()
-        _corner_view(space, scene, low, high, scale, theme)
+        _draw_corner_view(space, scene, low, high, scale, theme)
         text = heading_of([individual])
         handles, labels = space.get_legend_handles_labels()
         if (trials := count_trials(individual)) > 1:
             labels[0] += f", first of {trials} trials"
         if scene.factor > 1:
             text += f"; body × {scene.factor:g}"
-        head(figure, text, handles, labels)
+        add_heading(figure, text, handles, labels)
     return figure
 
 
@@ -126,7 +126,7 @@ def _panels(low: Floats, high: Floats) -> tuple["Figure", "Axes", "Axes", float]
     from matplotlib.figure import Figure
 
     corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1)
-    width, height = np.ptp(seen(corners.reshape(-1, 3)), axis=0)
+    width, height = np.ptp(project(corners.reshape(-1, 3)), axis=0)
     across, deep = high[:2] - low[:2]
     if height > 2 * width:
         figure = Figure(figsize=(WIDTH, 4.0))
@@ -141,42 +141,42 @@ def _panels(low: Floats, high: Floats) -> tuple["Figure", "Axes", "Axes", float]
     return figure, top, bottom, 72 * scale
 
 
-def _measured(figure: "Figure", axes: "Axes") -> float:
+def _points_per_metre(figure: "Figure", axes: "Axes") -> float:
     """Return the points on paper per metre, after layout."""
     figure.draw_without_rendering()
     (left, _), (right, _) = axes.transData.transform([(0, 0), (1, 0)])
     return float((right - left) * 72 / figure.dpi)
 
 
-def _corner_view(
+def _draw_corner_view(
     axes: "Axes", scene: Scene, low: Floats, high: Floats, scale: float, theme: Theme
 ) -> None:
-    corner = floor(axes, low, high, scale, theme)
+    corner = draw_floor(axes, low, high, scale, theme)
     if high[2] - low[2] > _FLYING * (high - low)[:2].max():
-        mast(axes, np.array([*corner, low[2]]), float(high[2]), theme)
+        draw_height_scale(axes, np.array([*corner, low[2]]), float(high[2]), theme)
     shadow = scene.path.copy()
     shadow[:, 2] = low[2]
-    axes.plot(*seen(shadow).T, color=theme.faint, linewidth=1.2, zorder=1)
+    axes.plot(*project(shadow).T, color=theme.faint, linewidth=1.2, zorder=1)
     for frame in scene.at.tolist():
         drop = np.stack([scene.path[frame], shadow[frame]])
-        axes.plot(*seen(drop).T, color=theme.ink, linewidth=0.4, linestyle=":", zorder=1)
-    _bodies(axes, seen(scene.bodies), theme)
-    _line(axes, seen(scene.path), theme)
+        axes.plot(*project(drop).T, color=theme.ink, linewidth=0.4, linestyle=":", zorder=1)
+    _draw_bodies(axes, project(scene.bodies), theme)
+    _draw_path(axes, project(scene.path), theme)
     axes.set_aspect("equal")
     axes.set_axis_off()
 
 
-def _flat_view(axes: "Axes", scene: Scene, shown: tuple[int, int], theme: Theme) -> None:
+def _draw_flat_view(axes: "Axes", scene: Scene, shown: tuple[int, int], theme: Theme) -> None:
     """Draw a view along an axis, with the two other axes."""
-    _bodies(axes, scene.bodies[..., shown], theme)
-    _line(axes, scene.path[:, shown], theme)
+    _draw_bodies(axes, scene.bodies[..., shown], theme)
+    _draw_path(axes, scene.path[:, shown], theme)
     across, up = ("xyz"[axis] for axis in shown)
     axes.set_xlabel(f"{across} (m)")
     axes.set_ylabel(f"{up} (m)")
     axes.set_title("from the side" if up == "z" else "from above", fontsize=7, pad=2)
 
 
-def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
+def _draw_bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
     """Draw bodies, (moments, segments, 2, 2), later ones darker."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import to_rgb
@@ -184,14 +184,14 @@ def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
     ink, paper = (np.array(to_rgb(colour)) for colour in (theme.ink, theme.background))
     shares = np.linspace(0.3, 0.9, len(bodies)) if len(bodies) > 1 else [1.0]
     # Colours are mixed, as transparent lines would show a dot wherever two of them meet.
-    for body, colour in zip(bodies, mixed(paper, ink, shares), strict=True):
+    for body, colour in zip(bodies, mix(paper, ink, shares), strict=True):
         lines = LineCollection([*body], colors=[tuple(colour)], linewidths=0.8, zorder=2)
         lines.set_capstyle("round")
         axes.add_collection(lines)
     axes.autoscale_view()
 
 
-def _line(axes: "Axes", path: Floats, theme: Theme) -> None:
+def _draw_path(axes: "Axes", path: Floats, theme: Theme) -> None:
     """Draw the path, (frames, 2), with marks at its start and end."""
     green = theme.colours[0]
     axes.plot(*path.T, color=green, linewidth=1.2, label="path", zorder=3)

@@ -8,7 +8,7 @@ from gaitsim.gait import Footfalls, GaitAnalysis, analyse_individual
 from gaitsim.gait.contact import Stride
 from gaitsim.individual import Individual
 from gaitsim.render.plots.footfall import contacts_of
-from gaitsim.render.plots.labels import head, heading_of, shortened
+from gaitsim.render.plots.labels import add_heading, heading_of, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
@@ -47,7 +47,7 @@ def phase_figure(request: Request) -> "Figure":
         name = gait.name.name if gait.name.name != "none" else "no named gait"
         length = stride.frames / gait.frame_rate
         figure.supxlabel(f"{name}; stride {length:.3g} s ({stride.frequency:.3g} Hz)", fontsize=7)
-        head(figure, heading_of([individual]))
+        add_heading(figure, heading_of([individual]))
     return figure
 
 
@@ -116,7 +116,7 @@ def _draw_table(axes: "Axes", found: Footfalls, marks: list[str], theme: Theme) 
     rows = [("foot", "phase", "duty", theme.ink)]
     colours = theme.foot_colours([foot.name for foot in found.feet])
     for foot, mark, phase, colour in zip(found.feet, marks, found.phases, colours, strict=True):
-        name = mark if mark == foot.name else f"{mark} {shortened(foot.name, 8)}"
+        name = mark if mark == foot.name else f"{mark} {shorten(foot.name, 8)}"
         shown = f"{phase:.2f}" if np.isfinite(phase) else "–"
         rows.append((name, shown, f"{foot.duty_factor:.2f}", colour))
     for row, (name, phase, duty, colour) in enumerate(rows):

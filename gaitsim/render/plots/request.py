@@ -64,15 +64,15 @@ class Request:
 
 
 def window_slice(
-    frames: int, rate: float, window: tuple[float, float] | None, usual: float | None = None
+    frames: int, rate: float, window: tuple[float, float] | None, default: float | None = None
 ) -> slice:
     """Return the frames of a window of time.
 
     Args:
         frames: number of frames of the motion.
         rate: frames per second, Hz.
-        window: first and last second; None for the last `usual` seconds.
-        usual: length of the default window, s; None for the whole motion.
+        window: first and last second; None for the last `default` seconds.
+        default: length of the default window, s; None for the whole motion.
 
     Raises:
         NothingToPlotError: the motion has only one frame.
@@ -84,7 +84,7 @@ def window_slice(
             allowed="a motion of at least two frames",
         )
     if window is None:
-        return slice(0 if usual is None else max(0, frames - round(usual * rate)), frames)
+        return slice(0 if default is None else max(0, frames - round(default * rate)), frames)
     first, last = window
     found = slice(max(0, round(first * rate)), min(frames, round(last * rate) + 1))
     if first < 0 or found.stop - found.start < 2:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.render.plots.components import finite
-from gaitsim.render.plots.labels import head, shortened
+from gaitsim.render.plots.components import finite_or_nan
+from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import WIDTH, styled
 from gaitsim.runs.files.folder import list_runs, unfinished
@@ -34,7 +34,7 @@ def runs_figure(request: Request) -> "Figure":
     from matplotlib.figure import Figure
 
     paths = [request.run.path, *(run.path for run in request.beside)]
-    groups = [_readable(RunsReader(repeats_of(path)).read()) for path in dict.fromkeys(paths)]
+    groups = [_check_readable(RunsReader(repeats_of(path)).read()) for path in dict.fromkeys(paths)]
     if sum(map(len, groups)) == 1:
         raise NothingToPlotError(
             f"no other run repeats the experiment of {request.run.path} with a different seed",
@@ -56,7 +56,7 @@ def runs_figure(request: Request) -> "Figure":
         axes.set_title("\n".join(wrap(note, 56)), color=theme.colours[1], size=7)
         bands = any(len(group) > 1 for group in groups)
         text = "median and quartiles over seeds" if bands else f"{len(groups)} runs"
-        head(figure, text, *axes.get_legend_handles_labels())
+        add_heading(figure, text, *axes.get_legend_handles_labels())
     return figure
 
 
@@ -88,7 +88,7 @@ def _experiment(run: RunSnapshot) -> Mapping[str, Any]:
     return {kind: table for kind, table in run.outline.search_options().items() if kind}
 
 
-def _readable(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
+def _check_readable(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
     for run in runs:
         if run.problem is not None:
             raise run.problem
@@ -103,8 +103,10 @@ def _draw(axes: "Axes", group: Sequence[ComparedRun], style: Mapping[str, Any]) 
     length = min(run.generation for run in group)
     first = max(run.comparable for run in group) - 1
     part = slice(first, length)
-    bests = np.stack([np.fmax.accumulate(finite(run.history["best"][part])) for run in group])
-    evaluations, label = group[0].axis("evaluations")[part], shortened(group[0].label, 30)
+    bests = np.stack(
+        [np.fmax.accumulate(finite_or_nan(run.history["best"][part])) for run in group]
+    )
+    evaluations, label = group[0].axis("evaluations")[part], shorten(group[0].label, 30)
     if len(group) > 1:
         low, middle, high = np.quantile(bests, [0.25, 0.5, 0.75], axis=0)
         axes.fill_between(evaluations, low, high, color=style["color"], alpha=0.2, linewidth=0)

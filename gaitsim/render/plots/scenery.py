@@ -33,13 +33,13 @@ _SIZE = 7  # size of texts, points
 _APART = (5.0, 10.0)
 
 
-def seen(points: NDArray[np.floating]) -> Floats:
+def project(points: NDArray[np.floating]) -> Floats:
     """Project points in space, (…, 3) m, to the plane of the paper, (…, 2) m."""
     flat: Floats = np.asarray(points, dtype=np.float64) @ VIEW.T
     return flat
 
 
-def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -> Floats:
+def draw_floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -> Floats:
     """Draw a floor under a box, with numbers along its front and its right side.
 
     Args:
@@ -60,20 +60,20 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
         for line in range(int(first[axis]), int(last[axis]) + 1):
             ends = np.array([[*begin, z], [*end, z]])
             ends[:, axis] = line * step
-            axes.plot(*seen(ends).T, color=theme.faint, linewidth=0.5, alpha=0.7, zorder=0)
+            axes.plot(*project(ends).T, color=theme.faint, linewidth=0.5, alpha=0.7, zorder=0)
     # The number at the corner belongs to y.
     across = range(int(first[0]), int(last[0]))
-    room = _longest(line * step for line in across) + _APART[0]
-    for line in _labelled(across[0], across[-1], room / (step * scale * VIEW[0, 0])):
-        at = seen(np.array([line * step, begin[1], z]))
+    room = _longest_width(line * step for line in across) + _APART[0]
+    for line in _lines_to_label(across[0], across[-1], room / (step * scale * VIEW[0, 0])):
+        at = project(np.array([line * step, begin[1], z]))
         _write(axes, at, f"{line * step:g}", (0, -4.5), ha="center", va="top")
-    deep = _labelled(int(first[1]), int(last[1]), _APART[1] / (step * scale * VIEW[1, 1]))
+    deep = _lines_to_label(int(first[1]), int(last[1]), _APART[1] / (step * scale * VIEW[1, 1]))
     for line in deep:
-        at = seen(np.array([end[0], line * step, z]))
+        at = project(np.array([end[0], line * step, z]))
         _write(axes, at, f"{line * step:g}", (3, -1), ha="left", va="center")
     _write(
         axes,
-        seen(np.array([(begin[0] + end[0]) / 2, begin[1], z])),
+        project(np.array([(begin[0] + end[0]) / 2, begin[1], z])),
         "x (m)",
         (0, -13),
         ha="center",
@@ -81,24 +81,24 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
     )
     _write(
         axes,
-        seen(np.array([end[0], (begin[1] + end[1]) / 2, z])),
+        project(np.array([end[0], (begin[1] + end[1]) / 2, z])),
         "y (m)",
         # The side of the floor leans to the right, and so does the column of its numbers.
-        (3 + _longest(line * step for line in deep) + 6, -4),
+        (3 + _longest_width(line * step for line in deep) + 6, -4),
         ha="left",
         va="center",
     )
     return begin
 
 
-def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
+def draw_height_scale(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
     """Draw a height scale at a point of the floor, (3,) m, up to `top`, m."""
     step = round_step((top - float(foot[2])) / 5)
     first, last = math.ceil(foot[2] / step - 1e-6), math.ceil(top / step - 1e-6)
     ends = np.array([foot, [*foot[:2], last * step]])
-    axes.plot(*seen(ends).T, color=theme.ink, linewidth=0.6)
+    axes.plot(*project(ends).T, color=theme.ink, linewidth=0.6)
     for line in range(first, last + 1):
-        at = seen(np.array([*foot[:2], line * step]))
+        at = project(np.array([*foot[:2], line * step]))
         axes.annotate(
             "",
             (float(at[0]), float(at[1])),
@@ -113,18 +113,18 @@ def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
             },
         )
         _write(axes, at, f"{line * step:g}", (-4, 0), ha="right", va="center")
-    middle = seen(np.array([*foot[:2], (foot[2] + last * step) / 2]))
-    aside = 4 + _longest(line * step for line in range(first, last + 1)) + 3
+    middle = project(np.array([*foot[:2], (foot[2] + last * step) / 2]))
+    aside = 4 + _longest_width(line * step for line in range(first, last + 1)) + 3
     _write(axes, middle, "z (m)", (-aside, 0), ha="right", va="center", rotation=90)
 
 
-def _labelled(first: int, last: int, least: float) -> range:
+def _lines_to_label(first: int, last: int, least: float) -> range:
     """Return the indices of the lines of a grid to label, at least `least` apart; 0 is included."""
     every = int(round_step(max(1.0, least)))
     return range(math.ceil(first / every) * every, last + 1, every)
 
 
-def _longest(numbers: Iterable[float]) -> float:
+def _longest_width(numbers: Iterable[float]) -> float:
     """Return the width of the longest number, in points."""
     from matplotlib.textpath import TextPath
 

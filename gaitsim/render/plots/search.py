@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Search
 from gaitsim.individual import Individual
-from gaitsim.render.plots.components import finite
+from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.fitness import draw_curve, stages
-from gaitsim.render.plots.labels import head, heading_of_run, shortened
+from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import WIDTH, styled
 from gaitsim.runs.files.folder import unfinished
@@ -61,7 +61,7 @@ def search_figure(request: Request) -> "Figure":
         for index, (axes, name) in enumerate(zip(panels, names, strict=True)):
             values = history[FIGURE + name]
             draw_curve(axes, over, values, None, color=theme.colours[index % len(theme.colours)])
-            axes.set_ylabel(shortened(name, 24))
+            axes.set_ylabel(shorten(name, 24))
             if _logarithmic(values):
                 axes.set_yscale("log")
             for before, part in pairwise(stages(history)):
@@ -73,11 +73,11 @@ def search_figure(request: Request) -> "Figure":
         panels[-1].xaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
         figure.align_ylabels()
         plugin = run.experiment.entries["search"].name
-        head(figure, heading_of_run(run.path.resolve().name, run.experiment, f", {plugin}"))
+        add_heading(figure, heading_of_run(run.path.resolve().name, run.experiment, f", {plugin}"))
     return figure
 
 
 def _logarithmic(values: NDArray[np.float64]) -> bool:
-    known = finite(values)
+    known = finite_or_nan(values)
     known = known[~np.isnan(known)]
     return bool(len(known)) and bool(known.min() > 0) and known.max() > _LOGARITHMIC * known.min()

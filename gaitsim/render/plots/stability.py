@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.render.plots.components import finite
+from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.footfall import contacts_of
-from gaitsim.render.plots.labels import head, heading_of
-from gaitsim.render.plots.panels import intervals, shade
+from gaitsim.render.plots.labels import add_heading, heading_of
+from gaitsim.render.plots.panels import intervals, shade_spans
 from gaitsim.render.plots.request import Request, window_slice
 from gaitsim.render.plots.style import WIDTH, styled
 
@@ -40,9 +40,9 @@ def stability_figure(request: Request) -> "Figure":
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 2.3))
         axes, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-        axes.plot(times, finite(shown) * _MILLIMETRES, label="margin", **theme.line(0))
+        axes.plot(times, finite_or_nan(shown) * _MILLIMETRES, label="margin", **theme.line(0))
         if np.isfinite(shown).any():
-            least = int(np.nanargmin(finite(shown)))
+            least = int(np.nanargmin(finite_or_nan(shown)))
             value = float(shown[least]) * _MILLIMETRES
             axes.plot(
                 times[least],
@@ -59,7 +59,7 @@ def stability_figure(request: Request) -> "Figure":
         unsupported = intervals(~(shown >= 0), times[0], rate)
         if unsupported:
             share = float(np.mean(~(shown >= 0)))
-            shade(axes, unsupported, theme, label=f"unsupported: {share:.0%} of the time")
+            shade_spans(axes, unsupported, theme, label=f"unsupported: {share:.0%} of the time")
         axes.set_ylabel("stability\nmargin (mm)")
         below.step(times, touching[part].sum(axis=1), where="post", **theme.line(0))
         below.set_ylim(0, touching.shape[1] + 0.3)
@@ -68,5 +68,5 @@ def stability_figure(request: Request) -> "Figure":
         below.set_xlabel("time (s)")
         below.set_xlim(times[0], times[-1])
         figure.align_ylabels()
-        head(figure, heading_of([individual]), *axes.get_legend_handles_labels())
+        add_heading(figure, heading_of([individual]), *axes.get_legend_handles_labels())
     return figure

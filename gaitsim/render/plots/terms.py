@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from gaitsim.errors import RunError
 from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generations
-from gaitsim.render.plots.labels import head, heading_of_run, shortened
+from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
 from gaitsim.render.plots.panels import grid
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.style import WIDTH, styled
@@ -14,7 +14,7 @@ from gaitsim.runs.files.history import COLUMNS, MEAN
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST = 40  # maximum number of panels, each of which takes 0.1 s
+MAX_PANELS = 40  # maximum number of panels, each of which takes 0.1 s
 
 
 def terms_figure(request: Request) -> "Figure":
@@ -29,11 +29,11 @@ def terms_figure(request: Request) -> "Figure":
     if not history:
         raise unfinished(request.run.path)
     names = [name for name in history if name not in COLUMNS and MEAN + name in history]
-    if len(names) > MOST:
+    if len(names) > MAX_PANELS:
         raise RunError(
             f"the history has {len(names)} terms, too many for one figure",
             where=str(request.run.path),
-            allowed=f"at most {MOST}",
+            allowed=f"at most {MAX_PANELS}",
             remedy="plot them from history.csv",
         )
     with styled(theme):
@@ -47,14 +47,14 @@ def terms_figure(request: Request) -> "Figure":
             low, high = axes.get_ylim()
             if low <= 0 <= high:
                 axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
-            axes.set_title(shortened(name, 28), fontsize=7, pad=2)
+            axes.set_title(shorten(name, 28), fontsize=7, pad=2)
             axes.margins(x=0)
             mark_stages(axes, history, theme, named=False)
             set_generations(axes, history, ticks=3 if len(names) > 1 else 6)
         figure.supxlabel("generation", fontsize=8)
         unit = request.run.experiment.fitness.unit
         figure.supylabel(f"term of the score{f' ({unit})' if unit else ''}", fontsize=8)
-        head(
+        add_heading(
             figure,
             heading_of_run(request.run.path.resolve().name, request.run.experiment),
             *panels[0].get_legend_handles_labels(),

@@ -7,9 +7,9 @@ import numpy as np
 from gaitsim.gait.intervals import Floats
 from gaitsim.gait.judgement import Judgement
 from gaitsim.gait.sensitivity import PARTS
-from gaitsim.render.plots.labels import head, numeral
+from gaitsim.render.plots.labels import add_heading, format_number
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
-from gaitsim.render.terminal.judgement import falls, spaced
+from gaitsim.render.terminal.unseen_results import format_falls, spaced
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,9 +38,9 @@ def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figu
         for unused in places.ravel()[panels:]:
             unused.remove()
         first, *others = places.ravel()[:panels]
-        _distribution(first, found, theme)
+        _draw_distribution(first, found, theme)
         for axes, name in zip(others, names, strict=True):
-            _condition(axes, found, name, theme)
+            _draw_condition(axes, found, name, theme)
         unit = f" ({found.unit})" if found.unit else ""
         for axes in places[:, 0]:
             axes.set_ylabel(f"{found.measure}{unit}")
@@ -49,20 +49,20 @@ def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figu
             marks, labels = axes.get_legend_handles_labels()
             for label, mark in zip(labels, marks, strict=True):
                 handles.setdefault(label, mark)
-        head(figure, heading, [*handles.values()], [*handles])
+        add_heading(figure, heading, [*handles.values()], [*handles])
     return figure
 
 
 def heading_of_worlds(found: Judgement, title: str) -> str:
     """Return the heading of the figure: the title, the number of worlds and of falls."""
-    return f"{title}: {len(found.worlds):,} unseen worlds, {falls(found)}"
+    return f"{title}: {len(found.worlds):,} unseen worlds, {format_falls(found)}"
 
 
-def _distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
+def _draw_distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
     """Draw the sorted results over the share of worlds with lower results."""
     order = np.argsort(found.results, kind="stable")
     share = 100 * (np.arange(len(order)) + 0.5) / len(order)
-    _worlds(axes, share, found, theme, order)
+    _draw_worlds(axes, share, found, theme, order)
     axes.axvspan(0, 10, color=theme.faint, alpha=0.35, linewidth=0, zorder=0)
     if np.isfinite(found.worst_tenth):
         axes.plot(
@@ -73,7 +73,7 @@ def _distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
             solid_capstyle="butt",
         )
         axes.annotate(
-            f"worst tenth {numeral(round(found.worst_tenth, 3))}",
+            f"worst tenth {format_number(round(found.worst_tenth, 3))}",
             (10, found.worst_tenth),
             (3, 0),
             textcoords="offset points",
@@ -84,7 +84,7 @@ def _distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
     axes.set_xlabel("share of worlds (%)")
 
 
-def _condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
+def _draw_condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
     """Draw the results over a condition, with the means of its thirds and its harmful range."""
     values, (low, high) = found.conditions[name], found.ranges[name]
     effect = next((one for one in found.effects if one.condition == name), None)
@@ -92,7 +92,7 @@ def _condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
         axes.axvspan(
             start, end, color=theme.colours[1], alpha=0.13, linewidth=0, label="harmful range"
         )
-    _worlds(axes, values, found, theme, np.arange(len(values)))
+    _draw_worlds(axes, values, found, theme, np.arange(len(values)))
     if low < high:
         edges = np.linspace(low, high, PARTS + 1)
         finite = np.isfinite(found.results)
@@ -114,7 +114,7 @@ def _condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
     axes.locator_params(axis="x", nbins=4)
 
 
-def _worlds(
+def _draw_worlds(
     axes: "Axes", across: Floats, found: Judgement, theme: Theme, order: np.ndarray
 ) -> None:
     """Mark each world; falls are crosses, and failed motions are crosses on the axis."""

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.render.plots.labels import numeral
+from gaitsim.render.plots.labels import format_number
 from gaitsim.render.scene.ground import steps
-from gaitsim.render.scene.labels import POINT, SMALLEST, glyphs
+from gaitsim.render.scene.labels import POINT, SMALLEST, text_path
 from gaitsim.render.scene.themes import Theme
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class AltitudeScale:
         theme: colours of the picture.
         colours: colour of each body's pointer.
         scale: pixels per metre of altitude.
-        unit: size of the picture; see `unit_of`.
+        unit: size of the picture; see `relative_size`.
     """
 
     def __init__(
@@ -80,7 +80,12 @@ class AltitudeScale:
         right = self._right - 22 * self._unit
         self._numbers.set_paths(
             [
-                glyphs(f"{numeral(value)} m", self._size, (right, height - 0.36 * self._size), 1.0)
+                text_path(
+                    f"{format_number(value)} m",
+                    self._size,
+                    (right, height - 0.36 * self._size),
+                    1.0,
+                )
                 for value, height in zip(number[long] * fine, y[long], strict=True)
             ]
         )

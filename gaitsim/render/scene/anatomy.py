@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.colours import among
+from gaitsim.render.colours import is_damaged
 from gaitsim.render.scene.shapes import hull_faces
 
 THICKNESS = 0.13  # radius of a limb, relative to the median length of segments
@@ -70,14 +70,14 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
     limbs = np.array([i for i in range(len(joints)) if i not in framed], dtype=np.intp)
     usual = float(np.median(lengths[limbs])) if len(limbs) else span
     radius = max(min(THICKNESS * usual, SLENDER * span), 0.002 * span)
-    shares, trunks = _shares(skeleton, joints, ends, span)
+    shares, trunks = _relative_radii(skeleton, joints, ends, span)
     thin = [0.012 if len(plate) == 3 else 0.04 for plate in plates]
     shortest = [min(lengths[end // 2] for end in plate) for plate in plates]
     return Anatomy(
         limbs,
         radius * shares[limbs],
         trunks[limbs],
-        among(skeleton.names, skeleton.damaged)[limbs],
+        is_damaged(skeleton.names, skeleton.damaged)[limbs],
         tuple(plates),
         tuple(float(share * length) for share, length in zip(thin, shortest, strict=True)),
         tuple(solids),
@@ -137,7 +137,7 @@ def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
     return tuple(tuple(own[corners].tolist()) for corners in hull_faces(ends[own]))
 
 
-def _shares(
+def _relative_radii(
     skeleton: Skeleton, joints: NDArray[np.intp], ends: NDArray[np.float64], span: float
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return the relative radii of segment ends, (segments, 2), and which segments are trunks."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gaitsim.render.scene.anatomy import Anatomy
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.shapes import capsules, hull
-from gaitsim.render.scene.themes import Colour, mixed
+from gaitsim.render.scene.themes import Colour, mix
 
 FOG = 0.3  # share of the background's colour on the far side of a body
 EDGE = 1.1  # width of an outline
@@ -82,7 +82,7 @@ def _limbs(
     lights, _ = _capsules(camera, segments, anatomy.radii, 0.42, 0.36)
     share, trunk, hurt = fog(depth), anatomy.trunks[:, None], anatomy.damaged[:, None]
     side, light, edge = (
-        mixed(
+        mix(
             np.where(hurt, colours[bad], np.where(trunk, colours[thick], colours[thin])),
             colours["ground"],
             share,
@@ -122,7 +122,7 @@ def _plates(
         back, _ = camera.project(corners - radius * normal)
         share = fog(depth.mean())
         side, light, edge = (
-            mixed(colours[name], colours["ground"], share)
+            mix(colours[name], colours["ground"], share)
             for name in ("body", "body_light", "limb_edge")
         )
         around = hull(np.concatenate([front, back]))
@@ -157,12 +157,12 @@ def _solids(
                 continue
             shine = 0.5 + 0.5 * float(_normal(corners) @ LIGHT)
             share = fog(depth.mean())
-            colour = mixed(colours["limb"], colours["limb_light"], shine)
+            colour = mix(colours["limb"], colours["limb_light"], shine)
             parts.append(
                 Part(
                     outline,
-                    mixed(colour, colours["ground"], share),
-                    mixed(colours["limb_edge"], colours["ground"], share),
+                    mix(colour, colours["ground"], share),
+                    mix(colours["limb_edge"], colours["ground"], share),
                     EDGE * line,
                 )
             )

@@ -58,7 +58,7 @@ def axes(azimuth: float, elevation: float) -> tuple[Points, Points, Points]:
     return right, np.cross(right, ahead), ahead
 
 
-def fitting(
+def fit_box(
     box: Points, angles: tuple[float, float], width: float, height: float, view: str
 ) -> tuple[float, Points]:
     """Return the scale at which a body fills its part of a picture, and the body's middle.
@@ -75,7 +75,7 @@ def fitting(
     """
     right, up, _ = axes(*angles)
     if view == "orbit":
-        wide, tall, middle = all_round(box, up)
+        wide, tall, middle = extent_from_all_sides(box, up)
         tall += 0.2 * wide
     else:
         across, above = box @ right, box @ up
@@ -85,14 +85,14 @@ def fitting(
     return scale, middle
 
 
-def all_round(box: Points, up: Points) -> tuple[float, float, Points]:
+def extent_from_all_sides(box: Points, up: Points) -> tuple[float, float, Points]:
     """Return the greatest width of a body from any side, its height along `up`, and its middle."""
     wide = 2 * float(np.hypot(box[:, 0], box[:, 1]).max())
     middle = np.array([0.0, 0.0, (box[:, 2].min() + box[:, 2].max()) / 2])
     return wide, float(np.ptp(box @ up)), middle
 
 
-def steadied(path: Points, frame_rate: float, seconds: float = 0.2) -> Points:
+def smooth_path(path: Points, frame_rate: float, seconds: float = 0.2) -> Points:
     """Smooth a path (frames, 3) with a Gaussian in time, for the camera to follow."""
     sigma = seconds * frame_rate
     half = min(int(3 * sigma), len(path) - 1)

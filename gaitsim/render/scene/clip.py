@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton, Terrain
 from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.anatomy import Anatomy, anatomy
-from gaitsim.render.scene.camera import Points, steadied
-from gaitsim.render.scene.solids import Surfaces, between_poses
+from gaitsim.render.scene.camera import Points, smooth_path
+from gaitsim.render.scene.solids import Surfaces, interpolate_poses
 
 FOOT, SOLE = 1.55, 2.2  # radius of a foot's mark, relative to limbs and to solid feet
 
@@ -99,12 +99,12 @@ class Clip:
         return Surfaces(self.skeleton.solids)
 
     @cached_property
-    def carriers(self) -> list[int]:
+    def foot_solids(self) -> list[int]:
         """The index of the solid nearest to each contact; empty for a body without solids."""
         if not self.skeleton.solids:
             return []
         pose = self.at(0)
-        placed = self.surfaces.placed(pose.solids)
+        placed = self.surfaces.points_at(pose.solids)
         away = np.linalg.norm(placed - pose.contacts[:, None], axis=-1)
         return [int(solid) for solid in self.surfaces.owner[away.argmin(axis=1)]]
 
@@ -112,13 +112,13 @@ class Clip:
     def mark(self) -> float:
         """The radius of a foot's mark on the ground, m."""
         each = self.surfaces.each
-        thin = [float(np.ptp(each[solid].points, axis=0).min()) / 2 for solid in self.carriers]
+        thin = [float(np.ptp(each[solid].points, axis=0).min()) / 2 for solid in self.foot_solids]
         return max(FOOT * self.anatomy.thickness, SOLE * float(np.median(thin)) if thin else 0.0)
 
     def points(self, pose: Pose) -> Points:
         """Return the points that span the body in a pose, (points, 3) m."""
         ends = pose.segments.reshape(-1, 3)
-        return np.concatenate([ends, self.surfaces.placed(pose.solids)])
+        return np.concatenate([ends, self.surfaces.points_at(pose.solids)])
 
     @property
     def planar(self) -> bool:
@@ -142,7 +142,7 @@ class Clip:
             return self.depth
         return min(0.0, float(self.skeleton.segments[..., 2].min())) if self.flies else 0.0
 
-    def grounded(self, points: Points) -> Points:
+    def on_ground(self, points: Points) -> Points:
         """Move points (…, 3) up or down to the drawn ground."""
         ground = self.skeleton.ground
         if isinstance(ground, Terrain):
@@ -173,7 +173,7 @@ class Clip:
 
     @cached_property
     def _aims(self) -> Points:
-        return steadied(self.path, self.skeleton.frame_rate)
+        return smooth_path(self.path, self.skeleton.frame_rate)
 
     def at(self, seconds: float) -> Pose:
         """Return the pose at a time, interpolated between frames; the last pose after the end."""
@@ -207,6 +207,6 @@ class Clip:
         if self.skeleton.poses is None:
             return np.empty((0, 7))
         poses = np.asarray(self.skeleton.poses[before : before + 2], dtype=np.float64)
-        found = between_poses(poses[0], poses[1], share) if share else poses[0].copy()
+        found = interpolate_poses(poses[0], poses[1], share) if share else poses[0].copy()
         found[:, :3] += self._shift
         return found

@@ -33,7 +33,7 @@ def grid(
         camera: camera of the picture.
         span: largest extent of the body, m.
         reach: radius of the drawn ground, pixels at its distance.
-        unit: size of the picture; see `unit_of`.
+        unit: size of the picture; see `relative_size`.
         corners: x and y of the corners of the ground, where lines must bend, (corners,) m each.
 
     Returns:

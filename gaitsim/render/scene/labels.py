@@ -56,7 +56,7 @@ class Labels:
         self._figure, self._clips, self._theme = figure, clips, theme
         self.still: list[Any] = []
         width, height = size
-        unit = unit_of(width, height)
+        unit = relative_size(width, height)
         pad, several = 22 * unit, len(clips) > 1
         self._pad, self._small, big = pad, small_letters(size), max(21 * unit, SMALLEST)
         room, top = width - 2 * pad, height - pad
@@ -65,9 +65,9 @@ class Labels:
         under = top - 1.35 * _size(title)
         details = self._text(pad, under, heading[1], self._small, colour="faint", va="top")
         self._fit(details, room)
-        longest = captions.time(max(clip.seconds for clip in clips))
+        longest = captions.format_time(max(clip.seconds for clip in clips))
         if not several:
-            longest = captions.longest_moment(clips[0])
+            longest = captions.widest_moment(clips[0])
         self.clock = self._text(pad, pad, longest, big)
         self._fit(self.clock, room)
         self.still.remove(self.clock)
@@ -80,12 +80,14 @@ class Labels:
     def set_clock(self, poses: Sequence[Pose], seconds: float) -> None:
         """Set the clock, and the rows of several bodies, to a moment."""
         if not self.progress:
-            self.clock.set_text(captions.moment(self._clips[0], poses[0], seconds))
+            self.clock.set_text(captions.format_moment(self._clips[0], poses[0], seconds))
             return
-        self.clock.set_text(captions.time(min(seconds, max(one.seconds for one in self._clips))))
+        self.clock.set_text(
+            captions.format_time(min(seconds, max(one.seconds for one in self._clips)))
+        )
         for clip, pose, (artist, at) in zip(self._clips, poses, self.progress, strict=True):
-            progress_text = captions.progress(clip, pose, seconds)
-            artist.set_paths([glyphs(progress_text, self._small, at)])
+            progress_text = captions.format_progress(clip, pose, seconds)
+            artist.set_paths([text_path(progress_text, self._small, at)])
 
     def _rows(self, top: float, room: float, colours: Sequence[str]) -> None:
         """Write the colour and the name of each body, and leave space for its distance."""
@@ -96,7 +98,7 @@ class Labels:
         bottoms = [top - ROW * size * (number + 0.5) for number in range(len(self._clips))]
         for bottom, colour in zip(bottoms, colours, strict=True):
             self._sign(self._pad + 0.4 * size, bottom + 0.36 * size, size, "s", colour, True)
-        left, last = self._pad + 1.3 * size, width_of("altitude −000.00 m", size)
+        left, last = self._pad + 1.3 * size, text_width("altitude −000.00 m", size)
         for column in ("title", "details"):
             rest = self._pad + room - left - last - size
             written = []
@@ -120,7 +122,7 @@ class Labels:
         if skeleton.contacts is None:
             return
         theme = self._theme
-        scale = [(f"grid {captions.step(grid)}", "", True)]
+        scale = [(f"grid {captions.format_grid_step(grid)}", "", True)]
         feet = [("on the ground", theme.faint, True), ("in the air", theme.faint, False)]
         words = side_words(skeleton.contact_names)
         sides = [
@@ -224,22 +226,22 @@ class Labels:
         return text.get_window_extent(self._figure.canvas.get_renderer())  # type: ignore[attr-defined]
 
 
-def unit_of(width: float, height: float) -> float:
+def relative_size(width: float, height: float) -> float:
     """Return the size of a picture relative to one of 960 × 720 pixels."""
     return max(min(width / 960, height / 720), 0.36)
 
 
 def small_letters(size: tuple[int, int]) -> float:
     """Return the height of small letters in a picture of some size, pixels."""
-    return max(15 * unit_of(*size), SMALLEST)
+    return max(15 * relative_size(*size), SMALLEST)
 
 
-def width_of(words: str, size: float) -> float:
+def text_width(words: str, size: float) -> float:
     """Return the width of a text with letters of some size, pixels."""
     return size / 100 * float(_large_glyphs(words)[0][:, 0].max(initial=0.0))
 
 
-def glyphs(words: str, size: float, at: tuple[float, float], share: float = 0.0) -> "Path":
+def text_path(words: str, size: float, at: tuple[float, float], share: float = 0.0) -> "Path":
     """Return a text as a path, which takes a tenth of the time to draw.
 
     Args:
@@ -251,7 +253,7 @@ def glyphs(words: str, size: float, at: tuple[float, float], share: float = 0.0)
     from matplotlib.path import Path
 
     large, codes = _large_glyphs(words)
-    left = at[0] - share * width_of(words, size)
+    left = at[0] - share * text_width(words, size)
     return Path(size / 100 * large + np.array([left, at[1]]), codes)
 
 

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 
-from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.scene.bodies import EDGE, FOG, LIGHT
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
-from gaitsim.render.scene.raster import FINE, coloured, raster, shades_of
+from gaitsim.render.scene.raster import FINE, raster, shades_of, to_pixels
 from gaitsim.render.scene.shapes import outline
-from gaitsim.render.scene.themes import Colour, Theme, mixed, rgb
+from gaitsim.render.scene.themes import Colour, Theme, mix, rgb
 
 TINT = 0.4  # share of the side's colour in a leg
 MARKED = 0.85  # share of the side's colour in a foot on the ground
@@ -46,18 +46,16 @@ class Pixels(Artist):
         side = sides(tuple(solid.name for solid in clip.skeleton.solids))
         tint = {LEFT: rgb(theme.left), RIGHT: rgb(theme.right)}
         limb = rgb(theme.limb), rgb(theme.limb_light)
-        colours = [
-            own if one == MIDDLE else _tinted(limb, tint[one], TINT) for one in side.tolist()
-        ]
+        colours = [own if one == MIDDLE else _tint(limb, tint[one], TINT) for one in side.tolist()]
         self._usual = np.array(colours).swapaxes(0, 1)
         middle = rgb(theme.middle)
         feet = sides(clip.skeleton.contact_names or ("",) * len(clip.at(0).contacts))
-        marked = [_tinted(limb, tint.get(one, middle), MARKED) for one in feet.tolist()]
+        marked = [_tint(limb, tint.get(one, middle), MARKED) for one in feet.tolist()]
         names = [solid.name for solid in clip.skeleton.solids]
-        self._damaged = among(names, clip.skeleton.damaged)
+        self._damaged = is_damaged(names, clip.skeleton.damaged)
         self._usual[:, self._damaged] = np.stack(damaged)[:, None]
         self._marked = np.array(marked).reshape(-1, 2, 3).swapaxes(0, 1)
-        self._feet = [np.flatnonzero(np.equal(names, names[solid])) for solid in clip.carriers]
+        self._feet = [np.flatnonzero(np.equal(names, names[solid])) for solid in clip.foot_solids]
         self._image: tuple[int, int, Any] | None = None
 
     def show(self, camera: Camera, pose: Pose) -> None:
@@ -74,14 +72,14 @@ class Pixels(Artist):
         for foot in np.flatnonzero(pose.touching):
             colours[:, self._feet[foot]] = self._marked[:, foot, None]
         colours[:, self._damaged] = self._usual[:, self._damaged]
-        dark, bright, ink = (mixed(one, self._ground, fog) for one in (*colours, self._ink))
-        pixels = coloured(drawn, shades_of(dark, bright, ink), self._width)
+        dark, bright, ink = (mix(one, self._ground, fog) for one in (*colours, self._ink))
+        pixels = to_pixels(drawn, shades_of(dark, bright, ink), self._width)
         self._image = drawn.left, drawn.bottom, pixels
 
     def shadow(self, camera: Camera, pose: Pose) -> list[Points]:
         """Return the outlines of the shadow of each solid under light from above."""
         surfaces = self._clip.surfaces
-        flat, _ = camera.project(self._clip.grounded(surfaces.placed(pose.solids)))
+        flat, _ = camera.project(self._clip.on_ground(surfaces.points_at(pose.solids)))
         return [outline(flat[surfaces.owner == i]) for i in range(len(surfaces.each))]
 
     def draw(self, renderer: Any) -> None:
@@ -90,6 +88,6 @@ class Pixels(Artist):
             renderer.draw_image(renderer.new_gc(), *self._image)
 
 
-def _tinted(limb: tuple[Colour, Colour], colour: Colour, share: float) -> tuple[Colour, Colour]:
+def _tint(limb: tuple[Colour, Colour], colour: Colour, share: float) -> tuple[Colour, Colour]:
     """Mix the dark and the light colour of a limb with a share of another colour."""
-    return mixed(limb[0], colour, share), mixed(limb[1], colour, share)
+    return mix(limb[0], colour, share), mix(limb[1], colour, share)

@@ -27,7 +27,7 @@ class Race:
     """
 
     def __init__(self, clips: Sequence[Clip], leader: int) -> None:
-        self.clips = _lined_up(clips) if len(clips) > 1 else list(clips)
+        self.clips = _in_lanes(clips) if len(clips) > 1 else list(clips)
         self.leader, self.room = leader, np.inf
         self.seconds = max(clip.seconds for clip in clips)
         self.span = max(clip.anatomy.span for clip in clips)
@@ -53,7 +53,7 @@ class Race:
         return np.concatenate(points)
 
 
-def _lined_up(clips: Sequence[Clip]) -> list[Clip]:
+def _in_lanes(clips: Sequence[Clip]) -> list[Clip]:
     """Return the clips side by side, at the distances that their movement requires."""
     floor = min(clip.floor for clip in clips)
     wide, tall = np.max([np.ptp(clip.box, axis=0)[1:] for clip in clips], axis=0)

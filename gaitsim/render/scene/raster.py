@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gaitsim.render.scene.camera import NEAR, Camera, Points
 from gaitsim.render.scene.solids import Round, Surface, Surfaces, rotations
 
-FINE = 2  # samples per pixel in each direction, to smooth edges; `coloured` adds 2 × 2
+FINE = 2  # samples per pixel in each direction, to smooth edges; `to_pixels` adds 2 × 2
 SHADES = 64  # shades of a solid; the first is that of its outline
 BIAS = 1e-4  # least relative difference of depth; ties go to the first surface
 
@@ -74,7 +74,7 @@ def raster(
     Returns:
         The visible surfaces; None if no solid is in the picture.
     """
-    points = surfaces.placed(poses)
+    points = surfaces.points_at(poses)
     flat, depth = camera.project(points)
     low, high = flat.min(axis=0), flat.max(axis=0)
     # The points of a round solid lie on its surface, so the outline bulges between them.
@@ -254,7 +254,7 @@ def _round(
     drawn.piece[row, column] = piece + ends % 3
 
 
-def coloured(drawn: Drawn, colours: Points, width: int) -> NDArray[np.uint8]:
+def to_pixels(drawn: Drawn, colours: Points, width: int) -> NDArray[np.uint8]:
     """Return the pixels of visible surfaces, with outlines.
 
     Args:

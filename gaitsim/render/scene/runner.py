@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.scene.bodies import body, shadow
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES
-from gaitsim.render.scene.labels import POINT, SMALLEST, glyphs
+from gaitsim.render.scene.labels import POINT, SMALLEST, text_path
 from gaitsim.render.scene.pixels import Pixels
 from gaitsim.render.scene.shapes import discs, hull
-from gaitsim.render.scene.themes import Theme, mixed, rgb
+from gaitsim.render.scene.themes import Theme, mix, rgb
 
 TRAIL = 240  # number of pieces of the path behind a body
 _CROSS = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
@@ -28,7 +28,7 @@ class Runner:
         clip: the body in motion.
         theme: colours of the picture.
         colour: colour of the body.
-        unit: size of the picture; see `unit_of`.
+        unit: size of the picture; see `relative_size`.
         picture: width and height of the picture, pixels.
     """
 
@@ -49,11 +49,11 @@ class Runner:
         own, ground = rgb(colour), rgb(theme.ground)
         names = ("ground", "limb", "limb_light", "limb_edge")
         self._colours = {name: rgb(getattr(theme, name)) for name in names}
-        self._colours["body"] = mixed(own, rgb("#000000"), 0.2)
-        self._colours["body_light"] = mixed(own, rgb("#ffffff"), 0.3)
+        self._colours["body"] = mix(own, rgb("#000000"), 0.2)
+        self._colours["body_light"] = mix(own, rgb("#ffffff"), 0.3)
         self._colours["damaged"] = rgb(theme.damaged)
-        self._colours["damaged_light"] = mixed(rgb(theme.damaged), rgb("#ffffff"), 0.3)
-        shades = mixed(ground, own, np.arange(1, SHADES + 1) / SHADES)
+        self._colours["damaged_light"] = mix(rgb(theme.damaged), rgb("#ffffff"), 0.3)
+        shades = mix(ground, own, np.arange(1, SHADES + 1) / SHADES)
         self.shadow = add(PolyCollection([], facecolors=theme.shadow, edgecolors="none"), 1)
         self.support = add(
             PolyCollection([], facecolors=(*rgb(theme.ink), 0.09), edgecolors=theme.faint), 3
@@ -76,7 +76,7 @@ class Runner:
         feet = len(clip.skeleton.contact_names) or clip.at(0).contacts.shape[0]
         colours = {MIDDLE: theme.middle, LEFT: theme.left, RIGHT: theme.right}
         side = sides(clip.skeleton.contact_names or ("",) * feet)
-        self._lost = among(clip.skeleton.contact_names or ("",) * feet, clip.skeleton.damaged)
+        self._lost = is_damaged(clip.skeleton.contact_names or ("",) * feet, clip.skeleton.damaged)
         self._feet = np.array([rgb(colours[one]) for one in side.tolist()]).reshape(-1, 3)
 
     def show(self, camera: Camera, pose: Pose, reach: float, place: int) -> None:
@@ -99,7 +99,7 @@ class Runner:
             self.shadow.set_verts(self.pixels.shadow(camera, pose))
             self.pixels.show(camera, pose)
             return
-        self.shadow.set_verts(shadow(camera, clip.grounded(pose.segments), clip.anatomy))
+        self.shadow.set_verts(shadow(camera, clip.on_ground(pose.segments), clip.anatomy))
         parts = body(camera, pose.segments, clip.anatomy, self._colours, self._line)
         self.body.set_verts([part.outline for part in parts])
         self.body.set_facecolors(np.array([part.face for part in parts]))
@@ -115,7 +115,7 @@ class Runner:
         arrow = next((arrow for arrow, out in zip("→↓←↑", outside, strict=True) if out), "")
         edge = 2.5 * self._size
         across, above = np.clip(at, edge, self._picture - edge).tolist()
-        self.tag.set_paths([glyphs(arrow + self.clip.tag, self._size, (across, above), 0.5)])
+        self.tag.set_paths([text_path(arrow + self.clip.tag, self._size, (across, above), 0.5)])
 
     def _show_names(self, camera: Camera, pose: Pose) -> None:
         """Write the name of each foot on the side that faces away from the body."""
@@ -128,11 +128,11 @@ class Runner:
         letters = 1.25 * self._size
         places += (self.clip.mark * camera.scale + 1.1 * letters) * away - (0, 0.36 * letters)
         names = zip(self.clip.skeleton.contact_names, places.tolist(), strict=False)
-        self.names.set_paths([glyphs(name, letters, (x, y), 0.5) for name, (x, y) in names])
+        self.names.set_paths([text_path(name, letters, (x, y), 0.5) for name, (x, y) in names])
 
     def _show_trail(self, camera: Camera, pose: Pose, reach: float) -> None:
         clip = self.clip
-        trail = pose.trail if clip.flies else clip.grounded(pose.trail)
+        trail = pose.trail if clip.flies else clip.on_ground(pose.trail)
         seen = np.linalg.norm(trail - camera.target, axis=1) * camera.scale < reach
         since = int(np.flatnonzero(~seen)[-1]) + 1 if not seen.all() else 0
         since = min(since, len(trail) - 1)
@@ -140,15 +140,15 @@ class Runner:
         trail = trail[every]
         pieces = np.stack([trail[:-1], trail[1:]], axis=1)
         away = np.linalg.norm(pieces.mean(axis=1) - camera.target, axis=1) * camera.scale / reach
-        self.trail.set_paths(layers(camera, pieces, 1 - away))
+        self.trail.set_paths(paths_by_shade(camera, pieces, 1 - away))
 
     def _show_feet(self, camera: Camera, pose: Pose) -> None:
         clip, touching = self.clip, pose.touching
-        standing = clip.grounded(pose.contacts[touching])
-        support = clip.grounded(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
+        standing = clip.on_ground(pose.contacts[touching])
+        support = clip.on_ground(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
         self.support.set_verts([camera.project(support)[0]])
         size = clip.mark
-        self.stance.set_verts(list(camera.project(clip.grounded(discs(standing, size)))[0]))
+        self.stance.set_verts(list(camera.project(clip.on_ground(discs(standing, size)))[0]))
         self.stance.set_facecolors(self._feet[touching])
         swings = ~touching & ~self._lost
         swinging, depth = camera.project(pose.contacts[swings])
@@ -163,7 +163,7 @@ class Runner:
         self.lost.set_segments([*(hips[:, None, None] + arms).reshape(-1, 2, 2)])
 
 
-def layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
+def paths_by_shade(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
     """Return pieces of lines (pieces, 2, 3) as one path per shade."""
     from matplotlib.path import Path
 

@@ -85,7 +85,7 @@ def _polyhedron(points: Points) -> Surface:
     return Surface(points, len(faces) <= CREASED, (), faces, first, normals)
 
 
-def _turned(height: float) -> Points:
+def _ring_at(height: float) -> Points:
     """Return a ring of points at a height on the unit sphere, (points, 3)."""
     across = np.sqrt(1 - height**2)
     ring = [across * np.cos(_AROUND), across * np.sin(_AROUND), np.full(len(_AROUND), height)]
@@ -93,8 +93,8 @@ def _turned(height: float) -> Points:
 
 
 _CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
-_RING = _turned(0.0)
-_BALL = np.concatenate([_turned(height) for height in (-1, -0.7, 0, 0.7, 1)])
+_RING = _ring_at(0.0)
+_BALL = np.concatenate([_ring_at(height) for height in (-1, -0.7, 0, 0.7, 1)])
 
 
 class Surfaces:
@@ -115,7 +115,7 @@ class Surfaces:
         self.points = np.concatenate([np.empty((0, 3)), *(one.points for one in self.each)])
         self.owner: NDArray[np.intp] = np.repeat(np.arange(len(counts)), counts)
 
-    def placed(self, poses: Points) -> Points:
+    def points_at(self, poses: Points) -> Points:
         """Return the points in the world, (…, points, 3), at poses (…, solids, 7)."""
         turned = np.einsum(
             "...pij,pj->...pi", rotations(poses[..., 3:])[..., self.owner, :, :], self.points
@@ -134,7 +134,7 @@ def rotations(quaternions: Points) -> Points:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def between_poses(one: Points, other: Points, share: float) -> Points:
+def interpolate_poses(one: Points, other: Points, share: float) -> Points:
     """Interpolate between two poses (solids, 7); a share of 0 gives the first, 1 the second."""
     nearer = np.where((one[:, 3:] * other[:, 3:]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     other = np.concatenate([other[:, :3], nearer * other[:, 3:]], axis=1)

@@ -104,7 +104,7 @@ def rgb(colour: str) -> Colour:
     return np.array(to_rgb(colour))
 
 
-def mixed(one: Colour, other: Colour, share: Any) -> NDArray[np.float64]:
+def mix(one: Colour, other: Colour, share: Any) -> NDArray[np.float64]:
     """Mix `one` with a share of `other`, a number or an array (…); return (…, 3)."""
     share = np.asarray(share)[..., None]
     return np.asarray(one * (1 - share) + other * share)

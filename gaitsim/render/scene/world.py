@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitsim.render.scene.altitude_scale import AltitudeScale
-from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, axes, fitting
+from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, axes, fit_box
 from gaitsim.render.scene.clip import Pose
 from gaitsim.render.scene.ground import SHADES, fine_step, grid
-from gaitsim.render.scene.labels import POINT, ROW, Labels, small_letters, unit_of
+from gaitsim.render.scene.labels import POINT, ROW, Labels, relative_size, small_letters
 from gaitsim.render.scene.race import Race
-from gaitsim.render.scene.runner import Runner, layers
-from gaitsim.render.scene.themes import Theme, mixed, rgb
+from gaitsim.render.scene.runner import Runner, paths_by_shade
+from gaitsim.render.scene.themes import Theme, mix, rgb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +51,7 @@ class World:
         width, height = size
         self.race, self.clips = race, race.clips
         self._figure, self._identity = figure, IdentityTransform()
-        self._unit = unit_of(width, height)
+        self._unit = relative_size(width, height)
         self._reach = 0.75 * float(np.hypot(width, height))
         if view == "top" and all(clip.planar for clip in self.clips):
             view = "side"
@@ -61,7 +61,7 @@ class World:
         azimuth, elevation = VIEWS[view]
         self.angles = azimuth, max(elevation, STEEP) if several else elevation
         box, (across, above) = race.box, FILLED_BY_ALL if several else FILLED
-        self.scale, self.middle = fitting(
+        self.scale, self.middle = fit_box(
             box, self.angles, across * width, above * height - rows / 2, view
         )
         self._extent = max(float(np.ptp(box, axis=0).max()), race.span) if several else race.span
@@ -71,7 +71,7 @@ class World:
             self.middle = np.zeros(3)
             self._extent = height / self.scale
         ground = rgb(theme.ground)
-        shades = mixed(ground, rgb(theme.grid), np.arange(1, SHADES + 1) / SHADES)
+        shades = mix(ground, rgb(theme.grid), np.arange(1, SHADES + 1) / SHADES)
         self.grid = self._add(PathCollection([], facecolors="none", edgecolors=shades), 2)
         self.grid.set_linewidths([0.8 * 1.3 * self._unit * POINT])
         colours = [theme.body(number) for number in range(len(self.clips))]
@@ -111,7 +111,7 @@ class World:
         )
         lead = self.clips[self.race.leader]
         ends, strength = grid(camera, self._extent, self._reach, self._unit, lead.corners)
-        self.grid.set_paths(layers(camera, lead.grounded(ends), strength))
+        self.grid.set_paths(paths_by_shade(camera, lead.on_ground(ends), strength))
         self._show_runners(camera, poses)
         if self.altitude_scale:
             altitudes = [

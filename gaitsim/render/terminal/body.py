@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.colours import among, sides
+from gaitsim.render.colours import is_damaged, sides
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import (
@@ -58,10 +58,10 @@ def picture(
     turned = headings(clip.skeleton)
     frame = int(seconds * clip.skeleton.frame_rate + 1e-6)
     yaw = None if turned is None else float(turned[min(frame, len(turned) - 1)])
-    return drawn_by(eye, clip, pose, yaw, columns, rows, ground=ground)
+    return draw_body(eye, clip, pose, yaw, columns, rows, ground=ground)
 
 
-def drawn_by(
+def draw_body(
     eye: Camera,
     clip: Clip,
     pose: Pose,
@@ -87,15 +87,17 @@ def drawn_by(
     if ground:
         _ground(dots, eye, clip)
     drawn = clip.skeleton
-    hurt = among(drawn.names, drawn.damaged)
+    hurt = is_damaged(drawn.names, drawn.damaged)
     limbs, shades = _limbs(eye, pose.segments, sides(drawn.names), hurt, height)
     track = _track(eye, clip, pose, height)
     draw_lines(dots, np.concatenate([track, limbs]), np.append(np.full(len(track), TRACK), shades))
     codes, inks = cells(dots, behind=TRACK)
     if len(pose.contacts):
         names = drawn.contact_names or ("",) * len(pose.contacts)
-        lost = among(names, drawn.damaged)
-        at = np.rint((_flat(eye, pose.contacts, height)[0] - (0.5, 1.5)) / (2, 4)).astype(np.intp)
+        lost = is_damaged(names, drawn.damaged)
+        at = np.rint((_project(eye, pose.contacts, height)[0] - (0.5, 1.5)) / (2, 4)).astype(
+            np.intp
+        )
         inside = ((at >= 0) & (at < (columns, rows))).all(axis=1)
         for shown, sign, ink in (
             (pose.touching & ~lost, STANCE, FOOT + sides(names)),
@@ -108,7 +110,7 @@ def drawn_by(
     return codes, inks
 
 
-def _flat(eye: Camera, points: Points, height: int) -> tuple[Points, Points]:
+def _project(eye: Camera, points: Points, height: int) -> tuple[Points, Points]:
     """Return dots (…, 2) from the upper left corner, and depths (…)."""
     flat, depth = eye.project(points)
     flat[..., 1] = height - 1 - flat[..., 1]
@@ -129,7 +131,7 @@ def _ground(dots: Dots, eye: Camera, clip: Clip) -> None:
     points = np.zeros((2 * len(grid), 3))
     points[:, :2] = np.concatenate([grid, grid[:, ::-1]]) + np.rint(foot[:2] / step) * step
     points = points[np.linalg.norm(points[:, :2] - foot[:2], axis=1) <= reach]
-    flat, depth = _flat(eye, clip.grounded(points), height)
+    flat, depth = _project(eye, clip.on_ground(points), height)
     # From a low camera, lines behind one another would merge into a solid floor.
     apart = eye.scale_at(depth) * step * max(-float(eye.ahead[2]), 0.1)
     draw_points(dots, flat[eye.in_front(depth) & (apart >= DENSEST)], GROUND)
@@ -140,8 +142,8 @@ def _track(eye: Camera, clip: Clip, pose: Pose, height: int) -> Points:
     every = max(1, len(pose.trail) // TRAIL)
     trail = pose.trail[::-every][::-1]
     if not clip.flies:
-        trail = clip.grounded(trail)
-    flat, depth = _flat(eye, trail, height)
+        trail = clip.on_ground(trail)
+    flat, depth = _project(eye, trail, height)
     seen = eye.in_front(depth)
     return np.stack([flat[:-1], flat[1:]], axis=1)[seen[:-1] & seen[1:]]
 
@@ -154,7 +156,7 @@ def _limbs(
     height: int,
 ) -> tuple[Points, NDArray[np.intp]]:
     """Return lines (lines, 2, 2) and their inks, by side and distance, or for damage."""
-    ends, depth = _flat(eye, segments, height)
+    ends, depth = _project(eye, segments, height)
     middle = depth.mean(axis=1)
     spread = float(np.ptp(middle))
     share = (middle.max() - middle) / spread if spread > 1e-3 * eye.distance else np.ones(len(side))

@@ -58,7 +58,7 @@ def draw_lines(
     ends, inks = np.round(ends[finite], _DECIMALS), inks[finite]
     lengths = np.abs(ends[:, 1] - ends[:, 0]).max(axis=1)
     before = np.cumsum(lengths) - lengths
-    ends, kept = _cut(ends, *dots.shape)
+    ends, kept = _clip(ends, *dots.shape)
     if not len(ends):
         return
     along = ends[:, 1] - ends[:, 0]
@@ -73,7 +73,7 @@ def draw_lines(
     draw_points(dots, points, ink)
 
 
-def _cut(ends: Points, height: int, width: int) -> tuple[Points, NDArray[np.bool_]]:
+def _clip(ends: Points, height: int, width: int) -> tuple[Points, NDArray[np.bool_]]:
     """Clip lines to a picture (Liang and Barsky 1984); return these and which lines are visible."""
     start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
     first, last = np.zeros(len(ends)), np.ones(len(ends))
@@ -107,7 +107,7 @@ def cells(dots: Dots, behind: int = 0) -> tuple[NDArray[np.uint32], Inks]:
     return np.where(bits > 0, _EMPTY + bits, SPACE).astype(np.uint32), inks
 
 
-def runs(codes: NDArray[np.uint32], inks: Inks) -> list[tuple[str, int]]:
+def ink_runs(codes: NDArray[np.uint32], inks: Inks) -> list[tuple[str, int]]:
     """Return a row of cells as texts of one ink each; spaces join the text before them."""
     # Joining spaces leaves a third of the texts; each costs 20 bytes of output and 20 µs.
     last = np.maximum.accumulate(np.where(codes != SPACE, np.arange(len(codes)), 0))

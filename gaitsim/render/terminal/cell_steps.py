@@ -8,7 +8,7 @@ Place = tuple[int, int]
 Occupied = NDArray[np.bool_]
 
 
-def stepped(occupied: Occupied, place: Place, across: int, up: int) -> Place:
+def next_occupied(occupied: Occupied, place: Place, across: int, up: int) -> Place:
     """Return the nearest occupied cell in a direction, or the same cell if there is none.
 
     Cells within 45 degrees of the direction are preferred.

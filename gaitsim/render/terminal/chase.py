@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from gaitsim.render.scene.camera import DISTANCE, Camera, Points, axes
 from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, cells, draw_lines, empty
-from gaitsim.render.terminal.scales import ARROWS, length
+from gaitsim.render.terminal.scales import ARROWS, format_length
 from gaitsim.render.ticks import round_step
 
 VIEWS = {"behind": (180.0, 18.0), "side": (-90.0, 7.0), "above": (180.0, 89.0)}
@@ -18,7 +18,7 @@ WAY, BODY, SCALE = 1, 2, 3  # inks of a plan
 LEAST = 1.5  # minimum margin of a plan on every side, in body lengths
 
 
-def chase(
+def chase_camera(
     view: str, turned: float, place: Points, size: float, zoom: float, columns: int, rows: int
 ) -> Camera:
     """Return a camera that keeps the ground below a body in the picture, up to some altitude.
@@ -46,7 +46,7 @@ def chase(
     )
 
 
-def plan(
+def draw_path(
     path: Points, turned: float, size: float, columns: int, rows: int
 ) -> tuple[NDArray[np.uint32], Inks]:
     """Draw a path from above, with the initial heading up: code points and inks, (rows, columns).
@@ -72,7 +72,7 @@ def plan(
     codes[row, column] = ord(ARROWS[round(turned / (np.pi / 4)) % len(ARROWS)])
     inks[row, column] = BODY
     step = round_step(columns / 4 * WIDE / scale)
-    words = f"{'─' * max(int(step * scale / WIDE), 1)} {length(step)}"
+    words = f"{'─' * max(int(step * scale / WIDE), 1)} {format_length(step)}"
     if len(words) <= columns:
         codes[-1, : len(words)] = [ord(sign) for sign in words]
         inks[-1, : len(words)] = SCALE

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.archive_view import lowest
+from gaitsim.render.archive_view import colour_scale_low
 
 AXIS, CURSOR, EMPTY = 1, 2, 3  # inks of axes and labels, of the cursor on the axes, of empty cells
 LEVELS = 13  # levels of the scale; all pairs of levels, empty and cursor have inks in one byte
@@ -42,7 +42,7 @@ class Scale:
         known = scores[np.isfinite(scores)]
         if not len(known):
             return cls(0.0, 1.0)
-        low, extended = lowest(known)
+        low, extended = colour_scale_low(known)
         return cls(low, float(known.max()), extended)
 
     def levels(self, scores: NDArray[np.float64], count: int) -> NDArray[np.intp]:

@@ -29,18 +29,18 @@ class Series:
         y: (points,); values that are not finite leave gaps.
         stages: ascending indices of the points at which the later stages begin. The line is
             broken there, and each stage is smoothed separately, as its fitness may differ.
-        apart: whether the values cannot be compared with those of the other curves. The curve is
-            then drawn faint, each stage on its own scale.
+        incomparable: whether the values cannot be compared with those of the other curves. The
+            curve is then drawn faint, each stage on its own scale.
     """
 
     name: str
     x: NDArray[Any]
     y: NDArray[Any]
     stages: tuple[int, ...] = ()
-    apart: bool = False
+    incomparable: bool = False
 
 
-def compared(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Series]:
+def run_curves(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Series]:
     """Return the curve of each run with at least one generation, for terminals and figures.
 
     Args:
@@ -156,7 +156,7 @@ def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
     found = [(one, at) for one in series if (at := np.isfinite(one.y)).any()]
     if not found:
         return None
-    drawn = [(one.x[at], one.y[at]) for one, at in found if not one.apart]
+    drawn = [(one.x[at], one.y[at]) for one, at in found if not one.incomparable]
     drawn = drawn or [(one.x[at], one.y[at]) for one, at in found]
     x, y = (np.clip(np.concatenate(part), -HUGE, HUGE) for part in zip(*drawn, strict=True))
     left = min(float(one.x[at][0]) for one, at in found)
@@ -181,7 +181,7 @@ def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
     return Frame(across, Scale(low, top if top > low else low + 1.0, log_y), below)
 
 
-def smoothed(series: Series, window: int) -> Series:
+def smooth_series(series: Series, window: int) -> Series:
     """Return a series filtered by a median of `window` points, stage by stage; gaps remain."""
     if window <= 1:
         return series

@@ -18,7 +18,7 @@ from gaitsim.render.terminal.braille import (
     draw_points,
     empty,
 )
-from gaitsim.render.terminal.curve_view import Frame, Scale, Series, View, frame_of, smoothed
+from gaitsim.render.terminal.curve_view import Frame, Scale, Series, View, frame_of, smooth_series
 from gaitsim.render.ticks import labels, log_ticks, ticks
 
 AXIS, CURSOR, FIRST = 1, 2, 3  # inks of axes, cursor and last series; the first series is highest
@@ -96,11 +96,11 @@ def plot(
     """
     codes = np.full((rows, columns), SPACE, dtype=np.uint32)
     inks = np.zeros((rows, columns), dtype=np.uint8)
-    series = [smoothed(one, view.smooth) for one in series]
+    series = [smooth_series(one, view.smooth) for one in series]
     area = area_of(series, columns, rows, view)
     if area is None:
         return codes, inks
-    series = [thinned(one, WIDE * columns) for one in seen(series, view)]
+    series = [thin_series(one, WIDE * columns) for one in points_in_view(series, view)]
     frame, left, height = area.frame, area.left, area.rows
     dots = empty(area.columns, height)
     for mark in marks:
@@ -109,13 +109,13 @@ def plot(
         draw_points(dots, frame.dots(np.full(HIGH * height, cursor), None, dots), CURSOR)
     for index, one in enumerate(series):
         ink, dash = ink_of(index, len(series)), DASHES[index % len(DASHES)]
-        if one.apart:
+        if one.incomparable:
             ink, dash = AXIS, DASHES[0]
         _draw(dots, _points(one, frame, dots), one.stages, ink, dash)
     codes[:height, left:], inks[:height, left:] = cells(dots, behind=CURSOR)
     if len(series) > 1:
         for index, one in enumerate(series):
-            if one.apart:
+            if one.incomparable:
                 continue
             _mark(codes[:height, left:], inks[:height, left:], one, frame, index, len(series))
     paper = _Paper(codes, inks)
@@ -130,7 +130,7 @@ def plot(
     return codes, inks
 
 
-def seen(series: Sequence[Series], view: View) -> list[Series]:
+def points_in_view(series: Sequence[Series], view: View) -> list[Series]:
     """Return the points within a view, and one more on each side."""
     found = []
     for one in series:
@@ -143,7 +143,7 @@ def seen(series: Sequence[Series], view: View) -> list[Series]:
 
 def _points(series: Series, frame: Frame, dots: Dots) -> NDArray[np.float64]:
     """Return the dots of the points of a series, (n, 2)."""
-    if not series.apart:
+    if not series.incomparable:
         return frame.dots(series.x, series.y, dots)
     found = []
     for part in np.split(np.arange(len(series.x)), series.stages):
@@ -234,7 +234,7 @@ def _draw(
     draw_lines(dots, lines, np.full(len(lines), ink), dash)
 
 
-def thinned(series: Series, width: int) -> Series:
+def thin_series(series: Series, width: int) -> Series:
     """Return a series with fewer points that looks the same in a picture `width` dots wide.
 
     Each group of neighbouring points is replaced by its lowest and its highest value.

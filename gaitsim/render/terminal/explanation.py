@@ -53,12 +53,12 @@ def explanation(
         PluginError: the body or the fitness fails.
     """
     try:
-        yield _over_time(individual)
+        yield _terms_over_time(individual)
     except MissingFunctionError as error:  # the recorded terms are known without the fitness
         title = f"Why it scored {number(individual.score, 4)}"
         yield Passage(title, warning=f"Terms over time are not available: {error.what}")
     if individual.best_of:
-        yield _over_generations(individual, history)
+        yield _terms_over_generations(individual, history)
     sentences = summarise(individual.scored_terms, history, individual.best_of)
     if sentences:
         yield Passage(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in sentences))
@@ -67,7 +67,7 @@ def explanation(
 def travel_and_stability(gait: GaitAnalysis) -> Passage:
     """Return the travel, slip and stability of a gait."""
     rows = tuple(
-        (name, or_dash(value, DIGITS.get(name, 3)), unit, meaning)
+        (name, format_or_dash(value, DIGITS.get(name, 3)), unit, meaning)
         for name, (value, unit, meaning) in quantities(gait).items()
     )
     notes = tuple(f"Not available: {missing}." for missing in gait.missing)
@@ -75,32 +75,32 @@ def travel_and_stability(gait: GaitAnalysis) -> Passage:
     return Passage(columns=columns, rows=rows, numbers=("value",), notes=notes)
 
 
-def on_physics(individual: Individual, twin: Individual) -> Passage:
+def compare_with_twin(individual: Individual, twin: Individual) -> Passage:
     """Compare a gait on the kinematic body with the same gait on the body's physical twin.
 
     Raises:
         PluginError: a body cannot be drawn or measured.
     """
     title = f"The same joint angles in rigid-body physics, {twin.experiment.name}"
-    return _beside(individual, twin, title, ("kinematic", "physics"))
+    return _compare(individual, twin, title, ("kinematic", "physics"))
 
 
-def in_two_engines(individual: Individual, other: Individual) -> Passage:
+def compare_engines(individual: Individual, other: Individual) -> Passage:
     """Compare a gait in its own physics engine with the same gait in another engine.
 
     Raises:
         PluginError: a body cannot be drawn or measured.
     """
     names = engine_of(individual), engine_of(other)
-    return _beside(individual, other, f"The same gait in the engine {names[1]}", names)
+    return _compare(individual, other, f"The same gait in the engine {names[1]}", names)
 
 
-def _beside(
+def _compare(
     individual: Individual, other: Individual, title: str, columns: tuple[str, str]
 ) -> Passage:
     failure, found = other.replayed_failure, transferred(individual, other)
     rows = tuple(
-        (one.name, _of_both(one, one.own), _of_both(one, one.other), one.unit) for one in found
+        (one.name, _format(one, one.own), _format(one, one.other), one.unit) for one in found
     )
     notes = tuple(
         f"It keeps {100 * one.other / one.own:.0f} % of the forward distance."
@@ -117,16 +117,16 @@ def _beside(
     )
 
 
-def _of_both(one: Transferred, value: float) -> str:
-    return or_dash(value, DIGITS.get(one.name, 3))
+def _format(one: Transferred, value: float) -> str:
+    return format_or_dash(value, DIGITS.get(one.name, 3))
 
 
-def or_dash(value: float | None, digits: int) -> str:
+def format_or_dash(value: float | None, digits: int) -> str:
     """Return a number as text, or a dash if it is missing or not finite."""
     return "–" if value is None or not math.isfinite(value) else number(value, digits)
 
 
-def _over_time(individual: Individual) -> Passage:
+def _terms_over_time(individual: Individual) -> Passage:
     title = f"Why it scored {number(individual.replayed_score, 4)}"
     failure = individual.replayed_failure
     if failure:
@@ -153,7 +153,7 @@ def _over_time(individual: Individual) -> Passage:
     return Passage(title, failure, warning, ("term, if it ended at", *heads), rows, heads, notes)
 
 
-def _over_generations(
+def _terms_over_generations(
     individual: Individual, history: Mapping[str, NDArray[np.float64]]
 ) -> Passage:
     first, found = term_changes(history, individual.generation)

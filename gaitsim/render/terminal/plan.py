@@ -82,11 +82,11 @@ def draw_plan(
             ours = {joint for joint in plan.legs[names[owner]] if joint in damaged}
             shown = name in ours or not ours & {*plan.names}
             inks[segment] = state[owner] if state[owner] != DAMAGED or shown else LEG
-    ends = placed(plan, plan.segments, size) * (WIDE, HIGH) + (WIDE / 2, HIGH / 2)
+    ends = to_cells(plan, plan.segments, size) * (WIDE, HIGH) + (WIDE / 2, HIGH / 2)
     draw_lines(dots, ends[inks == LOST], inks[inks == LOST], DOTTED)
     draw_lines(dots, ends[inks != LOST], inks[inks != LOST])
     codes, drawn = cells(dots)
-    column, row = np.rint(placed(plan, _front(plan), size)).astype(np.intp)
+    column, row = np.rint(to_cells(plan, _front(plan), size)).astype(np.intp)
     codes[row, column], drawn[row, column] = ord(HEAD), TRUNK
     for leg, (column, row) in enumerate(_labels(plan, size)):
         text = f"{names[leg]}{SIGNS.get(int(state[leg]), '')}"
@@ -102,13 +102,13 @@ def draw_plan(
 def leg_at(plan: Plan, column: int, row: int, size: tuple[int, int]) -> str:
     """Return the leg whose segment or label is nearest to a cell of the picture."""
     middles = plan.segments[plan.owners >= 0].mean(axis=1)
-    known = np.concatenate([placed(plan, middles, size), _labels(plan, size)])
+    known = np.concatenate([to_cells(plan, middles, size), _labels(plan, size)])
     owners = np.concatenate([plan.owners[plan.owners >= 0], np.arange(len(plan.feet))])
     away = np.linalg.norm((known - (column, row)) * (WIDE, HIGH), axis=1)
     return list(plan.legs)[int(owners[np.argmin(away)])]
 
 
-def beside(plan: Plan, leg: str, forward: int, left: int) -> str:
+def next_leg(plan: Plan, leg: str, forward: int, left: int) -> str:
     """Return the nearest leg in a direction, or the same leg if no leg lies in that direction."""
     names = list(plan.legs)
     towards = np.array([forward, left])
@@ -119,7 +119,7 @@ def beside(plan: Plan, leg: str, forward: int, left: int) -> str:
     return names[int(np.argmin(cost))] if np.isfinite(cost).any() else leg
 
 
-def placed(plan: Plan, points: Points, size: tuple[int, int]) -> Points:
+def to_cells(plan: Plan, points: Points, size: tuple[int, int]) -> Points:
     """Return the columns and rows of points, (…, 2), with the heading up and space for labels."""
     columns, rows = size
     every = np.concatenate([plan.segments.reshape(-1, 2), plan.feet])
@@ -142,7 +142,7 @@ def _front(plan: Plan) -> Points:
 
 def _labels(plan: Plan, size: tuple[int, int]) -> NDArray[np.intp]:
     """Return the cells where labels on the right begin and labels on the left end, (legs, 2)."""
-    at = np.rint(placed(plan, plan.feet, size)).astype(np.intp)
+    at = np.rint(to_cells(plan, plan.feet, size)).astype(np.intp)
     at[:, 0] += np.where(plan.feet[:, 1] > 0, -ROOM + 1, ROOM)
     columns, rows = size
     return np.clip(at, 0, (columns - 1, rows - 1))

@@ -54,7 +54,7 @@ def annotate(
             for row, word in _altitudes(eye, clip, pose, rows - 1):
                 write(row, 0, _signs(word))
     if turned is not None:
-        texts.append(yaw(turned))
+        texts.append(format_yaw(turned))
     bar = _bar(eye, columns // 2)
     write(rows - 1, 0, [*bar, SPACE] if bar else bar)
     word = " " + "  ".join(texts)
@@ -62,7 +62,7 @@ def annotate(
         write(rows - 1, columns - len(word), _signs(word))
 
 
-def yaw(turned: float) -> str:
+def format_yaw(turned: float) -> str:
     """Format a turn to the left, radians, such as 'yaw ↖ 40°'."""
     arrow = ARROWS[round(turned / (np.pi / 4)) % len(ARROWS)]
     return f"yaw {arrow} {np.degrees(turned):z.0f}°".replace("-", "−")
@@ -74,7 +74,7 @@ def headings(skeleton: Skeleton) -> Floats | None:
     return heading(trunk(skeleton))
 
 
-def length(metres: float) -> str:
+def format_length(metres: float) -> str:
     """Format a round length in the largest unit in which it is 1 or more, such as '20 cm'."""
     size, unit = next((one for one in UNITS if metres >= one[0] * 0.999), UNITS[-1])
     return f"{metres / size:g} {unit}"
@@ -94,7 +94,7 @@ def _bar(eye: Camera, widest: int) -> list[int]:
     dots = empty(width // WIDE + 1, 1)
     dots[2, : width + 1] = 1
     dots[1:, [0, width]] = 1
-    return [*cells(dots)[0][0].tolist(), *_signs(" " + length(metres))]
+    return [*cells(dots)[0][0].tolist(), *_signs(" " + format_length(metres))]
 
 
 def _altitudes(eye: Camera, clip: Clip, pose: Pose, rows: int) -> list[tuple[int, str]]:

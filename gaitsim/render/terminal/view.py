@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, all_round, axes
+from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, axes, extent_from_all_sides
 from gaitsim.render.scene.clip import Clip, Pose
 
 FILLED = 0.88, 0.80  # shares of a picture's width and height that a body fills
@@ -68,10 +68,10 @@ def camera(view: Viewpoint, clip: Clip, pose: Pose, width: int, height: int) -> 
     right, up, ahead = axes(view.azimuth, view.elevation)
     if view.follow:
         # Equally wide from all sides: the size stays constant while the camera turns.
-        wide, tall, middle = all_round(clip.box, up)
+        wide, tall, middle = extent_from_all_sides(clip.box, up)
         target, reach = pose.aim + middle, wide / 2
     else:
-        box = _way(clip)
+        box = _motion_box(clip)
         across, above = box @ right, box @ up
         wide, tall = float(np.ptp(across)), float(np.ptp(above))
         target = (box.min(axis=0) + box.max(axis=0)) / 2
@@ -86,7 +86,7 @@ def camera(view: Viewpoint, clip: Clip, pose: Pose, width: int, height: int) -> 
     )
 
 
-def _way(clip: Clip) -> Points:
+def _motion_box(clip: Clip) -> Points:
     """Return the corners of a box around a body's whole motion, (8, 3) m."""
     low = clip.path.min(axis=0) + clip.box.min(axis=0)
     high = clip.path.max(axis=0) + clip.box.max(axis=0)

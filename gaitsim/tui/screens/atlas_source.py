@@ -10,7 +10,7 @@ from gaitsim.gait import analyse_individual
 from gaitsim.gait.naming import Name
 from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.atlas_words import summary, words_of
+from gaitsim.render.terminal.atlas_labels import axis_labels, summary
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.follow import RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
@@ -116,7 +116,7 @@ class AtlasReader:
             gait = analyse_individual(shown.individual).name
         except GaitsimError:
             gait = None
-        self._words = words_of(shown.individual, atlas.view)
+        self._words = axis_labels(shown.individual, atlas.view)
         elite = self._elites[_key(atlas, member)] = Elite(shown, gait)
         if len(self._elites) > KEPT:
             self._elites.popitem(last=False)

@@ -14,7 +14,7 @@ from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
-from gaitsim.render.terminal.curve_view import compared
+from gaitsim.render.terminal.curve_view import run_curves
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.study.compare_runs import (
@@ -146,7 +146,7 @@ Curves of several runs in one plot, updated while runs evolve.
         drawn = [one for one in self._courses if one.history]
         series = [
             replace(one, name=clip_name(one.name, NAME))
-            for one in compared(drawn, self.quantity, self.by)
+            for one in run_curves(drawn, self.quantity, self.by)
         ]
         marks = sorted({mark for one in drawn for mark in one.marks(self.by)})
         self.query_one(Curves).set_series(

@@ -182,7 +182,7 @@ class Board(Vertical):
         if now:
             before = tuple(begins[begins < now].tolist())
             name = "best of earlier stages, own scale"
-            series.append(Series(name, x[:now], course["best"][:now], before, apart=True))
+            series.append(Series(name, x[:now], course["best"][:now], before, incomparable=True))
         self.curves.set_series(series, x[begins].tolist())
 
     def _show_champion(self) -> None:

@@ -13,7 +13,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.render.terminal.scales import yaw
+from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.steering import Drive
 from gaitsim.tui.screens.base import GaitScreen
@@ -249,7 +249,7 @@ def _facts(drive: Drive, turned: float) -> Text:
         ("altitude", f"{drive.altitude:8.2f} m"),
         ("climb", f"{up:+8.2f} m/s".replace("-", "−")),
         ("speed", f"{ahead:8.2f} m/s"),
-        ("heading", yaw(turned).removeprefix("yaw ").rjust(8)),
+        ("heading", format_yaw(turned).removeprefix("yaw ").rjust(8)),
     ):
         text.append(f"{name:<11}", "dim")
         text.append(value + "\n")

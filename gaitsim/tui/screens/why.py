@@ -20,12 +20,12 @@ from gaitsim.gait.unseen import judge
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.explanation import (
     Passage,
+    compare_with_twin,
     explanation,
-    on_physics,
     travel_and_stability,
 )
-from gaitsim.render.terminal.judgement import judged
 from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.render.terminal.unseen_results import world_results
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.base import GaitScreen
@@ -146,7 +146,7 @@ The terms behind the score of an individual, and its gait.
 
         # Worker processes would interfere with the app's terminal.
         workers = None if individual.experiment.organism.threads else 1
-        return tuple(judged(judge(individual, WORLDS, workers=workers, advance=advance)))
+        return tuple(world_results(judge(individual, WORLDS, workers=workers, advance=advance)))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         found = self._individual
@@ -163,7 +163,7 @@ The terms behind the score of an individual, and its gait.
 
 
 def _transferred(individual: Individual) -> Passage:
-    return on_physics(individual, on_twin(individual))
+    return compare_with_twin(individual, on_twin(individual))
 
 
 def _explained(path: Path, which: Which) -> tuple[Individual, tuple[Passage, ...], GaitAnalysis]:

@@ -10,7 +10,7 @@ from textual.binding import Binding, BindingType
 from textual.message import Message
 
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.cell_steps import Place, nearest, stepped
+from gaitsim.render.terminal.cell_steps import Place, nearest, next_occupied
 from gaitsim.render.terminal.colour_scale import styles
 from gaitsim.render.terminal.heat_map import HeatMap
 from gaitsim.tui.widgets.cells import Cells, Picture
@@ -155,7 +155,7 @@ class ArchiveMap(Cells, can_focus=True):
     def action_move(self, across: int, up: int) -> None:
         found = self._find()
         if found is not None and self._place is not None:
-            self._go(found, stepped(found.occupied, self._place, across, up))
+            self._go(found, next_occupied(found.occupied, self._place, across, up))
 
     def on_click(self, event: events.Click) -> None:
         found = self._find()

@@ -89,7 +89,7 @@ class BodyPlan(Cells, can_focus=True):
 
     def action_choose(self, forward: int, left: int) -> None:
         if self.plan is not None:
-            self.leg = drawing.beside(self.plan, self.leg, forward, left)
+            self.leg = drawing.next_leg(self.plan, self.leg, forward, left)
 
     def action_remove(self) -> None:
         if self.leg:

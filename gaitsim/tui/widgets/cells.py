@@ -12,7 +12,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from gaitsim.render.terminal.braille import Inks, runs
+from gaitsim.render.terminal.braille import Inks, ink_runs
 
 Picture = tuple[NDArray[np.uint32], Inks]
 
@@ -125,4 +125,6 @@ class Cells(Widget):
         assert drawn is not None, "set by redraw"
         assert styles is not None, "set by redraw"
         codes, inks = drawn[0][row], drawn[1][row]
-        return Strip([Segment(text, styles[ink]) for text, ink in runs(codes, inks)], len(codes))
+        return Strip(
+            [Segment(text, styles[ink]) for text, ink in ink_runs(codes, inks)], len(codes)
+        )

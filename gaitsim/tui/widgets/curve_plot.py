@@ -9,7 +9,7 @@ from textual import events
 from textual.message import Message
 
 from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curve_view import Frame, Series, View, frame_of, smoothed
+from gaitsim.render.terminal.curve_view import Frame, Series, View, frame_of, smooth_series
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 # Okabe & Ito (2008), as in plots; darker on a light background, for contrast.
@@ -82,7 +82,7 @@ class CurvePlot(Cells):
         """The curves after smoothing."""
         key = self.series, self.view.smooth
         if key != self._smoothed[0]:
-            self._smoothed = key, [smoothed(one, self.view.smooth) for one in self.series]
+            self._smoothed = key, [smooth_series(one, self.view.smooth) for one in self.series]
         return self._smoothed[1]
 
     @property
@@ -115,12 +115,12 @@ class CurvePlot(Cells):
 
     def style_of(self, index: int) -> Style:
         """Return the style of a curve."""
-        apart = self.series[index].apart
+        apart = self.series[index].incomparable
         return self.ink_style("curves--axis" if apart else f"curves--{index % len(DARK) + 1}")
 
     def sample(self, index: int) -> Text:
         """Return a sample of a curve for a legend."""
-        plain = self.series[index].apart or len(self.series) == 1  # without markers
+        plain = self.series[index].incomparable or len(self.series) == 1  # without markers
         piece = "───" if plain else curves.sample(index)
         return Text(piece, Style(color=self.style_of(index).color))
 

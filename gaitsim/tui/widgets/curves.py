@@ -12,7 +12,7 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from gaitsim.render.terminal.curve_view import WINDOWS, Scale, Series, View, nearest
-from gaitsim.render.terminal.curves import seen
+from gaitsim.render.terminal.curves import points_in_view
 from gaitsim.tui.widgets.curve_legend import TOOL, legend
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 
@@ -254,7 +254,7 @@ class Curves(Widget, can_focus=True):
         frame, whole = self._plot.frame, self._plot.whole_frame
         if frame is None or whole is None:
             return
-        most = max(len(one.x) for one in seen(self._plot.smoothed, self.view))
+        most = max(len(one.x) for one in points_in_view(self._plot.smoothed, self.view))
         if way > 0 and most <= FEWEST:
             return
         centre = 0.5 if x is None else float(frame.x.share(x))

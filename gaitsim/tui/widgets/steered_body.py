@@ -6,8 +6,8 @@ import numpy as np
 from rich.style import Style
 
 from gaitsim.render.scene.clip import Clip
-from gaitsim.render.terminal.body import drawn_by
-from gaitsim.render.terminal.chase import VIEWS, chase, plan
+from gaitsim.render.terminal.body import draw_body
+from gaitsim.render.terminal.chase import VIEWS, chase_camera, draw_path
 from gaitsim.steering import Drive
 from gaitsim.tui.widgets.canvas import CLOSER, BodyCanvas
 from gaitsim.tui.widgets.cells import Cells, Picture
@@ -52,8 +52,10 @@ class SteeredBody(BodyCanvas, can_focus=False):
         clip = self._body
         assert clip is not None, "else words are shown"
         pose = clip.at(clip.seconds)
-        eye = chase(self.chosen, self._looking, pose.aim, self._length, self.zoom, columns, rows)
-        return drawn_by(eye, clip, pose, self._turned, columns, rows)
+        eye = chase_camera(
+            self.chosen, self._looking, pose.aim, self._length, self.zoom, columns, rows
+        )
+        return draw_body(eye, clip, pose, self._turned, columns, rows)
 
     def next_camera(self) -> None:
         """Switch to the next camera."""
@@ -95,7 +97,7 @@ class PathPlan(Cells):
         self.redraw()
 
     def picture(self, columns: int, rows: int) -> Picture:
-        return plan(self._path, self._turned, self._length, columns, rows)
+        return draw_path(self._path, self._turned, self._length, columns, rows)
 
     def ink_styles(self) -> list[Style]:
         """Return the styles of blank, path, body and scale."""

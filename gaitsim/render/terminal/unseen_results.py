@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from gaitsim.evaluation.worlds import describe
 from gaitsim.gait.judgement import SCORE, Judgement
 from gaitsim.gait.sensitivity import Effect
-from gaitsim.render.terminal.explanation import Passage, or_dash
+from gaitsim.render.terminal.explanation import Passage, format_or_dash
 from gaitsim.render.terminal.text import number
 
 
-def judged(found: Judgement) -> Iterator[Passage]:
+def world_results(found: Judgement) -> Iterator[Passage]:
     """Yield the distribution of the results over worlds, and the conditions that hurt."""
     shares = {"best": 1.0, "upper quartile": 0.75, "median": 0.5, "lower quartile": 0.25}
     results = {
@@ -22,16 +22,16 @@ def judged(found: Judgement) -> Iterator[Passage]:
     measure = f"{found.measure} {found.unit}".rstrip()
     kept = ("of nominal",) if found.nominal.result > 0 else ()
     rows = tuple(
-        (name, or_dash(value, 3), *(percent(found.kept(value)) for _ in kept))
+        (name, format_or_dash(value, 3), *(format_percent(found.kept(value)) for _ in kept))
         for name, value in results.items()
     )
     nominal = " It falls in the nominal world, too." if found.nominal.fell else ""
     moves = found.measure == SCORE or max(found.quantile(1.0), found.nominal.result) > 0
     nowhere = "" if moves else "It does not move forward in any world."
-    notes = [f"{falls(found).capitalize()}.{nominal}"]
+    notes = [f"{format_falls(found).capitalize()}.{nominal}"]
     if found.failures:
         notes.append(f"A motion fails: {found.failures[0]}")
-    notes.append(f"Worlds: seed {found.seed}; {', '.join(spans(found))}.")
+    notes.append(f"Worlds: seed {found.seed}; {', '.join(format_spans(found))}.")
     notes.append(f"Worst world: {describe(found.worst)}.")
     yield Passage(
         f"In {len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}",
@@ -41,17 +41,17 @@ def judged(found: Judgement) -> Iterator[Passage]:
         numbers=(measure, *kept),
         notes=tuple(notes),
     )
-    yield _hurting(found)
+    yield _harmful_conditions(found)
 
 
-def _hurting(found: Judgement) -> Passage:
+def _harmful_conditions(found: Judgement) -> Passage:
     if not found.effects:
         return Passage(notes=("No condition hurts beyond chance.",))
     less = f"loss {found.unit}".rstrip()
     rows = tuple(
         (
             one.condition,
-            where(one, found),
+            format_range(one, found),
             number(one.loss, 3),
             f"{int(found.fell[inside].sum())} of {int(inside.sum())}",
             f"{100 * one.share:.0f} %",
@@ -71,45 +71,45 @@ def _hurting(found: Judgement) -> Passage:
     )
 
 
-def in_one_line(found: Judgement) -> str:
+def summary_line(found: Judgement) -> str:
     """Return a summary on one line, such as 'In 100 unseen worlds: median 1.92 m, …'."""
     unit = f" {found.unit}".rstrip()
     hurts = f"; {spaced(found.effects[0].condition)} hurts most" if found.effects else ""
     worlds = f"{len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}"
     return (
-        f"In {worlds}: median {or_dash(found.median, 2)}{unit}, worst tenth "
-        f"{or_dash(found.worst_tenth, 2)}{unit}, {falls(found)}{hurts}"
+        f"In {worlds}: median {format_or_dash(found.median, 2)}{unit}, worst tenth "
+        f"{format_or_dash(found.worst_tenth, 2)}{unit}, {format_falls(found)}{hurts}"
     )
 
 
-def strongest(found: Judgement) -> str:
+def format_strongest(found: Judgement) -> str:
     """Return the condition that hurts most and its range, as 'friction below 0.6', or a dash."""
     if not found.effects:
         return "–"
-    return f"{found.effects[0].condition} {where(found.effects[0], found)}"
+    return f"{found.effects[0].condition} {format_range(found.effects[0], found)}"
 
 
-def falls(found: Judgement) -> str:
+def format_falls(found: Judgement) -> str:
     """Return the number of worlds in which the body falls, such as '3 falls'."""
     return {0: "no falls", 1: "1 fall"}.get(found.falls, f"{found.falls:,} falls")
 
 
-def where(effect: Effect, found: Judgement) -> str:
+def format_range(effect: Effect, found: Judgement) -> str:
     """Return the range in which a condition hurts, such as 'below −1° or above 1°'."""
     least, most = found.ranges[effect.condition]
     unit = found.units[effect.condition]
     words = []
     for low, high in effect.hurting:
         if low <= least:
-            words.append(f"below {quantity(high, unit)}")
+            words.append(f"below {format_quantity(high, unit)}")
         elif high >= most:
-            words.append(f"above {quantity(low, unit)}")
+            words.append(f"above {format_quantity(low, unit)}")
         else:
-            words.append(f"{_short(low)} to {quantity(high, unit)}")
+            words.append(f"{_short(low)} to {format_quantity(high, unit)}")
     return " or ".join(words)
 
 
-def quantity(value: float, unit: str) -> str:
+def format_quantity(value: float, unit: str) -> str:
     """Return a value of a condition with its unit, such as '0.05 s' or '3°'."""
     return f"{_short(value)}{unit if unit == '°' else f' {unit}'.rstrip()}"
 
@@ -119,15 +119,15 @@ def spaced(condition: str) -> str:
     return condition.replace("_", " ")
 
 
-def percent(share: float) -> str:
+def format_percent(share: float) -> str:
     """Format a share in per cent, or as a dash if it is not finite."""
     return f"{number(100 * share, 0)} %" if math.isfinite(share) else "–"
 
 
-def spans(found: Judgement) -> Iterator[str]:
+def format_spans(found: Judgement) -> Iterator[str]:
     """Yield the range of each condition, such as 'slope −3 to 3°'."""
     for name, (low, high) in found.ranges.items():
-        yield f"{name} {_short(low)} to {quantity(high, found.units[name])}"
+        yield f"{name} {_short(low)} to {format_quantity(high, found.units[name])}"
 
 
 def _short(value: float) -> str:

@@ -7,7 +7,7 @@ from gaitsim.runs.files.history import FIGURE
 from gaitsim.runs.snapshot import RunSnapshot
 
 
-def words_of(individual: Individual, view: ArchiveView) -> dict[str, str]:
+def axis_labels(individual: Individual, view: ArchiveView) -> dict[str, str]:
     """Return labels with units for the score and the axes of an archive, by name.
 
     Args:
@@ -23,7 +23,7 @@ def summary(run: RunSnapshot, view: ArchiveView) -> str:
     score = run.history.get(f"{FIGURE}QD score")
     parts = [
         f"generation {run.generation:,}",
-        view.filled,
+        view.coverage,
         *([f"QD score {number(float(score[-1]), 1)}"] if score is not None else []),
     ]
     return "  ".join(parts)
