@@ -12,15 +12,15 @@ from gaitsim.contracts import Genomes
 LIMIT = 20  # degrees either way, so that legs do not cross
 _MAGNITUDE_BITS = 5
 # Reaches are whole multiples of this number, so that sums of a thousand of them are exact in any
-# order: opposite legs cancel to zero, and a side that stands still has no sign.
-_GRAIN = 2.0**-40
+# order. Opposite legs then cancel to exactly 0, not to a rounding error with a sign.
+_RESOLUTION = 2.0**-40
 
 
 @dataclass(frozen=True)
 class Codec:
     """A group of bits for each leg: an optional sign, then 5 bits for whole degrees.
 
-    The sign bit is 1 for backward. Magnitudes above 20 mean 20, and −0 is 0.
+    The sign bit is 1 for backward. Magnitudes above 20 are read as 20, and −0 as 0.
 
     Args:
         signed: whether legs have a sign bit.
@@ -47,8 +47,8 @@ class Codec:
         Returns:
             A new array of the same shape and dtype, or `genomes` if no magnitude is above 20.
         """
-        # Computed at every bit, as if a magnitude began there: NumPy is six times as fast on
-        # neighbours in memory as on every sixth bit.
+        # Computed at every bit, as if a magnitude started there: NumPy is six times as fast on
+        # contiguous memory as on every sixth bit.
         bits, first = genomes.reshape(-1), int(self.signed)
         over = bits[3:-1] | bits[4:]
         over &= bits[2:-2]
@@ -75,7 +75,7 @@ class Codec:
         Returns:
             (legs, population) uint8.
         """
-        # Computed at every bit, as if a leg began there, as in `repair`.
+        # Computed at every bit, as if a leg started there, as in `repair`.
         bits = genomes.reshape(-1)
         length = len(bits) - self.bits + 1
         codes = bits[:length].copy()
@@ -94,8 +94,8 @@ class Codec:
     def reaches(self) -> NDArray[np.float64]:
         """Motion of a leg for each code, sin θ / sin 20°, (2**bits,), to one part in 10¹²."""
         reaches = np.sin(np.radians(self.degrees)) / np.sin(np.radians(LIMIT))
-        grained: NDArray[np.float64] = np.rint(reaches / _GRAIN) * _GRAIN
-        return grained
+        rounded: NDArray[np.float64] = np.rint(reaches / _RESOLUTION) * _RESOLUTION
+        return rounded
 
 
 CODECS: Mapping[str, Codec] = {"sign-magnitude": Codec(True), "unsigned": Codec(False)}

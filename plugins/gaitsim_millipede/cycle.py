@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 FRAME_RATE = 30.0  # Hz
 REACH = 15  # frames of a cycle in which the lifted legs reach
-CYCLE = 30  # frames; in the rest of a cycle the legs straighten on the ground
+CYCLE = 30  # frames; after the reach, the legs straighten on the ground
 CYCLES = 10
 FRAMES = CYCLES * CYCLE
 LIFT = math.radians(15.0)  # angle of a leg above the ground in the middle of its reach
@@ -24,4 +24,4 @@ LIFTED: NDArray[np.float64] = np.where(STANCE, 0.0, LIFT * np.sin(np.pi * _frame
 """Angle of the legs above the ground, (frames,), radians."""
 
 PROGRESS: NDArray[np.float64] = np.where(STANCE, 1 - EXTENT, 0.0) + np.arange(FRAMES) // CYCLE
-"""Distance that the body has moved, in cycles, (frames,)."""
+"""Distance that the body has moved, in units of its motion per cycle, (frames,)."""

@@ -3,7 +3,7 @@
 from typing import ClassVar, Literal
 
 from gaitsim.contracts import Array, Fitness, Motion, option
-from gaitsim_millipede.travel import clockwise, forward
+from gaitsim_millipede.travel import clockwise_motion, forward_motion
 
 BEST = 10.0
 
@@ -11,8 +11,8 @@ BEST = 10.0
 class MillipedeTravel(Fitness):
     """Motion in one direction, from 10 for the largest possible motion to −10 for its opposite.
 
-    Other kinds of motion score 0, such as a turn for forward. The best angles of legs are +20° for
-    forward and −20° for backward; for a rotation, +20° on one side and −20° on the other.
+    Other motions score 0: a turn, for example, if the direction is forward. The best leg angles are
+    +20° for forward and −20° for backward; for a rotation, +20° on one side and −20° on the other.
     """
 
     direction: Literal["forward", "backward", "clockwise", "counter-clockwise"] = option(
@@ -25,8 +25,8 @@ class MillipedeTravel(Fitness):
         """Return one term, `travel`."""
         reach = motion["side_reach"]
         if self.direction in ("forward", "backward"):
-            travel = BEST * forward(reach)
+            travel = BEST * forward_motion(reach)
         else:
-            travel = BEST / 2 * clockwise(reach)  # sides differ by up to 2
+            travel = BEST / 2 * clockwise_motion(reach)  # sides differ by up to 2
         opposite = self.direction in ("backward", "counter-clockwise")
         return {"travel": 0 - travel if opposite else travel}

@@ -22,7 +22,7 @@ from gaitsim.contracts import (
 )
 from gaitsim_millipede import cycle
 from gaitsim_millipede.codec import CODECS, LIMIT, Codec
-from gaitsim_millipede.travel import clockwise, forward
+from gaitsim_millipede.travel import clockwise_motion, forward_motion
 
 _SIN_LIMIT = math.sin(math.radians(LIMIT))
 SIDES = ("left", "right")
@@ -116,7 +116,8 @@ class Millipede(Organism):
 
         def joint_angles() -> dict[str, Array]:
             angles = np.zeros((len(genomes), cycle.FRAMES, 2 * self.pairs, 2), dtype=np.float32)
-            # The sine changes evenly, so that feet that carry the body do not slip along it.
+            # The sine follows `EXTENT`, not the angle, so that feet on the ground do not slip along
+            # the body's path.
             sines = np.sin(motion["leg_angles"])[:, None] * cycle.EXTENT[:, None]
             angles[..., 0] = np.arcsin(sines)
             angles[..., 1] = cycle.LIFTED[:, None]
@@ -124,7 +125,7 @@ class Millipede(Organism):
 
         def pose() -> dict[str, Array]:
             pose = np.zeros((len(genomes), cycle.FRAMES, 3))
-            pose[..., 0] = forward(motion["sides"])[:, None] * cycle.PROGRESS
+            pose[..., 0] = forward_motion(motion["sides"])[:, None] * cycle.PROGRESS
             pose[..., 2] = self._turn(reach)[:, None] * cycle.PROGRESS
             return {"pose": pose}
 
@@ -151,7 +152,7 @@ class Millipede(Organism):
         The paths of the two sides differ by the yaw times the distance of their feet, which is two
         leg lengths.
         """
-        return 0 - clockwise(reach) * (_SIN_LIMIT / 2)
+        return 0 - clockwise_motion(reach) * (_SIN_LIMIT / 2)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return travel, travel and turn per stride, mean leg angles, and crossing legs.
@@ -159,7 +160,7 @@ class Millipede(Organism):
         A stride is a cycle of reaching and straightening. Its length over the length of the legs is
         the relative stride length (Alexander 1989, Physiological Reviews 69:1199).
         """
-        stride = forward(motion["sides"])
+        stride = forward_motion(motion["sides"])
         turned = np.degrees(self._turn(motion["side_reach"]))
         degrees = np.degrees(motion["leg_angles"]).reshape(-1, 2, self.pairs).mean(axis=2)
         return {
@@ -201,7 +202,7 @@ class Millipede(Organism):
         legs[..., 1, 0] += self.leg_length * np.cos(lift) * np.sin(swing)
         legs[..., 1, 1] = self.leg_length * np.cos(lift) * np.cos(swing) * outward
         legs[..., 1, 2] = self.leg_length * np.sin(lift)
-        world = _placed(segments, motion["pose"][individual])
+        world = _to_world(segments, motion["pose"][individual])
         return Skeleton(
             segments=world,
             names=("spine", *self._legs),
@@ -212,11 +213,11 @@ class Millipede(Organism):
         )
 
 
-def _placed(points: NDArray[np.float64], pose: Array) -> NDArray[np.float64]:
+def _to_world(points: NDArray[np.float64], pose: Array) -> NDArray[np.float64]:
     """Transform points from the body's frame, (frames, …, 3), to the world frame."""
     x, y, yaw = pose.T[:, :, None, None]
     cos, sin = np.cos(yaw), np.sin(yaw)
-    placed = points.copy()
-    placed[..., 0] = x + cos * points[..., 0] - sin * points[..., 1]
-    placed[..., 1] = y + sin * points[..., 0] + cos * points[..., 1]
-    return placed
+    world = points.copy()
+    world[..., 0] = x + cos * points[..., 0] - sin * points[..., 1]
+    world[..., 1] = y + sin * points[..., 0] + cos * points[..., 1]
+    return world

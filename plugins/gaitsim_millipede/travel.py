@@ -1,8 +1,8 @@
-"""The four motions of the body that result from the motion of its sides (Shores 2012).
+"""The four motions of the body that result from the motions of its sides (Shores 2012).
 
 If both sides move forward or both backward, so does the body. If one side moves forward and the
-other backward, the body rotates away from the side that moves forward. If a side stands still, so
-does the body.
+other backward, the body rotates away from the side that moves forward. If a side does not move,
+neither does the body.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Values = NDArray[np.float64]
 
 
-def forward(sides: Values) -> Values:
+def forward_motion(sides: Values) -> Values:
     """Return the forward motion, that of the slower side; negative backward, otherwise 0.
 
     Args:
@@ -25,7 +25,7 @@ def forward(sides: Values) -> Values:
     return moved
 
 
-def clockwise(sides: Values) -> Values:
+def clockwise_motion(sides: Values) -> Values:
     """Return the clockwise motion, left − right; negative counter-clockwise, otherwise 0.
 
     Args:

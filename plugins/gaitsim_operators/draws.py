@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def two_different(
+def distinct_pairs(
     count: int, shape: int | tuple[int, ...], rng: np.random.Generator
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Draw pairs of different numbers below `count`; all ordered pairs are equally likely.
+    """Draw pairs of distinct numbers below `count`; all ordered pairs are equally likely.
 
     Args:
-        count: number to stay below, at least 2.
-        shape: shape of the result.
+        count: exclusive upper bound of the numbers, at least 2.
+        shape: shape of each of the two results.
         rng: source of randomness.
 
     Returns:

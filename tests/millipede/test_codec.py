@@ -1,4 +1,4 @@
-"""Bits to degrees and back, for every pattern, and the repair of patterns beyond 20°."""
+"""Conversion of every bit pattern to degrees and back, and repair of patterns beyond 20°."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def decoded(codec, genomes):
 
 
 def every_pattern(codec):
-    """All that a leg's bits can be, (patterns, bits)."""
+    """Return all bit patterns of a leg, (patterns, bits)."""
     return np.array(list(np.ndindex((2,) * codec.bits)), dtype=np.uint8)
 
 
@@ -67,7 +67,7 @@ def test_repair_is_the_encoding_of_what_was_decoded(codec):
 @BOTH
 @settings(max_examples=60)
 @given(data=st.data())
-def test_repair_truncates_angles_beyond_20_degrees_alone(codec, data):
+def test_repair_truncates_only_angles_beyond_20_degrees(codec, data):
     before = data.draw(genomes(codec))
     kept = before.copy()
     after = codec.repair(before)
@@ -102,7 +102,7 @@ def test_every_bit_has_a_label():
 
 
 @BOTH
-def test_reaches_are_sines_of_which_sums_are_exact(codec):
+def test_reaches_are_sines_with_exact_sums(codec):
     sines = np.sin(np.radians(codec.degrees)) / np.sin(np.radians(20))
     np.testing.assert_allclose(codec.reaches, sines, atol=5e-13)
     assert codec.reaches.max() == 1

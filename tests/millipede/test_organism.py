@@ -1,4 +1,4 @@
-"""The body: what its options allow, its channels, measures and picture."""
+"""The millipede's options, channels, measures and skeleton."""
 
 from itertools import pairwise
 
@@ -92,7 +92,7 @@ def test_channels_have_their_shapes(body):
 
 
 @ANY_BODY
-def test_chunks_change_no_bit(body):
+def test_chunks_do_not_change_any_bit(body):
     genomes = body.genome_space().random(31, np.random.default_rng(2))
     kept = genomes.copy()
     whole = body.move(genomes)
@@ -103,7 +103,7 @@ def test_chunks_change_no_bit(body):
     np.testing.assert_array_equal(genomes, kept)
 
 
-def test_leg_angles_are_the_genomes():
+def test_leg_angles_are_those_of_the_genome():
     angles = [20, -20, 7, 0, 1, -13]
     motion = Millipede().move(encoded(SIGNED, angles))
     np.testing.assert_allclose(np.degrees(motion["leg_angles"]), [angles], atol=1e-12)
@@ -118,7 +118,7 @@ def test_joints_reach_and_straighten_in_every_cycle(body):
     assert not swing[:, 0].any()
     np.testing.assert_allclose(swing[:, cycle.REACH], motion["leg_angles"], atol=1e-6)
     assert (np.abs(swing) <= np.radians(20) + 1e-6).all()
-    # No jump, from the end of the cycle to its beginning either.
+    # The angles never jump, not even from the end of the cycle to its start.
     assert np.abs(np.diff(np.concatenate([swing, swing[:, :1]], axis=1), axis=1)).max() < 0.05
     assert (lift >= 0).all()
     assert not lift[motion["stance"]].any()
@@ -135,7 +135,7 @@ def test_the_body_moves_while_the_feet_are_on_the_ground():
     stance = motion["stance"][0, :-1, 0]
     assert not np.diff(x)[~stance].any()
     assert (np.diff(x)[stance] > 0).all()
-    # Feet that carry the body keep their place along its way.
+    # Feet on the ground do not move along the body's path.
     along = np.diff(skeleton.contacts[..., 0], axis=0)
     np.testing.assert_allclose(along[stance], 0, atol=1e-7)
     measures = body.measures(motion)
@@ -168,7 +168,7 @@ def test_measures_follow_their_definitions():
             "turn per stride": 0,
             "left legs": 34 / 3,
             "right legs": 6,
-            "crossings": 1,  # L1 and L2, 0.15 m from the spine; L2 and L3 would, 0.54 m from it
+            "crossings": 1,  # L1 and L2 at 0.15 m from the spine; L2 and L3 would meet at 0.54 m
         }
     )
 

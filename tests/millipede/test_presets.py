@@ -1,4 +1,4 @@
-"""The presets: the source's five algorithms, and what they reach."""
+"""The presets: the source's five algorithms, and the scores that they reach."""
 
 from dataclasses import replace
 from functools import partial
@@ -26,7 +26,7 @@ def generations(experiment, seed=0):
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
-def test_each_algorithm_is_the_sources(algorithm):
+def test_each_algorithm_has_the_parameters_of_the_source(algorithm):
     experiment = load_experiment(f"millipede-{algorithm}", {"evolution.generations": 6})
     assert experiment.evolution.population == 79
     assert experiment.search.elites == 1
@@ -54,7 +54,7 @@ def test_the_preset_millipede_is_double_mutation():
 
 
 def test_every_genome_but_the_worst_breeds_once():
-    """With nothing that changes genomes, the next generation is this one: best for worst."""
+    """Without crossover and mutation, only the worst genome changes: the best replaces it."""
     experiment = load_experiment(
         "millipede-mutation", {"mutation.plugin": "none", "evolution.generations": 2}
     )

@@ -1,4 +1,4 @@
-"""The four motions and the fitness in their direction, against the source's closed forms."""
+"""The four motions, and the fitness in each direction, against the source's closed forms."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from gaitsim.contracts import Motion
 from gaitsim_millipede.codec import CODECS
 from gaitsim_millipede.fitness import MillipedeTravel
 from gaitsim_millipede.organism import Millipede
-from gaitsim_millipede.travel import clockwise, forward
+from gaitsim_millipede.travel import clockwise_motion, forward_motion
 
 SIGNED = CODECS["sign-magnitude"]
 DIRECTIONS = ("forward", "backward", "clockwise", "counter-clockwise")
@@ -19,7 +19,7 @@ EXAMPLES = settings(max_examples=80)
 
 
 def closed_form(left, right):
-    """The kind of motion and its size as the source has them; backward is negative."""
+    """Return the kind and size of the motion by the source's formulas; backward is negative."""
     if left > 0 and right > 0:
         return "forward", min(left, right)
     if left < 0 and right < 0:
@@ -56,8 +56,8 @@ def scores(motion):
 )
 def test_two_sides_make_one_motion(left, right, moved, turned):
     sides = np.array([[left, right]])
-    assert forward(sides)[0] == pytest.approx(moved)
-    assert clockwise(sides)[0] == pytest.approx(turned)
+    assert forward_motion(sides)[0] == pytest.approx(moved)
+    assert clockwise_motion(sides)[0] == pytest.approx(turned)
 
 
 @EXAMPLES
@@ -69,7 +69,7 @@ def test_any_gait_moves_and_scores_by_the_closed_forms(angles, leg_length):
     pairs = len(angles) // 2
     motion = Millipede(pairs=pairs, leg_length=leg_length).move(encoded(SIGNED, angles))
     steps = leg_length * np.sin(np.radians(angles))
-    # As whole degrees are summed exactly by hand: legs that cancel leave nothing.
+    # As in an exact sum, legs that cancel leave exactly 0.
     left, right = (
         0.0 if abs(side) < 1e-12 * leg_length else side
         for side in (steps[:pairs].mean(), steps[pairs:].mean())
@@ -101,7 +101,7 @@ def test_the_optimum_is_20_degrees_for_every_leg_and_scores_10(pairs, codec, leg
     motion = body.move(best)
     assert scores(motion)["forward"] == 10
     assert motion["sides"] == pytest.approx(leg_length * np.sin(np.radians(20)))
-    # Any leg less, and it is no longer the optimum.
+    # A smaller angle of a single leg lowers the score.
     lesser = best.copy()
     lesser[0, -3] = 0  # the last leg reaches 16°
     assert scores(body.move(lesser))["forward"] < 10
@@ -132,8 +132,8 @@ def test_no_score_exceeds_10():
 
 
 @pytest.mark.parametrize("left", [[1, 2, 3, -1, -2, -3], [20, 7, 1, -7, -20, -1], [5, -5] * 3])
-def test_legs_that_cancel_leave_a_side_without_a_motion(left):
-    """Rounding must not make a side creep: with the other at full reach it would be a turn."""
+def test_legs_that_cancel_leave_a_side_exactly_at_rest(left):
+    """A rounding error of one side would be a turn if the other side is at full reach."""
     for right in (-20, 20):
         body = Millipede(pairs=6)
         motion = body.move(encoded(SIGNED, left + [right] * 6))
@@ -149,4 +149,4 @@ def test_the_unsigned_codec_never_moves_backward():
     for direction, highest in zip(DIRECTIONS, (10, 0, 0, 0), strict=True):
         travel = MillipedeTravel(direction=direction).terms(motion)["travel"]
         assert travel.max() <= highest
-    assert not clockwise(motion["side_reach"]).any()
+    assert not clockwise_motion(motion["side_reach"]).any()

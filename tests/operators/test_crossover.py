@@ -1,4 +1,4 @@
-"""Each crossover: where genes come from, and how those that are mixed are distributed."""
+"""Crossovers: the parent of each gene, and the distribution of mixed genes."""
 
 from itertools import combinations
 
@@ -30,13 +30,13 @@ def _reals(genes, *, lower=-1.0, upper=1.0, periodic=None):
 
 
 def _from_father(crossover, genes, pairs=PAIRS, seed=0):
-    """Which genes of first children are the father's, and the same of second ones."""
+    """Return whether each gene of the first and of the second children is the father's."""
     mothers = np.zeros((pairs, genes), dtype=np.uint8)
     children = crossover.cross(mothers, mothers + 1, _bits(genes), np.random.default_rng(seed))
     return children.reshape(crossover.children, pairs, genes).astype(bool)
 
 
-def test_a_pair_has_one_child_of_a_single_point_and_two_of_others():
+def test_single_point_has_one_child_per_pair_by_default_and_others_two():
     assert SinglePoint().children == 1
     for crossover in (TwoPoint(), Uniform(), Blend(), SimulatedBinary(), NoCrossover()):
         assert crossover.children == 2
@@ -100,7 +100,7 @@ def test_two_point_cuts_twice_and_anywhere(genes):
 
 
 @pytest.mark.parametrize("probability", [0.0, 0.2, 0.5, 1.0])
-def test_uniform_exchanges_each_gene_for_itself(probability):
+def test_uniform_exchanges_each_gene_independently(probability):
     genes = 4
     first, _ = _from_father(Uniform(probability=probability), genes, seed=4)
     counts = np.bincount(first.sum(axis=1), minlength=genes + 1)
@@ -140,12 +140,12 @@ def test_spread_factor_of_simulated_binary(eta):
 
     for gene in range(2):
         assert stats.kstest(np.abs(signed[:, gene]), cdf).pvalue > 1e-3
-    # Which child lies on which side is drawn for each gene.
+    # For each gene, a random child gets the lower value.
     sides = np.bincount(2 * (signed[:, 0] > 0) + (signed[:, 1] > 0))
     assert stats.chisquare(sides).pvalue > 1e-3
 
 
-def test_simulated_binary_leaves_genes_to_their_parents():
+def test_simulated_binary_inherits_genes_that_are_not_crossed():
     space = _reals(2)
     mothers, fathers = space.random(2 * PAIRS, np.random.default_rng(8)).reshape(2, PAIRS, 2)
     whole, half = (
@@ -172,7 +172,7 @@ def test_simulated_binary_keeps_the_mean_of_parents(eta, genes, cyclic, seed):
     mothers, fathers = space.random(40, np.random.default_rng(seed)).reshape(2, 20, genes)
     crossover = SimulatedBinary(eta=eta)
     children = crossover.cross(mothers, fathers, space, np.random.default_rng(seed))
-    # On a cycle the mean may be that of the other way round, half a turn away.
+    # The mean of periodic genes may be that of the longer way round, half a period away.
     off = np.mod(children[:20] + children[20:] - mothers - fathers + 1, 8 if cyclic else np.inf)
     np.testing.assert_allclose(off, 1, atol=1e-6)
 

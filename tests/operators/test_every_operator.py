@@ -1,4 +1,4 @@
-"""What every operator owes to the engine, for all that are installed with gaitsim."""
+"""The contract of operators, for all that are installed with gaitsim."""
 
 from importlib.metadata import EntryPoint, distribution
 
@@ -49,7 +49,7 @@ def _real_space(genes: int, seed: int, *, cyclic: bool, gaussian: bool) -> RealS
 
 
 def _at_most_half_set(genomes):
-    """A repair: clears the last half of genomes in which more than half of the bits are set."""
+    """Repair genomes with more than half of their bits set: clear the last half."""
     repaired = genomes.copy()
     full = genomes.sum(axis=1) > genomes.shape[1] / 2
     repaired[full, genomes.shape[1] // 2 :] = 0
@@ -73,7 +73,7 @@ def all_scores(draw) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("kind", "count"), [("selection", 6), ("crossover", 6), ("mutation", 6)])
-def test_operators_are_found_and_can_be_made_without_options(kind, count):
+def test_operators_are_found_and_have_default_options(kind, count):
     entries = [entry for entry in _entry_points(kind) if "gaitsim_operators" in entry.value]
     assert len(entries) == count
     for entry in entries:
@@ -81,7 +81,7 @@ def test_operators_are_found_and_can_be_made_without_options(kind, count):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_option_is_explained(kind):
+def test_every_option_has_a_description(kind):
     for entry in _entry_points(kind):
         for name, field in entry.load().model_fields.items():
             assert field.description, f"{entry.name}.{name}"
@@ -139,7 +139,7 @@ def test_crossover_returns_children(operator, children, data, pairs, seed):
     assert np.isfinite(offspring).all()
     assert space.contains(space.repair(offspring))
     np.testing.assert_array_equal(offspring, again)
-    # The result is new: writing to it reaches neither parent.
+    # The result is a new array: writing to it changes neither parent.
     offspring[...] = 0
     np.testing.assert_array_equal(mothers, before[0])
     np.testing.assert_array_equal(fathers, before[1])

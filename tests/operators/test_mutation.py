@@ -115,7 +115,7 @@ def _steps(mutation, space, start, seed=6):
 
 
 def _polynomial_cdf(step, eta, below, above):
-    """Of a step in widths, with that much room on both sides."""
+    """Return the distribution function of a step, given the room on both sides, in widths."""
     power = eta + 1
     down = (np.maximum(1 + step, 0) ** power - (1 - below) ** power) / (1 - (1 - below) ** power)
     up = (np.maximum(1 - step, 0) ** power - (1 - above) ** power) / (1 - (1 - above) ** power)

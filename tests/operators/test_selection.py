@@ -17,13 +17,13 @@ from gaitsim_operators.selection.truncation import Truncation
 from gaitsim_operators.selection.wheel import spin
 
 PAIRS = 20_000
-# Shuffled, so that an operator that takes places for ranks is found out.
+# Shuffled, so that an operator that confuses positions with ranks fails.
 SCORES = np.array([3.0, -4.0, 10.0, 0.5, 7.0, -1.0, 8.0, 2.0])
 RANKING = np.argsort(-SCORES)
 
 
 def _assert_frequencies(chosen, probabilities):
-    """Chi-square test of indices against probabilities; those of 0 must not occur."""
+    """Apply a chi-square test to indices; indices with probability 0 must not occur."""
     probabilities = np.asarray(probabilities, dtype=float)
     counts = np.bincount(np.ravel(chosen), minlength=len(probabilities))
     possible = probabilities > 0
@@ -32,7 +32,7 @@ def _assert_frequencies(chosen, probabilities):
     assert stats.chisquare(counts[possible], expected).pvalue > 1e-3
 
 
-def _assert_uniform_pairs_of_different(parents, survivors):
+def _assert_uniform_distinct_pairs(parents, survivors):
     pairs = list(permutations(sorted(survivors), 2))
     place = {pair: i for i, pair in enumerate(pairs)}
     drawn = [place[tuple(pair)] for pair in parents.tolist()]
@@ -80,7 +80,7 @@ def test_roulette_follows_the_scores_above_the_worst():
 
 
 class _Always:
-    """A generator that draws one number only."""
+    """A random generator that always draws the same number."""
 
     def __init__(self, draw):
         self.draw = draw
@@ -90,7 +90,7 @@ class _Always:
 
 
 @pytest.mark.parametrize(("draw", "position"), [(0.0, 1), (0.5, 3), (np.nextafter(1, 0), 3)])
-def test_roulette_never_chooses_an_individual_without_a_share(draw, position):
+def test_roulette_never_chooses_an_individual_with_weight_0(draw, position):
     weights = np.array([0.0, 0.5, 0.0, 0.5, 0.0])
     assert (spin(weights, 2, _Always(draw)) == position).all()
 
@@ -125,7 +125,7 @@ def test_roulette_with_failed_or_equal_scores(scores, weights):
 )
 def test_truncation_pairs_the_best(share, survivors):
     parents = Truncation(share=share).parents(SCORES, PAIRS, np.random.default_rng(6))
-    _assert_uniform_pairs_of_different(parents, RANKING[:survivors].tolist())
+    _assert_uniform_distinct_pairs(parents, RANKING[:survivors].tolist())
 
 
 def test_truncation_keeps_the_first_of_equals():
@@ -134,10 +134,10 @@ def test_truncation_keeps_the_first_of_equals():
     assert set(parents.ravel()) == {0, 1}
 
 
-def test_elite_without_luck_pairs_the_best():
+def test_elite_and_lucky_without_lucky_ones_pairs_the_best():
     selection = EliteAndLucky(elite=4, lucky=0)
     parents = selection.parents(SCORES, PAIRS, np.random.default_rng(8))
-    _assert_uniform_pairs_of_different(parents, RANKING[:4].tolist())
+    _assert_uniform_distinct_pairs(parents, RANKING[:4].tolist())
 
 
 def test_lucky_survivors_are_drawn_from_all_the_rest():
@@ -159,7 +159,7 @@ def test_lucky_survivors_are_drawn_from_all_the_rest():
     lucky=st.integers(0, 40),
     seed=st.integers(0, 2**32),
 )
-def test_survivors_are_at_most_the_population(population, elite, lucky, seed):
+def test_elites_survive_and_fill_at_most_the_population(population, elite, lucky, seed):
     scores = -np.arange(population, dtype=float)
     selection = EliteAndLucky(elite=elite, lucky=lucky)
     parents = selection.parents(scores, 3000, np.random.default_rng(seed))
@@ -184,7 +184,7 @@ def test_drop_worst_breeds_every_other_once_a_round(scores, rounds, seed):
     turns = parents.ravel()[: rounds * kept]
     expected = np.full(len(scores), rounds)
     expected[worst] = 0
-    # Parting twins swaps turns within a round, so each round stays whole.
+    # An individual is never paired with itself; rounds stay complete nevertheless.
     np.testing.assert_array_equal(np.bincount(turns, minlength=len(scores)), expected)
     for turn in turns.reshape(rounds, kept):
         assert len(set(turn)) == kept
@@ -194,7 +194,7 @@ def test_drop_worst_breeds_every_other_once_a_round(scores, rounds, seed):
 
 def test_drop_worst_pairs_at_random():
     drawn = [DropWorst().parents(SCORES, 3, np.random.default_rng(seed))[2] for seed in range(3000)]
-    _assert_uniform_pairs_of_different(np.array(drawn), set(range(8)) - {int(RANKING[-1])})
+    _assert_uniform_distinct_pairs(np.array(drawn), set(range(8)) - {int(RANKING[-1])})
 
 
 def test_drop_worst_shuffles_each_round():

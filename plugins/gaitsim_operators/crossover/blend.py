@@ -5,16 +5,16 @@ from typing import ClassVar
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, RealSpace, option
-from gaitsim_operators.crossover.gap import gap
-from gaitsim_operators.real import real
+from gaitsim_operators.crossover.differences import parent_differences
+from gaitsim_operators.spaces import real_space
 
 
 class Blend(Crossover):
     """Draws each gene of a child uniformly between its parents' genes, extended by α on both sides.
 
     BLX-α, Eshelman and Schaffer 1993. With α = 0.5, the spread of genes neither shrinks nor grows
-    much from generation to generation. Children are independent. Periodic genes are between their
-    parents on the shorter way round.
+    much from generation to generation. Children are drawn independently. Periodic genes lie between
+    their parents on the shorter way round.
     """
 
     alpha: float = option(
@@ -31,6 +31,6 @@ class Blend(Crossover):
         Raises:
             PluginError: the genes are not real numbers.
         """
-        way = gap(mothers, fathers, real(space))
-        part = rng.uniform(-self.alpha, 1 + self.alpha, (self.children, *way.shape))
-        return (mothers + part * way).reshape(-1, way.shape[1])
+        difference = parent_differences(mothers, fathers, real_space(space))
+        share = rng.uniform(-self.alpha, 1 + self.alpha, (self.children, *difference.shape))
+        return (mothers + share * difference).reshape(-1, difference.shape[1])

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Genomes
 
 
-def past(cuts: NDArray[np.integer[Any]], genes: int) -> NDArray[np.bool_]:
-    """Return whether each gene is at or after its pair's cut, (pairs, 1) -> (pairs, genes)."""
+def after_cuts(cuts: NDArray[np.integer[Any]], genes: int) -> NDArray[np.bool_]:
+    """Return whether each gene is at or after the cut of its pair, (pairs, 1) -> (pairs, genes)."""
     narrow = np.min_scalar_type(genes)  # three times as fast as 64-bit integers
     return np.arange(genes, dtype=narrow) >= cuts.astype(narrow)
 
@@ -17,12 +17,12 @@ def past(cuts: NDArray[np.integer[Any]], genes: int) -> NDArray[np.bool_]:
 def exchange(
     mothers: Genomes, fathers: Genomes, swapped: NDArray[np.bool_], children: int
 ) -> NDArray[Any]:
-    """Return children with swapped genes: first those like the mothers, then like the fathers.
+    """Return copies of the mothers, then of the fathers, after exchanging some of their genes.
 
     Args:
         mothers: genomes, (pairs, genes).
         fathers: genomes, (pairs, genes).
-        swapped: genes that the parents exchange, broadcast to (pairs, genes).
+        swapped: whether parents exchange each gene, broadcast to (pairs, genes).
         children: number of children per pair, 1 or 2.
 
     Returns:

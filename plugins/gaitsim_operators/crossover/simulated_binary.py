@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, RealSpace, option
-from gaitsim_operators.crossover.gap import gap
-from gaitsim_operators.real import real
+from gaitsim_operators.crossover.differences import parent_differences
+from gaitsim_operators.spaces import real_space
 
 
 class SimulatedBinary(Crossover):
@@ -15,7 +15,7 @@ class SimulatedBinary(Crossover):
 
     SBX, Deb and Agrawal 1995, without bounds. For each gene, a random child gets the lower value,
     as in Deb's own programs; otherwise each child would nearly copy one parent. Those programs
-    cross half of the genes of a pair, `gene_probability = 0.5`. The middle of periodic genes is on
+    cross half of the genes of a pair: `gene_probability = 0.5`. The middle of periodic genes is on
     the shorter way round.
     """
 
@@ -47,21 +47,21 @@ class SimulatedBinary(Crossover):
         Raises:
             PluginError: the genes are not real numbers.
         """
-        way = gap(mothers, fathers, real(space))
+        difference = parent_differences(mothers, fathers, real_space(space))
         # One draw gives the side, by the half of its range, and the position in that half.
-        draws = 2 * rng.random(way.shape)
+        draws = 2 * rng.random(difference.shape)
         swapped = draws >= 1
         spread = _spread_factor(draws - swapped, self.eta)
         part = (1 - np.where(swapped, -spread, spread)) / 2
-        children = [mothers + share * way for share in (part, 1 - part)[: self.children]]
+        children = [mothers + share * difference for share in (part, 1 - part)[: self.children]]
         if self.gene_probability < 1:
-            kept = rng.random(way.shape) >= self.gene_probability
+            kept = rng.random(difference.shape) >= self.gene_probability
             for child, parents in zip(children, (mothers, fathers), strict=False):
                 np.copyto(child, parents, where=kept)
         return np.concatenate(children)
 
 
 def _spread_factor(uniform: NDArray[np.float64], eta: float) -> NDArray[np.float64]:
-    """Return the children's distance, in distances of their parents, for draws from [0, 1)."""
+    """Return the distance of the children in distances of the parents, for draws from [0, 1)."""
     power = np.where(uniform <= 0.5, 2 * uniform, 0.5 / (1 - uniform))
     return power ** (1 / (eta + 1))

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, option
-from gaitsim_operators.crossover.exchange import exchange, past
+from gaitsim_operators.crossover.exchange import after_cuts, exchange
 
 
 class SinglePoint(Crossover):
@@ -33,4 +33,4 @@ class SinglePoint(Crossover):
             cuts = np.full((pairs, 1), genes // 2)
         else:
             cuts = rng.integers(1, genes, (pairs, 1))
-        return exchange(mothers, fathers, past(cuts, genes), self.children)
+        return exchange(mothers, fathers, after_cuts(cuts, genes), self.children)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace
-from gaitsim_operators.crossover.exchange import exchange, past
-from gaitsim_operators.draws import two_different
+from gaitsim_operators.crossover.exchange import after_cuts, exchange
+from gaitsim_operators.draws import distinct_pairs
 
 
 class TwoPoint(Crossover):
@@ -25,8 +25,11 @@ class TwoPoint(Crossover):
         pairs, genes = mothers.shape
         if genes < 3:
             return exchange(mothers, fathers, np.arange(genes) >= 1, self.children)
-        one, other = two_different(genes - 1, (pairs, 1), rng)
+        one, other = distinct_pairs(genes - 1, (pairs, 1), rng)
         # Genes between the cuts are past exactly one of them, in either order of the cuts.
         return exchange(
-            mothers, fathers, past(one + 1, genes) != past(other + 1, genes), self.children
+            mothers,
+            fathers,
+            after_cuts(one + 1, genes) != after_cuts(other + 1, genes),
+            self.children,
         )

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, Mutation, RealSpace, option
 from gaitsim_operators.mutation.sites import draw_sites
-from gaitsim_operators.real import real
+from gaitsim_operators.spaces import real_space
 
 
 class Gaussian(Mutation):
@@ -37,7 +37,7 @@ class Gaussian(Mutation):
         Raises:
             PluginError: the genes are not real numbers.
         """
-        deviation = self.sigma * real(space).width
+        deviation = self.sigma * real_space(space).width
         mutants = genomes.copy()
         sites = draw_sites(genomes.size, self.rate, rng)
         changes = rng.standard_normal(len(sites)) * deviation[sites % space.genes]

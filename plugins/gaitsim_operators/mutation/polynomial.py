@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, GenomeSpace, Mutation, RealSpace, option
 from gaitsim_operators.mutation.sites import draw_sites
-from gaitsim_operators.real import real
+from gaitsim_operators.spaces import real_space
 
 
 class Polynomial(Mutation):
     """Moves each gene by a polynomially distributed step, with a given probability.
 
     Deb and Agrawal 1999, in the form with bounds: a gene near a bound takes shorter steps towards
-    it. Periodic genes have no bounds, so their steps are as long in both directions.
+    it. Periodic genes have no bounds, so their steps are equally long in both directions.
     """
 
     rate: float = option(0.05, "probability that a gene mutates", ge=0, le=1)
@@ -28,7 +28,7 @@ class Polynomial(Mutation):
         Raises:
             PluginError: the genes are not real numbers.
         """
-        bounds = real(space)
+        bounds = real_space(space)
         mutants = genomes.copy()
         sites = draw_sites(genomes.size, self.rate, rng)
         gene = sites % space.genes
@@ -36,8 +36,8 @@ class Polynomial(Mutation):
         below = (genomes.reshape(-1)[sites] - bounds.lower[gene]) / width
         above = 1 - below
         if bounds.periodic is not None:
-            free = bounds.periodic[gene]
-            below[free] = above[free] = 1
+            periodic = bounds.periodic[gene]
+            below[periodic] = above[periodic] = 1
         steps = _steps(below, above, rng.random(len(sites)), self.eta)
         mutants.reshape(-1)[sites] += steps * width
         return mutants
@@ -54,7 +54,7 @@ def _steps(
     Args:
         below: room between gene and lower bound, in widths, (sites,).
         above: room between gene and upper bound, in widths, (sites,). A gene that crossover left
-            outside a bound has no room on that side and all of it on the other.
+            outside a bound has no room on that side, and a full width on the other.
         uniform: draws from [0, 1), (sites,).
         eta: distribution index.
     """

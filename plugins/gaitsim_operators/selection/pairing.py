@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim_operators.draws import two_different
+from gaitsim_operators.draws import distinct_pairs
 
 
 def random_pairs(
@@ -21,6 +21,6 @@ def random_pairs(
     """
     if len(survivors) == 1:
         return np.full((pairs, 2), survivors[0])
-    positions = np.stack(two_different(len(survivors), pairs, rng), axis=1)
+    positions = np.stack(distinct_pairs(len(survivors), pairs, rng), axis=1)
     chosen: NDArray[np.intp] = survivors[positions]
     return chosen

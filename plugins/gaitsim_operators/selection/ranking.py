@@ -1,4 +1,4 @@
-"""The order of individuals by score, which most selections use."""
+"""The order of individuals by score."""
 
 import numpy as np
 from numpy.typing import NDArray

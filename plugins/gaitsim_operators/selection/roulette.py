@@ -1,4 +1,4 @@
-"""Roulette selection: probabilities in proportion to fitness."""
+"""Roulette selection: probabilities in proportion to the score above the worst."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,11 @@ class Roulette(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Draw pairs, (pairs, 2), by scores, (population,).
+        """Draw pairs, (pairs, 2), given scores, (population,).
 
-        An individual with a score of −inf is never drawn. If all finite scores are equal, these
-        individuals are equally likely; without finite scores, all individuals are.
+        An individual with a score of −inf is never drawn. If all finite scores are equal, the
+        individuals with these scores are equally likely; without finite scores, all individuals
+        are.
         """
         return spin(_weights(scores), pairs, rng)
 

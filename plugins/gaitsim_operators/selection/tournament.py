@@ -9,7 +9,7 @@ from gaitsim.contracts import Selection, option
 class Tournament(Selection):
     """Chooses each parent as the best of a few entrants, drawn with replacement.
 
-    Goldberg and Deb 1991. Of n individuals, the one with i better ones wins with probability
+    Goldberg and Deb 1991. Of n individuals, one that i others beat wins with probability
     ((n − i)^size − (n − i − 1)^size) / n^size.
     """
 
@@ -20,7 +20,7 @@ class Tournament(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Choose pairs of winners, (pairs, 2), by scores, (population,).
+        """Choose pairs of winners, (pairs, 2), given scores, (population,).
 
         Ties go to the entrant drawn first, so that no position in the population is favoured.
         """

@@ -20,6 +20,6 @@ class Truncation(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Draw pairs of survivors, (pairs, 2), uniformly, by scores, (population,)."""
+        """Draw pairs of survivors uniformly, (pairs, 2), given scores, (population,)."""
         survivors = max(2, round(self.share * len(scores)))
         return random_pairs(best_first(scores)[:survivors], pairs, rng)

@@ -1,10 +1,10 @@
-"""A check for operators that support only real genes, as they need an order and a scale."""
+"""A check for operators that support only real genes, because they need an order and a scale."""
 
 from gaitsim.contracts import GenomeSpace, RealSpace
 from gaitsim.errors import PluginError
 
 
-def real(space: GenomeSpace) -> RealSpace:
+def real_space(space: GenomeSpace) -> RealSpace:
     """Return the space with the type `RealSpace`.
 
     Raises:
@@ -14,6 +14,6 @@ def real(space: GenomeSpace) -> RealSpace:
         raise PluginError(
             f"this operator does not support genomes of the {space.name} space",
             allowed="genomes of the real space",
-            remedy="choose an operator whose `spaces` include that kind",
+            remedy="choose an operator whose `spaces` include this kind",
         )
     return space
