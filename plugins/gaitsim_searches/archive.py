@@ -58,15 +58,15 @@ class Archive:
         return cls(np.empty(0, np.int64), genomes[:0], none, np.empty((0, axes)), none)
 
     @classmethod
-    def of(cls, state: State) -> Self:
+    def from_state(cls, state: State) -> Self:
         """Return the archive in a state."""
         return cls(**{field.name: state[field.name] for field in fields(cls)})
 
     def arrays(self) -> Mapping[str, Array]:
-        """Return the arrays by name, for a state."""
+        """Return the arrays of a state by name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    def consistent(self, cells: int, axes: int) -> bool:
+    def is_consistent(self, cells: int, axes: int) -> bool:
         """Return whether the arrays are consistent and fit these numbers of cells and axes."""
         elites = len(self.cells)
         bounds = np.concatenate([[-1], self.cells, [cells]]) if self.cells.ndim == 1 else [0, 0]
@@ -77,10 +77,10 @@ class Archive:
             and all(np.isfinite(one).all() for one in (self.scores, self.thresholds, self.values))
         )
 
-    def held(
+    def lookup(
         self, cells: NDArray[np.int64], numbers: NDArray[np.float64], otherwise: float
     ) -> NDArray[np.float64]:
-        """Return a number of each cell's elite, (cells,), or `otherwise` for an empty cell.
+        """Look up a number of the elite of each cell, (cells,); `otherwise` if the cell is empty.
 
         Args:
             cells: cells to look up, (cells,).
@@ -99,28 +99,28 @@ class Archive:
         candidates for a cell the best enters; ties go to the first. The thresholds of changed
         cells become the scores of their elites.
         """
-        better = candidates.scores > self.held(candidates.cells, self.scores, -np.inf)
+        better = candidates.scores > self.lookup(candidates.cells, self.scores, -np.inf)
         rows = np.flatnonzero(candidates.valid & better)
         rows = rows[np.lexsort((-candidates.scores[rows], candidates.cells[rows]))]
         cells, firsts = np.unique(candidates.cells[rows], return_index=True)
         if not len(cells):
             return self
         rows = rows[firsts]
-        found = ~np.isin(cells, self.cells, assume_unique=True)
-        gaps = np.searchsorted(self.cells, cells[found])
-        all_cells = np.insert(self.cells, gaps, cells[found])
+        discovered = ~np.isin(cells, self.cells, assume_unique=True)
+        gaps = np.searchsorted(self.cells, cells[discovered])
+        all_cells = np.insert(self.cells, gaps, cells[discovered])
         slots = np.searchsorted(all_cells, cells)
 
-        def placed(old: Array, new: Array) -> Array:
-            array = np.insert(old, gaps, new[found], axis=0) if len(gaps) else old.copy()
+        def updated(old: Array, new: Array) -> Array:
+            array = np.insert(old, gaps, new[discovered], axis=0) if len(gaps) else old.copy()
             array[slots] = new
             return array
 
         scores = candidates.scores[rows]
         return Archive(
             cells=all_cells,
-            genomes=placed(self.genomes, candidates.genomes[rows]),
-            scores=placed(self.scores, scores),
-            values=placed(self.values, candidates.values[rows]),
-            thresholds=placed(self.thresholds, scores),
+            genomes=updated(self.genomes, candidates.genomes[rows]),
+            scores=updated(self.scores, scores),
+            values=updated(self.values, candidates.values[rows]),
+            thresholds=updated(self.thresholds, scores),
         )

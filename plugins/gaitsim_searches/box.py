@@ -1,4 +1,7 @@
-"""Maps between a real space with bounds and points without: genes in widths, folded at bounds."""
+"""Conversion of unbounded points to genomes within bounds, and back.
+
+Points are in widths of the bounds, and are folded at the bounds.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +13,7 @@ MARGIN = 0.025
 
 
 def genomes(points: NDArray[np.float64], space: RealSpace) -> NDArray[np.float64]:
-    """Return the genomes at points without bounds, (points, genes) in widths above `lower`.
+    """Return the genomes at unbounded points, (points, genes) in widths above `lower`.
 
     Genomes equal their points inside the box. Points are mirrored at the bounds along a parabola,
     so that the fold is smooth; periodic genes wrap (`BoundTransform` of pycma).

@@ -27,19 +27,19 @@ def simulated_binary(
         rng: source of randomness.
 
     Returns:
-        Children, (2, pairs, genes), to be repaired: periodic genes may be outside their period,
-        and rounding may push others past a bound.
+        Children, (2, pairs, genes). They must be repaired: periodic genes may be outside their
+        period, and rounding may push other genes past a bound.
     """
     mothers, fathers = parents
-    way = fathers - mothers
-    free = np.zeros(space.genes, np.bool_) if space.periodic is None else space.periodic
-    way = np.where(free, way - space.width * np.round(way / space.width), way)
-    sites = np.nonzero(crossed & (way != 0))
-    gene, mother, way = sites[1], mothers[sites], way[sites]
-    distance = np.abs(way)
-    low = np.minimum(mother, mother + way)
-    below = np.where(free[gene], np.inf, low - space.lower[gene])
-    above = np.where(free[gene], np.inf, space.upper[gene] - low - distance)
+    gap = fathers - mothers
+    periodic = np.zeros(space.genes, np.bool_) if space.periodic is None else space.periodic
+    gap = np.where(periodic, gap - space.width * np.round(gap / space.width), gap)
+    sites = np.nonzero(crossed & (gap != 0))
+    gene, mother, gap = sites[1], mothers[sites], gap[sites]
+    distance = np.abs(gap)
+    low = np.minimum(mother, mother + gap)
+    below = np.where(periodic[gene], np.inf, low - space.lower[gene])
+    above = np.where(periodic[gene], np.inf, space.upper[gene] - low - distance)
     draws = rng.random((2, len(gene)))
     middle = low + distance / 2
     lower = middle - distance / 2 * _spread(draws[0], below / distance, eta)
@@ -54,7 +54,7 @@ def simulated_binary(
 def _spread(
     draws: NDArray[np.float64], room: NDArray[np.float64], eta: float
 ) -> NDArray[np.float64]:
-    """Return the distance between the children, in distances between the parents.
+    """Return the distance of the children in distances of the parents.
 
     Args:
         draws: uniform draws in [0, 1).
@@ -85,7 +85,7 @@ def polynomial(
         rng: source of randomness.
 
     Returns:
-        New genomes, (individuals, genes), to be repaired.
+        New genomes, (individuals, genes), which must be repaired.
     """
     sites = np.nonzero(mutated)
     gene = sites[1]
@@ -107,7 +107,7 @@ def polynomial(
 def exchange_segment(
     parents: Genomes, crossed: NDArray[np.bool_], rng: np.random.Generator
 ) -> Genomes:
-    """Exchange the genes between two random cuts, which may be at the ends; De Jong 1975.
+    """Exchange the genes between two random cuts, which may be at the ends (De Jong 1975).
 
     Args:
         parents: genomes of the parents, (2, pairs, genes).

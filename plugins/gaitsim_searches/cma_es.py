@@ -11,7 +11,7 @@ from gaitsim.contracts.search import Context, Results, Search, State
 from gaitsim_searches import box
 from gaitsim_searches.cma_rates import rates
 from gaitsim_searches.cma_stops import converged, history
-from gaitsim_searches.real import real
+from gaitsim_searches.real import real_space
 
 LARGEST_DEVIATION = 1 / 3
 """Largest standard deviation of a gene, in widths; larger ones already sample the whole range."""
@@ -60,12 +60,12 @@ class CmaEs(Search):
         return ""
 
     def initial(self, context: Context) -> State:
-        """Return the distribution of the first samples."""
-        return self._begun(context, 0, context.start)
+        """Return the state that holds the distribution of the first samples."""
+        return self._initial_state(context, 0, context.start)
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
         """Draw samples, (population, genes), for the next update of the distribution."""
-        space = real(context.space)
+        space = real_space(context.space)
         drawn = context.rng.standard_normal((context.population, space.genes)) * state["lengths"]
         if self.covariance == "full":
             drawn = np.einsum("ki,ij->kj", drawn, state["axes"])
@@ -73,16 +73,16 @@ class CmaEs(Search):
         return box.genomes(points, space), {**state, "drawn": drawn}
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Collect results, and update the distribution once all samples of an update are in."""
+        """Collect results; update the distribution once all samples of an update are evaluated."""
         steps = np.concatenate([state["steps"], state["drawn"]])
         scores = np.concatenate([state["scores"], results.scores])
-        told = {**state, "steps": steps, "scores": scores, "drawn": state["drawn"][:0]}
+        collected = {**state, "steps": steps, "scores": scores, "drawn": state["drawn"][:0]}
         restarts = int(state["restarts"])
         if len(scores) < context.population * 2**restarts:
-            return told
-        updated = self._updated(told)
+            return collected
+        updated = self._updated(collected)
         if self.restarts and converged(updated, scores, self.tolerance):
-            return self._begun(context, restarts + 1)
+            return self._initial_state(context, restarts + 1)
         return updated
 
     def figures(self, state: State) -> Mapping[str, float]:
@@ -108,8 +108,10 @@ class CmaEs(Search):
             return f"its covariance is not {self.covariance}"
         return ""
 
-    def _begun(self, context: Context, restarts: int, start: Genomes | None = None) -> State:
-        space = real(context.space)
+    def _initial_state(
+        self, context: Context, restarts: int, start: Genomes | None = None
+    ) -> State:
+        space = real_space(context.space)
         genes = space.genes
         deviations = np.full(genes, self.step)
         if space.initial_sigma is not None:
@@ -164,15 +166,19 @@ class CmaEs(Search):
         weights = rate.weights.copy()
         squares = np.sum(white[rate.parents :] ** 2, axis=1)
         weights[rate.parents :] *= genes / np.maximum(squares, np.finfo(float).tiny)
-        kept = 1 - rate.one - rate.many * rate.weights.sum()
-        kept += rate.one * (1 - steady) * rate.path * (2 - rate.path)
+        kept = 1 - rate.rank_one - rate.rank_mu * rate.weights.sum()
+        kept += rate.rank_one * (1 - steady) * rate.path * (2 - rate.path)
         if full:
-            many = np.einsum("ki,kj->ij", weights[:, None] * steps, steps)
-            covariance = kept * covariance + rate.one * np.outer(path, path) + rate.many * many
+            rank_mu_update = np.einsum("ki,kj->ij", weights[:, None] * steps, steps)
+            covariance = (
+                kept * covariance
+                + rate.rank_one * np.outer(path, path)
+                + rate.rank_mu * rank_mu_update
+            )
             covariance = (covariance + covariance.T) / 2
         else:
-            many = np.einsum("k,ki->i", weights, steps**2)
-            covariance = kept * covariance + rate.one * path**2 + rate.many * many
+            rank_mu_update = np.einsum("k,ki->i", weights, steps**2)
+            covariance = kept * covariance + rate.rank_one * path**2 + rate.rank_mu * rank_mu_update
 
         step = state["step"] * np.exp(min(1, rate.step / rate.damping * (length / rate.length - 1)))
         variances = np.diag(covariance) if full else covariance
@@ -196,7 +202,7 @@ class CmaEs(Search):
         }
         if not full:
             updated["lengths"] = np.sqrt(covariance)
-        elif updates - int(state["decomposed"]) > 1 / (10 * genes * (rate.one + rate.many)):
+        elif updates - int(state["decomposed"]) > 1 / (10 * genes * (rate.rank_one + rate.rank_mu)):
             from gaitsim_searches.eigen import principal_axes
 
             variances, axes = principal_axes(covariance)

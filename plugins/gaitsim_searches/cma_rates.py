@@ -18,8 +18,8 @@ class Rates:
         step: learning rate of the path of the step size, c_σ.
         damping: damping of the step size, d_σ.
         path: learning rate of the path of the covariance, c_c.
-        one: learning rate of the covariance's rank-one update, c_1.
-        many: learning rate of the covariance's rank-µ update, c_µ.
+        rank_one: learning rate of the covariance's rank-one update, c_1.
+        rank_mu: learning rate of the covariance's rank-µ update, c_µ.
         length: expected length of a vector of standard normal numbers.
     """
 
@@ -29,14 +29,14 @@ class Rates:
     step: float
     damping: float
     path: float
-    one: float
-    many: float
+    rank_one: float
+    rank_mu: float
     length: float
 
 
 @lru_cache
 def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
-    """Return the default parameters.
+    """Return the default weights and learning rates.
 
     Args:
         genes: number of genes, n.
@@ -57,20 +57,20 @@ def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
     step = (mass + 2) / (genes + mass + 3)
     damping = 1 + 2 * max(0.0, np.sqrt((mass - 1) / (genes + 1)) - 1) + step
     path = (4 + mass / genes) / (genes + 4 + 2 * mass / genes)
-    one = 2 / ((genes + 1.3) ** 2 + mass)
-    many = 2 * (0.25 + mass - 2 + 1 / mass) / ((genes + 2) ** 2 + mass)
+    rank_one = 2 / ((genes + 1.3) ** 2 + mass)
+    rank_mu = 2 * (0.25 + mass - 2 + 1 / mass) / ((genes + 2) ** 2 + mass)
     faster = (genes + 2) / 3 if separable else 1.0
-    one = min(1.0, faster * one)
-    many = min(1 - one, faster * many)
+    rank_one = min(1.0, faster * rank_one)
+    rank_mu = min(1 - rank_one, faster * rank_mu)
 
     total = 0.0
     if active:
         total = min(
-            1 + one / many,  # the covariance neither grows nor shrinks overall
+            1 + rank_one / rank_mu,  # the covariance neither grows nor shrinks overall
             1 + 2 * bad_mass / (mass + 2),
-            (1 - one - many) / (genes * many),  # the covariance stays positive definite
+            (1 - rank_one - rank_mu) / (genes * rank_mu),  # the covariance stays positive definite
         )
     weights = np.concatenate([good / good.sum(), total * bad / np.abs(bad).sum()])
     length = np.sqrt(genes) * (1 - 1 / (4 * genes) + 1 / (21 * genes**2))
     weights.setflags(write=False)
-    return Rates(weights, parents, mass, step, damping, path, one, many, length)
+    return Rates(weights, parents, mass, step, damping, path, rank_one, rank_mu, length)

@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-SMALLEST_DIFFERENCE = 1e-11  # of scores
+SMALLEST_RANGE = 1e-11  # range of scores that counts as equal
 LARGEST_CONDITION = 1e14  # condition number of the covariance
-LONGEST_HISTORY = 20_000  # updates
+LONGEST_HISTORY = 20_000  # number of updates remembered
 
 
 def converged(
     state: Mapping[str, NDArray[Any]], scores: NDArray[np.float64], tolerance: float
 ) -> bool:
-    """Return whether to restart (Hansen 2016, appendix B.3).
+    """Return whether the search has converged (Hansen 2016, appendix B.3).
 
     Args:
         state: state after the update.
@@ -37,9 +37,9 @@ def converged(
         return True
     best, middle = state["best scores"], state["middle scores"]
     recent = 10 + int(np.ceil(30 * genes / samples))
-    if len(best) >= recent and _range(np.append(scores, best[-recent:])) < SMALLEST_DIFFERENCE:
+    if len(best) >= recent and _range(np.append(scores, best[-recent:])) < SMALLEST_RANGE:
         return True
-    return len(best) >= _remembered(genes, samples, updates) and all(
+    return len(best) >= _history_length(genes, samples, updates) and all(
         np.median(scores[-(len(scores) * 3 // 10) :]) <= np.median(scores[: len(scores) * 3 // 10])
         for scores in (best, middle)
     )
@@ -49,10 +49,11 @@ def history(
     scores: NDArray[np.float64], latest: float, genes: int, samples: int, updates: int
 ) -> NDArray[np.float64]:
     """Append the latest score to a history, and drop scores that `converged` no longer needs."""
-    return np.append(scores, latest)[-_remembered(genes, samples, updates) :]
+    return np.append(scores, latest)[-_history_length(genes, samples, updates) :]
 
 
-def _remembered(genes: int, samples: int, updates: int) -> int:
+def _history_length(genes: int, samples: int, updates: int) -> int:
+    """Return the number of updates whose scores `converged` compares."""
     shortest = 120 + 30 * genes // samples
     return min(max(shortest, updates // 5), LONGEST_HISTORY)
 

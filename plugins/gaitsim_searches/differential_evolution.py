@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
 from gaitsim.contracts.search import Context, Results, Search, State
-from gaitsim_searches.real import differences, halved_past_bounds, real
+from gaitsim_searches.real import differences, halved_past_bounds, real_space
 
-SMALLEST = 4  # individuals: the one to change, one of the best, and two others
+SMALLEST = 4  # individuals: the one to move, one of the best, and two others
 SPREAD = 0.1  # spread of F and CR around the memory; Tanabe and Fukunaga 2013, eq. 1 and 2
 # The paper starts with 0.5 for both. On BBOB in 2 dimensions, three instances, an initial CR of
 # 0.9 raised the area under the ECDF from 0.308 to 0.326.
@@ -26,7 +26,8 @@ class DifferentialEvolution(Search):
     """Moves every genome towards one of the best and along the difference of two others.
 
     SHADE draws the scale factor F and the crossover rate CR of each trial around values that
-    worked before. Once all genomes are equal, the search restarts from random genomes.
+    worked before. Once all genomes or all scores are equal, the search restarts from random
+    genomes.
 
     Tanabe and Fukunaga 2013, "Success-history based parameter adaptation for differential
     evolution"; mutation towards the p best, archive and bounds: Zhang and Sanderson 2009, "JADE:
@@ -35,7 +36,7 @@ class DifferentialEvolution(Search):
     """
 
     greediness: float = option(
-        0.1, "share of the genomes that others move towards, the best, at least two", gt=0, le=1
+        0.1, "share of the best genomes, at least two, that others move towards", gt=0, le=1
     )
     memory: int = option(6, "number of successful pairs of F and CR remembered", ge=1, le=1000)
     archive: float = option(
@@ -62,7 +63,7 @@ class DifferentialEvolution(Search):
         return ""
 
     def initial(self, context: Context) -> State:
-        """Return a state without genomes; `tell` adds them."""
+        """Return a state without genomes, which the first call of `tell` adds."""
         nothing = np.zeros((0, context.space.genes))
         return {
             "genomes": nothing,
@@ -78,14 +79,14 @@ class DifferentialEvolution(Search):
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
         """Return the first genomes, then one trial for each genome, (population, genes)."""
-        space, rng, genomes = real(context.space), context.rng, state["genomes"]
+        space, rng, genomes = real_space(context.space), context.rng, state["genomes"]
         if not len(genomes):
             start = context.start if last is None else None
-            return self._first(space, start, context), state
+            return self._first_genomes(space, start, context), state
         place = rng.integers(self.memory, size=len(genomes))
         scale = draw_scales(state["memory F"][place], rng)
         rate = np.clip(rng.normal(state["memory CR"][place], SPREAD), 0, 1)
-        best, one, other = self._others(state, rng)
+        best, one, other = self._draw_others(state, rng)
         steps = differences(best, genomes, space) + differences(one, other, space)
         mutants = halved_past_bounds(genomes + scale[:, None] * steps, genomes, space)
         crossed = rng.random(genomes.shape) < rate[:, None]
@@ -94,7 +95,7 @@ class DifferentialEvolution(Search):
         trials = np.where(crossed, mutants, genomes)
         return trials, {**state, "trial F": scale, "trial CR": rate}
 
-    def _first(self, space: RealSpace, start: Genomes | None, context: Context) -> Genomes:
+    def _first_genomes(self, space: RealSpace, start: Genomes | None, context: Context) -> Genomes:
         if start is None:
             return context.random(context.population)
         shape = (context.population, space.genes)
@@ -102,7 +103,9 @@ class DifferentialEvolution(Search):
         genomes[0] = start
         return context.repair(genomes)
 
-    def _others(self, state: State, rng: np.random.Generator) -> tuple[Genomes, Genomes, Genomes]:
+    def _draw_others(
+        self, state: State, rng: np.random.Generator
+    ) -> tuple[Genomes, Genomes, Genomes]:
         """Draw one of the best and two others for each genome; the last may be from the archive."""
         genomes, everyone = state["genomes"], np.concatenate([state["genomes"], state["archive"]])
         count, itself = len(genomes), np.arange(len(genomes))
@@ -117,7 +120,7 @@ class DifferentialEvolution(Search):
         return genomes[best], genomes[one], everyone[other]
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Keep trials at least as good as their genomes, and remember F and CR of better trials."""
+        """Replace genomes by trials that are no worse; remember F and CR of better trials."""
         genomes, scores = state["genomes"], state["scores"]
         if not len(genomes):
             return self.rescored(state, results, context)
@@ -126,19 +129,21 @@ class DifferentialEvolution(Search):
         size = round(self.archive * len(genomes))
         if len(archive) > size:
             archive = archive[context.rng.permutation(len(archive))[:size]]
-        told = {
+        updated = {
             **state,
-            **self._remembering(state, results.scores, better),
+            **self._updated_memory(state, results.scores, better),
             "genomes": np.where(kept[:, None], results.genomes, genomes),
             "scores": np.where(kept, results.scores, scores),
             "archive": archive,
         }
-        if self.restarts and converged(told["genomes"], told["scores"], real(context.space)):
+        if self.restarts and converged(
+            updated["genomes"], updated["scores"], real_space(context.space)
+        ):
             return {**self.initial(context), "restarts": np.array(state["restarts"] + 1)}
-        return told
+        return updated
 
-    def _remembering(self, state: State, scores: Floats, better: NDArray[np.bool_]) -> State:
-        """Return the memory after replacing its oldest entry by F and CR of the better trials."""
+    def _updated_memory(self, state: State, scores: Floats, better: NDArray[np.bool_]) -> State:
+        """Return the memory after F and CR of better trials have replaced its oldest entry."""
         if not better.any():
             return {}
         weights, place = gains(state["scores"][better], scores[better]), int(state["next"])
@@ -149,7 +154,7 @@ class DifferentialEvolution(Search):
         return {"memory F": scale, "memory CR": rate, "next": following}
 
     def figures(self, state: State) -> Mapping[str, float]:
-        """Return the means of the memory, and the number of restarts."""
+        """Return the mean F and CR of the memory, and the number of restarts."""
         return {
             "mean F": float(state["memory F"].mean()),
             "mean CR": float(state["memory CR"].mean()),

@@ -16,8 +16,8 @@ def principal_axes(
 
     Uses cyclic Jacobi rotations (Demmel and Veselić 1992, "Jacobi's method is more accurate than
     QR"). LAPACK's results depend on the processor and the number of threads, and its threads wait
-    for one another on a busy machine: 48 genes take 0.3 ms with one thread and 50 ms with two,
-    against 1 ms here.
+    for each other on a busy machine: 48 genes take 0.3 ms with one thread and 50 ms with two,
+    compared with 1 ms here.
 
     Args:
         covariance: symmetric, positive definite matrix, (genes, genes).

@@ -1,4 +1,4 @@
-"""A generation of emitters: draw genomes, and adapt the emitters to the results."""
+"""One generation of emitters: draw genomes, and adapt the emitters to the results."""
 
 from typing import Any
 
@@ -10,19 +10,19 @@ from gaitsim_searches.emitters import Emitters
 from gaitsim_searches.improvement import Improvement
 from gaitsim_searches.real import differences
 
-_FLAT = 1e-12
+_FLAT = 1e-12  # range of gains below which an emitter has no direction to climb
 
 
-def emitted(
+def draw_genomes(
     emitters: Emitters, population: int, space: RealSpace, rng: np.random.Generator
 ) -> Genomes:
-    """Draw genomes from all emitters in turn, (population, genes); they may leave the bounds."""
+    """Draw genomes from all emitters in turn, (population, genes); they may be out of bounds."""
     each = -(-population // len(emitters.mean))
-    drawn = emitters.sampled(each, space.width, rng)
+    drawn = emitters.sample(each, space.width, rng)
     return drawn.reshape(-1, space.genes)[:population]
 
 
-def climbed(
+def adapt_emitters(
     emitters: Emitters,
     genomes: Genomes,
     found: Improvement,
@@ -30,11 +30,11 @@ def climbed(
     *,
     two_stages: bool,
 ) -> tuple[Emitters, NDArray[np.bool_]]:
-    """Adapt each emitter to the improvement that its genomes brought.
+    """Adapt each emitter to the improvement by its genomes.
 
     Args:
         emitters: emitters that drew the genomes.
-        genomes: repaired genomes from `emitted`, (population, genes).
+        genomes: repaired genomes from `draw_genomes`, (population, genes).
         found: improvement of the archive by each genome.
         space: space of the genomes.
         two_stages: whether to follow CMA-ME: genomes that discover a cell rank before genomes that

@@ -1,4 +1,4 @@
-"""Emitters: several parallel CMA-ES, each climbing the improvement of the archive.
+"""Emitters: several parallel CMA-ES, each of which maximises the improvement of the archive.
 
 Hansen 2016, "The CMA evolution strategy: a tutorial", with positive weights; restarts and
 selection of Fontaine et al. 2020 as in pyribs (Tjanaka et al. 2023). All lengths are in widths of
@@ -16,9 +16,9 @@ from gaitsim.contracts import State
 from gaitsim_searches.eigen import principal_axes
 
 _PREFIX = "emitters "
-_CONDITION = 1e14
-_SMALLEST = 1e-11
-_ZERO = 1e-300
+_CONDITION = 1e14  # largest condition number of a covariance
+_SMALLEST = 1e-11  # smallest standard deviation worth sampling, in widths
+_ZERO = 1e-300  # smallest variance, so that lengths stay positive
 
 Floats = NDArray[np.float64]
 
@@ -50,8 +50,8 @@ class Emitters:
     decomposed: NDArray[np.int64]
 
     @classmethod
-    def begun(cls, mean: Floats, step: float) -> Self:
-        """Return new emitters around these genomes, (emitters, genes)."""
+    def create(cls, mean: Floats, step: float) -> Self:
+        """Return new emitters whose means are these genomes, (emitters, genes)."""
         count, genes = mean.shape
         unit = np.tile(np.eye(genes), (count, 1, 1))
         none, zeros = np.zeros(count, np.int64), np.zeros((count, genes))
@@ -68,15 +68,15 @@ class Emitters:
         )
 
     @classmethod
-    def of(cls, state: State) -> Self:
+    def from_state(cls, state: State) -> Self:
         """Return the emitters in a state."""
         return cls(**{field.name: state[_PREFIX + field.name] for field in fields(cls)})
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """Return the arrays by name, for a state."""
+        """Return the arrays of a state by name."""
         return {_PREFIX + field.name: getattr(self, field.name) for field in fields(self)}
 
-    def consistent(self, genes: int) -> bool:
+    def is_consistent(self, genes: int) -> bool:
         """Return whether the arrays are consistent and fit this number of genes."""
         count = len(self.mean)
         return (
@@ -91,14 +91,14 @@ class Emitters:
             and bool((self.step > 0).all() and (self.lengths > 0).all())
         )
 
-    def sampled(self, each: int, width: Floats, rng: np.random.Generator) -> Floats:
-        """Draw genomes, (each, emitters, genes); they may lie outside the bounds."""
+    def sample(self, each: int, width: Floats, rng: np.random.Generator) -> Floats:
+        """Draw `each` genomes per emitter, (each, emitters, genes); they may be out of bounds."""
         normal = rng.standard_normal((len(self.mean), each, len(width)))
         spread = (normal * self.lengths[:, None]) @ self.basis.swapaxes(1, 2)
         return (self.mean[:, None] + self.step[:, None, None] * spread * width).swapaxes(0, 1)
 
     def replaced(self, which: NDArray[np.bool_], by: Self) -> Self:
-        """Return the emitters after replacing those where `which` is true by others."""
+        """Replace the emitters for which `which` is true by those of `by`."""
         return replace(
             self,
             **{
@@ -134,11 +134,11 @@ class Emitters:
         white = (
             ((shift[:, None] @ self.basis) / self.lengths[:, None]) @ self.basis.swapaxes(1, 2)
         )[:, 0]
-        conjugate = _faded(self.conjugate, step_rate, mass, white)
+        conjugate = _updated_path(self.conjugate, step_rate, mass, white)
         age = self.age + 1
         longer = (conjugate**2).sum(1) / genes
         rising = longer / (1 - (1 - step_rate) ** (2 * age)) < 2 + 4 / (genes + 1)
-        path = _faded(self.path, path_rate, mass, shift * rising[:, None])
+        path = _updated_path(self.path, path_rate, mass, shift * rising[:, None])
         missing = ~rising * path_rate * (2 - path_rate)
         scaled = changes / self.step[:, None, None]
         covariance = (
@@ -203,5 +203,6 @@ def _rates(mass: Floats, genes: int) -> tuple[Floats, Floats, Floats, Floats, Fl
     return path, rank_one, rank_mu, step, damping
 
 
-def _faded(path: Floats, rate: Floats, mass: Floats, shift: Floats) -> Floats:
+def _updated_path(path: Floats, rate: Floats, mass: Floats, shift: Floats) -> Floats:
+    """Return evolution paths, (emitters, genes), after a generation that moved by `shift`."""
     return (1 - rate)[:, None] * path + np.sqrt(rate * (2 - rate) * mass)[:, None] * shift

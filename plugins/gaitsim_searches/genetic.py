@@ -19,11 +19,13 @@ from gaitsim.contracts import (
 class Genetic(Search):
     """A generational genetic algorithm with elitism, Holland 1975, De Jong 1975.
 
-    The best individuals are copied. The experiment's operators select and cross parents and mutate
-    their children. A warm start consists of one genome and mutants of it.
+    The best individuals are copied. The experiment's operators select and cross parents, and mutate
+    their children. With a warm start, the first population is its genome and mutants of it.
     """
 
-    elites: int = option(1, "best individuals carried over unchanged", ge=0)
+    elites: int = option(
+        1, "number of best individuals copied unchanged into the next generation", ge=0
+    )
 
     operators: ClassVar[tuple[str, ...]] = ("selection", "crossover", "mutation")
     several: ClassVar[bool] = True
@@ -43,7 +45,7 @@ class Genetic(Search):
         if operators is None:
             raise ValueError("a genetic algorithm needs operators")
         if last is None:
-            return _first(context, operators), state
+            return _first_population(context, operators), state
         if self.elites == 1:  # fifty times as fast as sorting
             best = last.scores.argmax(axis=-1)[..., None]
         else:  # a stable sort keeps the order of equal scores
@@ -55,7 +57,7 @@ class Genetic(Search):
         return np.concatenate([kept, children], axis=-2), state
 
 
-def _first(context: Context, operators: Operators) -> Genomes:
+def _first_population(context: Context, operators: Operators) -> Genomes:
     """Return the first population, (*populations, population, genes)."""
     if context.start is not None:
         copies = np.tile(context.start, (context.population - 1, 1))

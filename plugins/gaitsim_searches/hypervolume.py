@@ -10,7 +10,7 @@ def hypervolume(costs: NDArray[np.float64], reference: NDArray[np.float64]) -> f
     """Return the volume between a reference point and the front of a set of points.
 
     Zitzler and Thiele 1998. With two and three objectives, it sums over the grid that the points
-    span. With more, it sums slices along the last objective without the parts that other points
+    span. With more, it sums slices along the last objective, less the parts that other points
     dominate, as in WFG (While, Bradstreet and Barone 2012, "A fast way of calculating exact
     hypervolumes"). For 100 points it takes milliseconds with four objectives, seconds with six.
 
@@ -33,8 +33,8 @@ def _volume(sides: NDArray[np.float64]) -> float:
     front = front[np.argsort(-front[:, -1], kind="stable")]
     total = 0.0
     for index, side in enumerate(front):
-        # All boxes before it are at least as long along the last objective, so their overlap with
-        # it does not depend on that objective.
+        # All earlier boxes are at least as long along the last objective, so their overlap with
+        # this box does not depend on that objective.
         base = side[:-1]
         total += side[-1] * (np.prod(base) - _volume(np.minimum(front[:index, :-1], base)))
     return float(total)

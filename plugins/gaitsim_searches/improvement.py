@@ -1,4 +1,4 @@
-"""Improvement of an archive by candidates, which the emitters of CMA-ME and CMA-MAE climb."""
+"""Improvement of an archive by candidates, which the emitters of CMA-ME and CMA-MAE maximise."""
 
 from dataclasses import dataclass, replace
 
@@ -9,12 +9,12 @@ from gaitsim_searches.archive import Archive, Candidates
 
 
 @dataclass(frozen=True)
-class Soft:
-    """Thresholds that rise slowly, so that a cell can reward improvement several times.
+class SoftThresholds:
+    """Parameters of thresholds that rise slowly, so that a cell rewards several improvements.
 
     Attributes:
         minimum: threshold of an empty cell.
-        rate: learning rate of the archive, 0 to 1.
+        rate: learning rate of the thresholds, 0 to 1.
     """
 
     minimum: float
@@ -23,7 +23,7 @@ class Soft:
 
 @dataclass(frozen=True, eq=False)
 class Improvement:
-    """Effect of each candidate on an archive in its state before the batch.
+    """Improvement of an archive by each candidate, compared with the archive before the batch.
 
     Attributes:
         status: 2 if a candidate discovers a cell, 1 if it improves a cell, otherwise 0,
@@ -35,7 +35,9 @@ class Improvement:
     gain: NDArray[np.float64]
 
 
-def improvement(archive: Archive, candidates: Candidates, soft: Soft | None) -> Improvement:
+def improvement(
+    archive: Archive, candidates: Candidates, soft: SoftThresholds | None
+) -> Improvement:
     """Return the improvement by each candidate.
 
     Without soft thresholds, the gain of a candidate that discovers a cell is its score, as in
@@ -43,8 +45,8 @@ def improvement(archive: Archive, candidates: Candidates, soft: Soft | None) -> 
     illumination of behavior space".
     """
     empty = soft.minimum if soft else -np.inf
-    limits = archive.held(candidates.cells, archive.thresholds, empty)
-    occupied = archive.held(candidates.cells, np.ones(len(archive.cells)), 0) > 0
+    limits = archive.lookup(candidates.cells, archive.thresholds, empty)
+    occupied = archive.lookup(candidates.cells, np.ones(len(archive.cells)), 0) > 0
     accepted = candidates.valid & (candidates.scores > limits)
     gain = candidates.scores - np.where(occupied, limits, soft.minimum if soft else 0)
     return Improvement(
@@ -52,14 +54,16 @@ def improvement(archive: Archive, candidates: Candidates, soft: Soft | None) -> 
     )
 
 
-def softened(before: Archive, after: Archive, candidates: Candidates, soft: Soft) -> Archive:
+def with_soft_thresholds(
+    before: Archive, after: Archive, candidates: Candidates, soft: SoftThresholds
+) -> Archive:
     """Return the archive after an insertion, with the thresholds of CMA-MAE.
 
     Every candidate above the threshold of its cell moves the threshold towards its score; a whole
     batch is applied at once (Fontaine and Nikolaidis 2023, "Covariance matrix adaptation
     MAP-annealing", appendix).
     """
-    thresholds = before.held(after.cells, before.thresholds, soft.minimum)
+    thresholds = before.lookup(after.cells, before.thresholds, soft.minimum)
     accepted = improvement(before, candidates, soft).status > 0
     slots = np.searchsorted(after.cells, candidates.cells[accepted])
     counts = np.bincount(slots, minlength=len(thresholds))

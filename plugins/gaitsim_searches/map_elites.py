@@ -1,4 +1,4 @@
-"""MAP-Elites: an archive of the best genome for each kind of behaviour."""
+"""MAP-Elites: an archive of the best genome in each cell of a space of measures."""
 
 import math
 from dataclasses import replace
@@ -21,17 +21,17 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim_searches.archive import Archive, Candidates
-from gaitsim_searches.emission import climbed, emitted
+from gaitsim_searches.emission import adapt_emitters, draw_genomes
 from gaitsim_searches.emitters import Emitters
-from gaitsim_searches.improvement import Soft, improvement, softened
-from gaitsim_searches.real import real
+from gaitsim_searches.improvement import SoftThresholds, improvement, with_soft_thresholds
+from gaitsim_searches.real import real_space
 from gaitsim_searches.tessellation import Tessellation, even_centroids
-from gaitsim_searches.variation import along_lines, flipped, isotropic, mixed
+from gaitsim_searches.variation import flip_bits, line_shifts, mutate_all_genes, uniform_crossover
 
 _MOST_CELLS = 1_000_000
 _MOST_CENTROIDS = 50_000
 _MOST_BYTES = 64_000_000
-_FARTHEST = 1e100  # end of an axis, so that differences are finite
+_FARTHEST = 1e100  # largest end of an axis, so that differences are finite
 
 
 class MapElites(Search):
@@ -84,7 +84,7 @@ class MapElites(Search):
     keeps: ClassVar[Literal["", "front", "archive"]] = "archive"
 
     @model_validator(mode="after")
-    def _cells_fit_axes(self) -> "MapElites":
+    def _check_cells(self) -> "MapElites":
         if not self.axes:
             raise ValueError("axes must name at least one measure, such as { speed = [0, 1] }")
         for name, (low, high) in self.axes.items():
@@ -106,7 +106,7 @@ class MapElites(Search):
             if math.prod(self.cells) > _MOST_CELLS:
                 raise ValueError(
                     f"a grid of {math.prod(self.cells):,} cells is too large; allowed: at most "
-                    f"{_MOST_CELLS:,}; give fewer per axis, or one number of Voronoi cells"
+                    f"{_MOST_CELLS:,}; give fewer cells per axis, or one number of Voronoi cells"
                 )
         return self
 
@@ -124,12 +124,12 @@ class MapElites(Search):
                 f"a population of {population} is too small for {self.emitters} emitters, which "
                 f"need two genomes each; use at least {2 * self.emitters}, or fewer emitters"
             )
-        held = 2 * self.emitters * space.genes**2 * 8
-        if held > _MOST_BYTES:
+        size = 2 * self.emitters * space.genes**2 * 8
+        if size > _MOST_BYTES:
             return (
                 f"the covariances of {self.emitters} emitters with {space.genes:,} genes would "
-                f"take {held / 1e6:,.0f} MB in every checkpoint, of at most "
-                f"{_MOST_BYTES / 1e6:.0f} MB; "
+                f"take {size / 1e6:,.0f} MB in every checkpoint, but at most "
+                f"{_MOST_BYTES / 1e6:.0f} MB are allowed; "
                 "use fewer emitters, or the variation 'line'"
             )
         return ""
@@ -153,22 +153,24 @@ class MapElites(Search):
             "counts": counts,
             "centroids": centroids,
             **Archive.empty(genomes, len(ranges)).arrays(),
-            **Emitters.begun(np.empty((0, context.space.genes)), self.step).arrays(),
+            **Emitters.create(np.empty((0, context.space.genes)), self.step).arrays(),
         }
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return random genomes at first, then variations of elites or samples of the emitters."""
-        archive, emitters = Archive.of(state), Emitters.of(state)
-        begun = context.start is not None or context.generation > self.random
-        if not begun or (context.start is None and not len(archive.cells)):
-            none = Emitters.begun(np.empty((0, context.space.genes)), self.step)
+        """Return random genomes at first, later variations of elites or samples of the emitters."""
+        archive, emitters = Archive.from_state(state), Emitters.from_state(state)
+        varies = context.start is not None or context.generation > self.random
+        if not varies or (context.start is None and not len(archive.cells)):
+            none = Emitters.create(np.empty((0, context.space.genes)), self.step)
             return context.random(context.population), {**state, **none.arrays()}
         if self._emits:
             if len(emitters.mean) != self.emitters:
                 means = self._origins(archive, self.emitters, context)
-                emitters = Emitters.begun(means, self.step)
+                emitters = Emitters.create(means, self.step)
                 state = {**state, **emitters.arrays()}
-            genomes = emitted(emitters, context.population, real(context.space), context.rng)
+            genomes = draw_genomes(
+                emitters, context.population, real_space(context.space), context.rng
+            )
         else:
             genomes = self._varied(archive, context)
         if not len(archive.cells) and context.start is not None:
@@ -177,22 +179,22 @@ class MapElites(Search):
 
     def tell(self, state: State, results: Results, context: Context) -> State:
         """Insert the genomes into the archive, and adapt the emitters to the improvement."""
-        before, candidates = Archive.of(state), self._candidates(state, results)
+        before, candidates = Archive.from_state(state), self._candidates(state, results)
         after = self._inserted(before, candidates)
-        emitters = Emitters.of(state)
+        emitters = Emitters.from_state(state)
         if self._emits and len(emitters.mean):
             found = improvement(before, candidates, self._soft)
-            emitters, ended = climbed(
+            emitters, ended = adapt_emitters(
                 emitters,
                 results.genomes,
                 found,
-                real(context.space),
+                real_space(context.space),
                 two_stages=self._soft is None,
             )
             emitters = replace(emitters, mean=context.repair(emitters.mean))
             if ended.any():
                 origins = self._origins(after, len(ended), context)
-                emitters = emitters.replaced(ended, Emitters.begun(origins, self.step))
+                emitters = emitters.replaced(ended, Emitters.create(origins, self.step))
         return {**state, **after.arrays(), **emitters.arrays()}
 
     def figures(self, state: State) -> dict[str, float]:
@@ -206,7 +208,7 @@ class MapElites(Search):
 
     def members(self, state: State) -> Members:
         """Return the elites in the order of their cells."""
-        archive = Archive.of(state)
+        archive = Archive.from_state(state)
         values = dict(zip(self.axes, archive.values.T, strict=True))
         tessellation = _tessellation(state)
         return Members(
@@ -223,7 +225,7 @@ class MapElites(Search):
         return state["genomes"]
 
     def rescored(self, state: State, results: Results, context: Context) -> State:
-        """Return the rebuilt archive; elites may change cells or lose their cell to another."""
+        """Rebuild the archive with new scores and values; elites may change or lose their cells."""
         empty = Archive.empty(results.genomes, len(self.axes))
         return {**state, **self._inserted(empty, self._candidates(state, results)).arrays()}
 
@@ -231,26 +233,26 @@ class MapElites(Search):
         """Return why a state does not fit the axes, cells or genes, or ''."""
         names = bytes(state["axes"]).decode(errors="replace").split("\0")
         if names != list(self.axes):
-            return f"an archive with other axes: {', '.join(names)}"
+            return f"its archive has other axes: {', '.join(names)}"
         ranges = np.array(list(self.axes.values()), float)
         if not np.array_equal(state["ranges"], ranges):
-            return "an archive with other ranges of the axes"
+            return "its archive has other ranges of the axes"
         counts, centroids = state["counts"], state["centroids"]
         cells = tuple(map(int, counts)) if len(counts) else len(centroids)
         if cells != self.cells:
-            return f"an archive with other cells: {cells}"
+            return f"its archive has other cells: {cells}"
         if not context.space.contains(state["genomes"]):
-            return "an archive of a body with other genes or other bounds"
-        archive, total = Archive.of(state), _tessellation(state).total
-        whole = len(counts) > 0 or (
+            return "its archive is of a body with other genes or other bounds"
+        archive, total = Archive.from_state(state), _tessellation(state).total
+        complete = len(counts) > 0 or (
             centroids.shape == (total, len(names)) and bool(np.isfinite(centroids).all())
         )
         if not (
-            whole
-            and archive.consistent(total, len(names))
-            and Emitters.of(state).consistent(context.space.genes)
+            complete
+            and archive.is_consistent(total, len(names))
+            and Emitters.from_state(state).is_consistent(context.space.genes)
         ):
-            return "an archive with inconsistent arrays"
+            return "its archive has inconsistent arrays"
         return ""
 
     @property
@@ -258,15 +260,19 @@ class MapElites(Search):
         return self.variation in ("cma-me", "cma-mae")
 
     @property
-    def _soft(self) -> Soft | None:
-        return Soft(self.threshold, self.learning_rate) if self.variation == "cma-mae" else None
+    def _soft(self) -> SoftThresholds | None:
+        return (
+            SoftThresholds(self.threshold, self.learning_rate)
+            if self.variation == "cma-mae"
+            else None
+        )
 
     @property
     def _names(self) -> NDArray[np.uint8]:
         return np.frombuffer("\0".join(self.axes).encode(), np.uint8)
 
     def _origins(self, archive: Archive, count: int, context: Context) -> Genomes:
-        """Draw elites, (count, genes); without elites, repeat the start or draw random genomes."""
+        """Draw elites, (count, genes); without elites, copies of the start or random genomes."""
         if len(archive.cells):
             return archive.genomes[context.rng.integers(0, len(archive.cells), count)]
         if context.start is None:
@@ -278,13 +284,13 @@ class MapElites(Search):
         line = self.variation == "line"
         others = self._origins(archive, context.population, context) if line else elites
         if isinstance(context.space, RealSpace):
-            changed = isotropic(elites, context.space, self.sigma, context.rng)
+            changed = mutate_all_genes(elites, context.space, self.sigma, context.rng)
             if not line:
                 return changed
-            shift = along_lines(elites, others, context.space, self.line_sigma, context.rng)
+            shift = line_shifts(elites, others, context.space, self.line_sigma, context.rng)
             return changed + shift
-        parents = mixed(elites, others, context.rng) if line else elites
-        return flipped(parents, self.flips, context.rng)
+        parents = uniform_crossover(elites, others, context.rng) if line else elites
+        return flip_bits(parents, self.flips, context.rng)
 
     def _candidates(self, state: State, results: Results) -> Candidates:
         values = np.stack([results.values[name] for name in self.axes], 1)
@@ -293,7 +299,7 @@ class MapElites(Search):
 
     def _inserted(self, before: Archive, candidates: Candidates) -> Archive:
         after = before.inserted(candidates)
-        return softened(before, after, candidates, self._soft) if self._soft else after
+        return with_soft_thresholds(before, after, candidates, self._soft) if self._soft else after
 
 
 def _tessellation(state: State) -> Tessellation:

@@ -17,7 +17,7 @@ SCORE = "score"
 """Name of the objective that is the score itself, besides terms and measures."""
 
 TRIES = 100
-"""Largest number of attempts to breed children that do not exist yet, as in pymoo."""
+"""Largest number of attempts to breed children with new genomes, as in pymoo."""
 
 
 class Nsga2(Search):
@@ -26,8 +26,8 @@ class Nsga2(Search):
     Deb, Pratap, Agarwal and Meyarivan 2002, "A fast and elitist multiobjective genetic algorithm:
     NSGA-II". Parents are the winners of binary tournaments by front, then by crowding. Parents and
     children are sorted into fronts together, and the best fronts survive; the last one keeps its
-    least crowded individuals. Children that duplicate an existing genome are replaced by others.
-    Defaults are those of pymoo 0.6. All other individuals dominate those that failed.
+    least crowded individuals. Children that duplicate an existing genome are replaced by others. An
+    individual that failed is dominated by all others. Defaults are those of pymoo 0.6.
 
     State: `genomes` (survivors, genes) with their `scores`, `values` (survivors, objectives),
     `ranks` of fronts and `crowding`; `reference` (objectives,), the reference point of the
@@ -70,7 +70,7 @@ class Nsga2(Search):
     keeps: ClassVar[Literal["", "front", "archive"]] = "front"
 
     @model_validator(mode="after")
-    def _reference_of_objectives(self) -> Self:
+    def _check_reference(self) -> Self:
         if self.reference and set(self.reference) != set(self.objectives):
             raise ValueError(
                 f"reference has values for {', '.join(self.reference)}; "
@@ -118,13 +118,13 @@ class Nsga2(Search):
         return context.repair(genomes), state
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Keep the best of the survivors and their children."""
+        """Select the survivors from the previous survivors and their children."""
         values = self._values(results)
         return self._survivors(
             np.concatenate([state["genomes"], results.genomes]),
             np.concatenate([state["scores"], results.scores]),
             np.concatenate([state["values"], values]),
-            state if np.isfinite(state["reference"]).all() else self._referring(state, values),
+            state if np.isfinite(state["reference"]).all() else self._with_reference(state, values),
             context.population,
         )
 
@@ -153,9 +153,9 @@ class Nsga2(Search):
         return state["genomes"] if len(state["genomes"]) else None
 
     def rescored(self, state: State, results: Results, context: Context) -> State:
-        """Return the survivors sorted by new values; the reference point may get worse."""
+        """Sort the survivors by new values; the reference point may become worse."""
         values = self._values(results)
-        state = self._referring(state, values)
+        state = self._with_reference(state, values)
         return self._survivors(results.genomes, results.scores, values, state, len(results.genomes))
 
     def mismatch(self, state: State, context: Context) -> str:
@@ -170,10 +170,10 @@ class Nsga2(Search):
             shapes["values"] = (count, len(self.objectives))
             shapes["reference"] = (len(self.objectives),)
             wrong = [name for name, shape in shapes.items() if state[name].shape != shape]
-            return f"{wrong[0]} has shape {state[wrong[0]].shape}" if wrong else ""
+            return f"its array {wrong[0]!r} has shape {state[wrong[0]].shape}" if wrong else ""
         names = bytes(found.astype(np.uint8)).decode(errors="replace").split("\n")
         return (
-            f"the objectives of the run are {', '.join(names)}, "
+            f"its objectives are {', '.join(names)}, "
             f"not {', '.join(bytes(expected).decode().split(chr(10)))}"
         )
 
@@ -183,14 +183,14 @@ class Nsga2(Search):
         children = state["genomes"][:0]
         while len(children) < wanted and tries < TRIES:
             tries += 1
-            bred = self._bred(state, wanted - len(children), context)
+            bred = self._breed(state, wanted - len(children), context)
             known = np.concatenate([state["genomes"], children])
-            children = np.concatenate([children, bred[_new(known, bred)]])
-        if missing := wanted - len(children):  # the space hardly has more genomes
+            children = np.concatenate([children, bred[_are_new(known, bred)]])
+        if missing := wanted - len(children):  # nearly all genomes of the space exist already
             children = np.concatenate([children, context.random(missing)])
         return children
 
-    def _bred(self, state: State, count: int, context: Context) -> Genomes:
+    def _breed(self, state: State, count: int, context: Context) -> Genomes:
         """Return `count` repaired children of the survivors."""
         space, rng = context.space, context.rng
         pairs = -(-count // 2)
@@ -234,8 +234,8 @@ class Nsga2(Search):
         costs = values * signs
         return np.where(np.isnan(costs), np.inf, costs)
 
-    def _referring(self, state: State, values: NDArray[np.float64]) -> State:
-        """Return the state with a reference point at least as bad as all of these values."""
+    def _with_reference(self, state: State, values: NDArray[np.float64]) -> State:
+        """Return the state with a reference point that is no better than any of these values."""
         known = np.concatenate([state["reference"][None], values])
         known = known[np.isfinite(known).all(axis=1)]
         if not len(known):
@@ -266,7 +266,7 @@ class Nsga2(Search):
         }
 
     def _signature(self) -> NDArray[np.uint8]:
-        text = "\n".join(f"{name}: {way}" for name, way in self.objectives.items())
+        text = "\n".join(f"{name}: {direction}" for name, direction in self.objectives.items())
         return np.frombuffer(text.encode(), np.uint8)
 
 
@@ -280,8 +280,8 @@ def _on_front(state: State) -> NDArray[np.bool_]:
 def _tournaments(state: State, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
     """Return the winners of binary tournaments by front, then by crowding, (count,).
 
-    The numbers of tournaments of any two survivors differ by at most one. Ties are decided at
-    random, by the order of the two.
+    The numbers of tournaments that two survivors enter differ by at most one. Ties are decided at
+    random.
     """
     ranks, room = state["ranks"], state["crowding"]
     rounds = -(-2 * count // len(ranks))
@@ -293,8 +293,8 @@ def _tournaments(state: State, count: int, rng: np.random.Generator) -> NDArray[
     return np.where(better, other, one)
 
 
-def _new(known: Genomes, genomes: Genomes) -> NDArray[np.bool_]:
-    """Return whether each genome is unknown and the first of its duplicates."""
+def _are_new(known: Genomes, genomes: Genomes) -> NDArray[np.bool_]:
+    """Return whether each genome is neither known nor equal to an earlier one, (genomes,)."""
     rows = np.ascontiguousarray(np.concatenate([known, genomes]))
     keys = rows.view(np.dtype((np.void, rows.strides[0]))).reshape(-1)
     first = np.zeros(len(rows), np.bool_)

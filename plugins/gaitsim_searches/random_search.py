@@ -1,4 +1,4 @@
-"""Random search: new random genomes in each generation, the baseline of any search."""
+"""Random search: new random genomes in each generation, the baseline for all searches."""
 
 from math import prod
 from typing import ClassVar

@@ -9,7 +9,7 @@ from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
 from gaitsim.errors import PluginError
 
 
-def real(space: GenomeSpace) -> RealSpace:
+def real_space(space: GenomeSpace) -> RealSpace:
     """Return the space with the type `RealSpace`.
 
     Raises:
@@ -19,7 +19,7 @@ def real(space: GenomeSpace) -> RealSpace:
         raise PluginError(
             f"this search does not support genomes of the {space.name} space",
             allowed="genomes of the real space",
-            remedy="choose a search whose `spaces` include that kind",
+            remedy="choose a search whose `spaces` include this kind",
         )
     return space
 

@@ -77,7 +77,7 @@ class Tessellation:
 
 @lru_cache(maxsize=4)
 def _tree(centroids: bytes, axes: int) -> cKDTree:
-    """Return a cached k-d tree; building one for 10,000 centroids outlasts a generation."""
+    """Return a k-d tree, cached because 10,000 points take longer than a generation."""
     return cKDTree(np.frombuffer(centroids).reshape(-1, axes))
 
 

@@ -1,4 +1,4 @@
-"""Run a search by itself, on a function of genomes."""
+"""Run a search on a function of genomes, without bodies."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -13,7 +13,7 @@ Score = Callable[[NDArray[Any]], NDArray[np.float64]]
 
 
 def box(genes: int, lower: float = -5, upper: float = 5, **parts: Any) -> RealSpace:
-    """A real space with equal bounds of all genes."""
+    """Return a real space with equal bounds for all genes."""
     labels = tuple(f"gene {index}" for index in range(genes))
     return RealSpace(np.full(genes, float(lower)), np.full(genes, float(upper)), labels, **parts)
 
@@ -28,16 +28,16 @@ def generations(
     start: NDArray[np.float64] | None = None,
     after: tuple[int, State, Results] | None = None,
 ) -> Iterator[tuple[State, Results]]:
-    """Yield state and results of each generation, without end.
+    """Yield the state and the results of each generation, endlessly.
 
     Args:
-        search: the search.
-        space: its genomes.
-        score: genomes (population, genes) -> scores (population,).
-        population: genomes in each generation.
-        seed: of the randomness.
-        start: genome that the first generation begins from.
-        after: generation to continue from, with its state and results.
+        search: search to run.
+        space: genome space.
+        score: function from genomes (population, genes) to scores (population,).
+        population: number of genomes in each generation.
+        seed: seed of all random draws.
+        start: genome of a warm start, (genes,).
+        after: number, state and results of the generation to continue from.
     """
 
     def context(generation: int, call: int) -> Context:

@@ -1,4 +1,4 @@
-"""The archive of MAP-Elites against loops over one candidate after another."""
+"""The archive of MAP-Elites, against loops over single candidates."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitsim_searches.archive import Archive, Candidates
-from gaitsim_searches.improvement import Soft, improvement, softened
+from gaitsim_searches.improvement import SoftThresholds, improvement, with_soft_thresholds
 from gaitsim_searches.tessellation import Tessellation, even_centroids
 
 CELLS = 6
@@ -17,7 +17,7 @@ BATCHES = st.lists(
 
 
 def _candidates(batch, first=0):
-    """Candidates whose genome is their number, so that every copy can be told apart."""
+    """Return candidates whose only gene is their number, so that all genomes differ."""
     numbers = np.arange(first, first + len(batch), dtype=float)
     cells = np.array([cell for cell, _ in batch], np.int64)
     scores = np.array([score for _, score in batch])
@@ -30,7 +30,7 @@ def _empty():
 
 @given(BATCHES)
 @settings(max_examples=60)
-def test_a_batch_enters_as_its_candidates_would_one_by_one(batches):
+def test_inserting_a_batch_equals_inserting_its_candidates_one_by_one(batches):
     archive, elites, number = _empty(), {}, 0
     for batch in batches:
         archive = archive.inserted(_candidates(batch, number))
@@ -44,13 +44,13 @@ def test_a_batch_enters_as_its_candidates_would_one_by_one(batches):
     np.testing.assert_array_equal(archive.genomes[:, 0], numbers)
     np.testing.assert_array_equal(archive.values, np.stack([numbers, -numbers], 1))
     np.testing.assert_array_equal(archive.thresholds, archive.scores)
-    assert archive.consistent(CELLS, 2)
+    assert archive.is_consistent(CELLS, 2)
 
 
 @given(BATCHES, st.sampled_from([0.0, 0.01, 0.3, 1.0]))
 @settings(max_examples=60)
 def test_thresholds_follow_the_batch_rule_of_cma_mae(batches, rate):
-    soft = Soft(-1.5, rate)
+    soft = SoftThresholds(-1.5, rate)
     archive, thresholds = _empty(), dict.fromkeys(range(CELLS), soft.minimum)
     for batch in batches:
         candidates = _candidates(batch)
@@ -59,7 +59,7 @@ def test_thresholds_follow_the_batch_rule_of_cma_mae(batches, rate):
             valid = cell >= 0 and score > -np.inf
             expected = score - thresholds[cell] if valid else -np.inf
             assert gain == pytest.approx(expected, rel=0, abs=1e-12)
-        archive = softened(archive, archive.inserted(candidates), candidates, soft)
+        archive = with_soft_thresholds(archive, archive.inserted(candidates), candidates, soft)
         for cell in range(CELLS):
             above = [score for at, score in batch if at == cell and score > thresholds[cell]]
             if above:
@@ -77,7 +77,7 @@ def test_without_thresholds_discoveries_gain_their_score_and_others_the_differen
     assert found.gain.tolist() == [1.0, -0.5, 1.5, -4.0, -5.0, -np.inf]
 
 
-def test_a_grid_has_borders_at_equal_distances_and_takes_in_what_lies_outside():
+def test_a_grid_has_evenly_spaced_borders_and_includes_points_outside_its_ranges():
     grid = Tessellation(np.array([[0.0, 1.0], [-30.0, 30.0]]), np.array([10, 3]), np.empty((0, 2)))
     points = np.array([[0, -30], [0.3, -10], [1, 30], [0.5, np.nan], [-9, 99], [0.2999, -10.001]])
     cells = grid.cells(points)
@@ -100,7 +100,7 @@ def test_a_point_belongs_to_the_nearest_centroid_in_shares_of_the_ranges(axes):
 
 
 @pytest.mark.parametrize(("cells", "axes"), [(4, 1), (1_024, 8), (1_000, 8)])
-def test_centroids_lie_evenly(cells, axes):
+def test_centroids_are_evenly_distributed(cells, axes):
     # A digital net in base 2 has as many points in each of 2^k equal parts of an axis (Sobol 1967).
     found = even_centroids(cells, axes, np.random.default_rng(1))
     parts = 1 << (cells.bit_length() - 1)

@@ -1,4 +1,4 @@
-"""CMA-ES: its constants, what it finds in how many evaluations, and what it must not depend on."""
+"""CMA-ES: constants, evaluations to reach targets, invariances and saved states."""
 
 import io
 from itertools import islice, takewhile
@@ -24,20 +24,20 @@ def sphere(genomes):
 
 
 def ellipsoid(genomes, axes=None):
-    """Condition 10⁶; with axes (genes, genes), turned."""
+    """Return an ellipsoid of condition 10⁶, rotated if `axes`, (genes, genes), is given."""
     turned = genomes - 1 if axes is None else (genomes - 1) @ axes
     return -np.sum(np.logspace(0, 6, turned.shape[1]) * turned**2, axis=1)
 
 
 def evaluations(search, score, *, target=-1e-9, population=10, genes=GENES):
-    """Evaluations until a genome has the target."""
+    """Return the number of evaluations until a genome reaches the target."""
     found = generations(search, box(genes), score, population)
     missed = takewhile(lambda each: each[1].scores.max() < target, islice(found, 2_000))
     return population * (1 + sum(1 for _ in missed))
 
 
 def saved(state):
-    """The state, written to a file and read again."""
+    """Write the state to a file, and return it as read from there."""
     file = io.BytesIO()
     np.savez(file, **state)
     file.seek(0)
@@ -51,8 +51,8 @@ def test_constants_are_those_that_pycma_documents_for_20_genes_and_12_samples():
     best = [0.4024029428, 0.2533890840, 0.1662215645, 0.1043752252, 0.05640347757, 0.01720770576]
     worse = [-0.05018713636, -0.1406167894, -0.2203813963, -0.2917332686]
     np.testing.assert_allclose(found.weights[:10], best + worse, rtol=1e-8)
-    assert found.one == pytest.approx(0.00437235, rel=1e-5)
-    assert found.many == pytest.approx(0.00921656, rel=1e-5)
+    assert found.rank_one == pytest.approx(0.00437235, rel=1e-5)
+    assert found.rank_mu == pytest.approx(0.00921656, rel=1e-5)
     assert found.path == pytest.approx(0.171767, rel=1e-5)
     assert found.length == pytest.approx(np.sqrt(2) * gamma(10.5) / gamma(10), rel=1e-4)
 
@@ -64,8 +64,10 @@ def test_negative_weights_keep_the_covariance_in_balance():
         negative = -found.weights[found.parents :].sum()
 
         assert positive == pytest.approx(1)
-        assert 0 < negative <= (1 + found.one / found.many) * (1 + 1e-12)
-        assert genes * found.many * negative <= (1 - found.one - found.many) * (1 + 1e-12)
+        assert 0 < negative <= (1 + found.rank_one / found.rank_mu) * (1 + 1e-12)
+        assert genes * found.rank_mu * negative <= (1 - found.rank_one - found.rank_mu) * (
+            1 + 1e-12
+        )
 
 
 def test_axes_are_those_of_numpy():
@@ -83,18 +85,18 @@ def test_a_sphere_takes_about_1_500_evaluations():
     assert evaluations(SEPARABLE, sphere) < 2_000
 
 
-def test_a_turned_ellipsoid_is_learnt_by_the_full_covariance():
+def test_the_full_covariance_learns_a_rotated_ellipsoid():
     rotation = ortho_group.rvs(GENES, random_state=0)
 
     assert evaluations(FULL, lambda genomes: ellipsoid(genomes, rotation)) < 6_500
 
 
-def test_an_ellipsoid_along_the_genes_is_learnt_sooner_by_the_separable_covariance():
+def test_the_separable_covariance_learns_an_axis_parallel_ellipsoid_faster():
     assert evaluations(SEPARABLE, ellipsoid) < 4_000 < evaluations(FULL, ellipsoid)
 
 
 @pytest.mark.parametrize("search", [FULL, SEPARABLE], ids=["full", "separable"])
-def test_only_the_order_of_the_scores_counts(search):
+def test_only_the_order_of_the_scores_matters(search):
     plain = generations(search, box(GENES), sphere, 10)
     bent = generations(search, box(GENES), lambda genomes: -np.exp(-sphere(genomes) / 50), 10)
 
@@ -103,7 +105,7 @@ def test_only_the_order_of_the_scores_counts(search):
 
 
 @pytest.mark.parametrize("search", [FULL, SEPARABLE], ids=["full", "separable"])
-def test_a_state_that_was_saved_continues_to_the_bit(search):
+def test_a_saved_state_continues_bit_for_bit(search):
     whole = list(islice(generations(search, box(2), sphere, 6), 150))
     # The second restart needs four generations for one update: save between them, too.
     restarted = [int(state["restarts"]) for state, _ in whole]
@@ -113,13 +115,13 @@ def test_a_state_that_was_saved_continues_to_the_bit(search):
         state, last = whole[stopped - 1]
         rest = generations(search, box(2), sphere, 6, after=(stopped, saved(state), last))
 
-        for (there, told), (here, expected) in zip(rest, whole[stopped:], strict=False):
-            assert (told.genomes == expected.genomes).all()
+        for (there, results), (here, expected) in zip(rest, whole[stopped:], strict=False):
+            assert (results.genomes == expected.genomes).all()
             assert there.keys() == here.keys()
             assert all(np.array_equal(there[name], here[name]) for name in here)
 
 
-def test_genomes_stay_between_the_bounds_where_the_best_is_outside():
+def test_genomes_stay_within_the_bounds_even_if_the_optimum_is_outside():
     space = box(5, -1, 3)
     for _, results in islice(generations(FULL, space, lambda genomes: genomes.sum(axis=1), 8), 60):
         assert space.contains(results.genomes)
@@ -129,7 +131,7 @@ def test_genomes_stay_between_the_bounds_where_the_best_is_outside():
 
 def test_periodic_genes_cross_their_bounds():
     space = box(4, 0, 2 * np.pi, periodic=np.ones(4, bool))
-    start = np.full(4, 5.5)  # 1.1 from the best across the bound, 5.2 without
+    start = np.full(4, 5.5)  # 1.1 from the optimum across the bound, 5.2 otherwise
 
     def score(genomes):
         return np.cos(genomes - 0.3).sum(axis=1)
@@ -157,14 +159,14 @@ def test_the_fold_is_smooth_and_reaches_both_bounds():
         np.testing.assert_allclose(fold.genomes(there[None], space)[0], genome, atol=1e-12)
 
 
-def test_a_warm_start_is_where_the_first_samples_are():
+def test_a_warm_start_is_the_mean_of_the_first_samples():
     space, start = box(3), np.array([4.0, -4.0, 0.5])
     _, results = next(generations(CmaEs(step=1e-3), space, sphere, 50, start=start))
 
     np.testing.assert_allclose(results.genomes.mean(axis=0), start, atol=0.01)
 
 
-def test_failed_individuals_are_the_worst_and_nothing_but_failures_restarts():
+def test_failed_individuals_rank_last_and_a_generation_of_failures_restarts():
     def half(genomes):
         return np.where(genomes[:, 0] > 0, sphere(genomes), -np.inf)
 
@@ -177,7 +179,7 @@ def test_failed_individuals_are_the_worst_and_nothing_but_failures_restarts():
     assert all(np.isfinite(array).all() for name, array in state.items() if "scores" not in name)
 
 
-def test_a_tolerance_restarts_sooner():
+def test_a_larger_tolerance_restarts_sooner():
     def restarts(search):
         found = islice(generations(search, box(2), sphere, 6), 60)
         return [int(state["restarts"]) for state, _ in found][-1]
@@ -185,7 +187,7 @@ def test_a_tolerance_restarts_sooner():
     assert restarts(CmaEs(tolerance=1e-2)) > restarts(FULL) == 0
 
 
-def test_figures_and_what_does_not_fit():
+def test_figures_and_mismatches():
     state = FULL.initial(_context(3))
 
     figures = {"step size": pytest.approx(0.2), "condition number": 1, "restarts": 0}

@@ -1,4 +1,4 @@
-"""Differential evolution: the paper's formulas, what it finds, and what it must not depend on."""
+"""Differential evolution: the paper's formulas, optima, saved states and invalid states."""
 
 import io
 from itertools import islice, takewhile
@@ -39,7 +39,7 @@ def context(genes=3, population=6, rng=0, **parts):
 
 
 def saved(state):
-    """The state, written to a file and read again."""
+    """Write the state to a file, and return it as read from there."""
     file = io.BytesIO()
     np.savez(file, **state)
     file.seek(0)
@@ -47,7 +47,7 @@ def saved(state):
         return dict(arrays)
 
 
-# Budgets are 1.3 times the median of 21 seeds, whose largest they exceed.
+# Each budget is 1.3 times the median of 21 seeds, and exceeds the largest of them.
 @pytest.mark.parametrize(
     ("score", "genes", "population", "budget"),
     [(sphere, 10, 30, 5_000), (rosenbrock, 5, 30, 6_500), (rastrigin, 5, 50, 15_000)],
@@ -59,9 +59,10 @@ def test_the_optimum_is_found(score, genes, population, budget):
     assert population * (1 + sum(1 for _ in missed)) < budget
 
 
-def test_the_memory_takes_the_weighted_means_of_what_succeeded():
-    # Gains 1 and 3 weigh 1/4 and 3/4. F: (0.04/4 + 3 × 0.36/4) / (0.2/4 + 3 × 0.6/4) = 0.56;
-    # CR of SHADE: 0.1/4 + 3 × 0.5/4 = 0.4. The third trial is no better and does not count.
+def test_the_memory_stores_weighted_means_of_successful_trials():
+    # Gains of 1 and 3 have weights of 1/4 and 3/4.
+    # F: (0.04/4 + 3 × 0.36/4) / (0.2/4 + 3 × 0.6/4) = 0.56; CR of SHADE: 0.1/4 + 3 × 0.5/4 = 0.4.
+    # The third trial is no better, so it is ignored.
     genomes = context().random(4)
     state = {
         **SEARCH.initial(context()),
@@ -71,20 +72,20 @@ def test_the_memory_takes_the_weighted_means_of_what_succeeded():
         "trial CR": np.array([0.1, 0.5, 1.0, 1.0]),
     }
     trials = Results(genomes + 0.5, np.array([1.0, 3.0, 5.0, 4.0]))
-    told = SEARCH.tell(state, trials, context(population=4))
+    after = SEARCH.tell(state, trials, context(population=4))
 
-    np.testing.assert_allclose(told["memory F"], [0.56, 0.5, 0.5, 0.5, 0.5, 0.5])
-    np.testing.assert_allclose(told["memory CR"], [0.4, 0.9, 0.9, 0.9, 0.9, 0.9])
-    assert told["next"] == 1
-    # As good is good enough to move on, but only what was beaten is archived.
-    np.testing.assert_array_equal(told["genomes"][:3], trials.genomes[:3])
-    np.testing.assert_array_equal(told["genomes"][3], genomes[3])
-    np.testing.assert_array_equal(told["archive"], genomes[:2])
-    assert SEARCH.figures(told)["mean F"] == pytest.approx(0.51)
+    np.testing.assert_allclose(after["memory F"], [0.56, 0.5, 0.5, 0.5, 0.5, 0.5])
+    np.testing.assert_allclose(after["memory CR"], [0.4, 0.9, 0.9, 0.9, 0.9, 0.9])
+    assert after["next"] == 1
+    # Equal trials replace their genomes, but only genomes with lower scores are archived.
+    np.testing.assert_array_equal(after["genomes"][:3], trials.genomes[:3])
+    np.testing.assert_array_equal(after["genomes"][3], genomes[3])
+    np.testing.assert_array_equal(after["archive"], genomes[:2])
+    assert SEARCH.figures(after)["mean F"] == pytest.approx(0.51)
 
-    nothing = SEARCH.tell(told, Results(genomes, np.full(4, -np.inf)), context(population=4))
+    nothing = SEARCH.tell(after, Results(genomes, np.full(4, -np.inf)), context(population=4))
     for name in ("memory F", "memory CR", "next", "genomes", "archive"):
-        np.testing.assert_array_equal(nothing[name], told[name])
+        np.testing.assert_array_equal(nothing[name], after[name])
 
 
 def test_the_oldest_memory_is_replaced_and_the_archive_keeps_its_size():
@@ -96,7 +97,7 @@ def test_the_oldest_memory_is_replaced_and_the_archive_keeps_its_size():
     assert len(states[-1]["memory F"]) == 2
 
 
-def test_scale_factors_are_cauchy_above_0_and_1_at_most():
+def test_scale_factors_are_cauchy_distributed_above_0_and_clipped_at_1():
     drawn = draw_scales(np.full(20_000, 0.1), np.random.default_rng(1))
     assert (drawn > 0).all()
     assert drawn.max() == 1
@@ -119,7 +120,7 @@ def test_gains_of_failures_that_succeed_are_finite():
 
 
 def test_a_trial_moves_towards_one_of_the_best_and_along_a_difference_of_others():
-    # CR = 1 and F known: each trial must be one of few possible sums.
+    # With CR = 1 and known F, each trial must be one of a few possible sums.
     search = DifferentialEvolution(greediness=0.01)
     genomes = context().random(6) / 5
     state = {
@@ -144,7 +145,7 @@ def test_a_trial_moves_towards_one_of_the_best_and_along_a_difference_of_others(
 
 
 @pytest.mark.parametrize("start", [None, np.array([4.0, -4.0])], ids=["random", "warm"])
-def test_a_state_that_was_saved_continues_to_the_bit(start):
+def test_a_saved_state_continues_bit_for_bit(start):
     whole = list(islice(generations(SEARCH, box(2), sphere, 8, start=start), 260))
     restart = [int(state["restarts"]) for state, _ in whole].index(1)
     for stopped in (1, 30, restart, restart + 1):
@@ -152,13 +153,13 @@ def test_a_state_that_was_saved_continues_to_the_bit(start):
         rest = generations(
             SEARCH, box(2), sphere, 8, start=start, after=(stopped, saved(state), last)
         )
-        for (there, told), (here, expected) in zip(rest, whole[stopped:], strict=False):
-            np.testing.assert_array_equal(told.genomes, expected.genomes)
+        for (there, results), (here, expected) in zip(rest, whole[stopped:], strict=False):
+            np.testing.assert_array_equal(results.genomes, expected.genomes)
             assert there.keys() == here.keys()
             assert all(np.array_equal(there[name], here[name]) for name in here)
 
 
-def test_genomes_come_close_to_a_bound_and_stay_inside():
+def test_genomes_approach_a_bound_without_crossing_it():
     space = box(4, -1, 3)
     found = list(islice(generations(SEARCH, space, lambda genomes: genomes.sum(axis=1), 12), 80))
 
@@ -166,7 +167,7 @@ def test_genomes_come_close_to_a_bound_and_stay_inside():
     assert max(results.scores.max() for _, results in found) > 11.99
 
 
-def test_past_a_bound_is_halfway_and_cycles_wrap():
+def test_genes_past_a_bound_move_halfway_to_it_and_periodic_genes_wrap():
     space = box(3, 0, 4, periodic=np.array([False, False, True]))
     start, moved = np.array([[1.0, 2.0, 3.5]]), np.array([[-2.0, 9.0, 4.5]])
 
@@ -177,7 +178,7 @@ def test_past_a_bound_is_halfway_and_cycles_wrap():
 
 def test_periodic_genes_cross_their_bounds():
     space = box(4, 0, 2 * np.pi, periodic=np.ones(4, bool))
-    start = np.full(4, 5.5)  # 1.1 from the best across the bound, 5.2 without
+    start = np.full(4, 5.5)  # 1.1 from the optimum across the bound, 5.2 otherwise
 
     def score(genomes):
         return np.cos(genomes - 0.3).sum(axis=1)
@@ -190,7 +191,7 @@ def test_periodic_genes_cross_their_bounds():
     assert not ((genomes > 2) & (genomes < 3.6)).all(axis=1).any()
 
 
-def test_a_warm_start_is_the_first_genome_with_the_others_around_it():
+def test_a_warm_start_is_the_first_genome_and_the_mean_of_the_others():
     start = np.array([4.0, -4.9, 0.5])
     genomes, _ = SEARCH.ask(SEARCH.initial(context()), None, context(population=4_000, start=start))
 
@@ -213,7 +214,7 @@ def test_failed_individuals_never_replace_others():
     assert all(np.isfinite(array).all() for name, array in state.items() if name != "scores")
 
 
-def test_without_restarts_a_population_of_equals_goes_on():
+def test_without_restarts_a_converged_population_continues():
     search = DifferentialEvolution(restarts=False)
     *_, (state, results) = islice(generations(search, box(2), sphere, 8), 300)
 
@@ -222,7 +223,7 @@ def test_without_restarts_a_population_of_equals_goes_on():
     assert np.isfinite(list(search.figures(state).values())).all()
 
 
-def test_new_scores_and_what_does_not_fit():
+def test_rescored_states_and_mismatches():
     first = SEARCH.initial(context())
     assert SEARCH.remembered(first) is None
     assert SEARCH.mismatch(first, context()) == ""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.contracts import RealSpace
-from gaitsim_searches.emission import climbed, emitted
+from gaitsim_searches.emission import adapt_emitters, draw_genomes
 from gaitsim_searches.emitters import Emitters
 from gaitsim_searches.improvement import Improvement
 
@@ -13,7 +13,7 @@ SPACE = RealSpace(np.full(GENES, -2.0), np.full(GENES, 8.0), tuple("abcdef"))
 
 
 def _emitters(count, step=0.1):
-    return Emitters.begun(np.full((count, GENES), 3.0), step)
+    return Emitters.create(np.full((count, GENES), 3.0), step)
 
 
 def _found(gain, status=None):
@@ -22,7 +22,10 @@ def _found(gain, status=None):
 
 
 def _one_step_by_the_tutorial(emitter, genomes, parents):
-    """Hansen 2016, "The CMA evolution strategy: a tutorial", with positive weights alone."""
+    """Adapt one emitter as in Hansen 2016, "The CMA evolution strategy: a tutorial".
+
+    Only positive weights are used.
+    """
     mu, n = parents, GENES
     weights = np.log(mu + 0.5) - np.log(np.arange(1, mu + 1))
     weights /= weights.sum()
@@ -54,11 +57,13 @@ def _one_step_by_the_tutorial(emitter, genomes, parents):
 def test_an_emitter_follows_the_tutorial(parents):
     emitters, rng = _emitters(1), np.random.default_rng(parents)
     for _ in range(12):
-        genomes = emitted(emitters, 9, SPACE, rng)
+        genomes = draw_genomes(emitters, 9, SPACE, rng)
         gain = np.sort(rng.random(9))[::-1]
         expected = _one_step_by_the_tutorial(emitters, genomes, parents)
         status = (np.arange(9) < parents).astype(np.int64)
-        emitters, _ = climbed(emitters, genomes, _found(gain, status), SPACE, two_stages=True)
+        emitters, _ = adapt_emitters(
+            emitters, genomes, _found(gain, status), SPACE, two_stages=True
+        )
         for name, value in expected.items():
             np.testing.assert_allclose(getattr(emitters, name)[0], value, rtol=1e-10, atol=1e-14)
         decomposed = (emitters.basis[0] * emitters.lengths[0] ** 2) @ emitters.basis[0].T
@@ -67,63 +72,63 @@ def test_an_emitter_follows_the_tutorial(parents):
     assert emitters.decomposed[0] > 0
 
 
-def test_discoveries_rank_before_improvements_and_only_what_entered_is_a_parent():
+def test_discoveries_rank_before_improvements_and_only_inserted_genomes_are_parents():
     genomes = 3.0 + np.arange(5)[:, None] * np.ones(GENES) * 0.1
     found = _found([5.0, 9.0, 1.0, -2.0, 0.5], [2, 1, 2, 0, 0])
-    climbing, _ = climbed(_emitters(1), genomes, found, SPACE, two_stages=True)
+    climbing, _ = adapt_emitters(_emitters(1), genomes, found, SPACE, two_stages=True)
     weights = np.log(3.5) - np.log([1, 2, 3])
     expected = weights @ genomes[[0, 2, 1], 0] / weights.sum()
     np.testing.assert_allclose(climbing.mean[0], expected)
-    by_gain, _ = climbed(_emitters(1), genomes, found, SPACE, two_stages=False)
+    by_gain, _ = adapt_emitters(_emitters(1), genomes, found, SPACE, two_stages=False)
     weights = np.log(2.5) - np.log([1, 2])
     np.testing.assert_allclose(by_gain.mean[0], weights @ genomes[[1, 0], 0] / weights.sum())
 
 
 @pytest.mark.parametrize("population", [6, 7, 8])
 def test_each_emitter_learns_from_its_own_genomes_in_any_population(population):
-    emitters = Emitters.begun(np.array([np.full(GENES, 0.0), np.full(GENES, 5.0)]), 0.001)
-    genomes = emitted(emitters, population, SPACE, np.random.default_rng(1))
+    emitters = Emitters.create(np.array([np.full(GENES, 0.0), np.full(GENES, 5.0)]), 0.001)
+    genomes = draw_genomes(emitters, population, SPACE, np.random.default_rng(1))
     assert genomes.shape == (population, GENES)
     np.testing.assert_array_equal(genomes[:, 0] > 2.5, np.arange(population) % 2 == 1)
     gain = np.random.default_rng(2).random(population)
-    learnt, ended = climbed(emitters, genomes, _found(gain), SPACE, two_stages=False)
+    learnt, ended = adapt_emitters(emitters, genomes, _found(gain), SPACE, two_stages=False)
     assert not ended.any()
     for emitter in range(2):
-        own, alone = genomes[emitter::2], replaced_by_one(emitters, emitter)
-        expected, _ = climbed(alone, own, _found(gain[emitter::2]), SPACE, two_stages=False)
+        own, alone = genomes[emitter::2], only_one(emitters, emitter)
+        expected, _ = adapt_emitters(alone, own, _found(gain[emitter::2]), SPACE, two_stages=False)
         np.testing.assert_allclose(learnt.mean[emitter], expected.mean[0], rtol=1e-12)
         np.testing.assert_allclose(learnt.step[emitter], expected.step[0], rtol=1e-12)
 
 
-def replaced_by_one(emitters, which):
-    return Emitters.begun(emitters.mean[[which]], 0.001)
+def only_one(emitters, which):
+    return Emitters.create(emitters.mean[[which]], 0.001)
 
 
-def test_an_emitter_ends_that_improves_nothing_is_flat_or_has_shrunk():
-    genomes = emitted(_emitters(4), 16, SPACE, np.random.default_rng(1))
+def test_emitters_without_improvement_or_with_equal_gains_or_tiny_steps_end():
+    genomes = draw_genomes(_emitters(4), 16, SPACE, np.random.default_rng(1))
     gain = np.random.default_rng(2).random((4, 4))
     status = np.ones((4, 4), np.int64)
     status[:, 1] = 0
     gain[:, 2] = 0.25
-    gain[0, 3] = -np.inf  # a failed individual alone ends nothing
+    gain[0, 3] = -np.inf  # a single failed individual does not end an emitter
     found = _found(gain.ravel(), status.ravel())
-    _, ended = climbed(_emitters(4), genomes, found, SPACE, two_stages=True)
+    _, ended = adapt_emitters(_emitters(4), genomes, found, SPACE, two_stages=True)
     assert ended.tolist() == [False, True, True, False]
-    _, ended = climbed(_emitters(4), genomes, found, SPACE, two_stages=False)
+    _, ended = adapt_emitters(_emitters(4), genomes, found, SPACE, two_stages=False)
     assert ended.tolist() == [False, False, True, False]
-    _, ended = climbed(_emitters(4, 1e-12), genomes, found, SPACE, two_stages=False)
+    _, ended = adapt_emitters(_emitters(4, 1e-12), genomes, found, SPACE, two_stages=False)
     assert ended.all()
     none = _found(np.full(16, -np.inf), np.zeros(16, np.int64))
     for two_stages in (True, False):
-        _, ended = climbed(_emitters(4), genomes, none, SPACE, two_stages=two_stages)
+        _, ended = adapt_emitters(_emitters(4), genomes, none, SPACE, two_stages=two_stages)
         assert ended.all()
 
 
-def test_an_emitter_crosses_the_seam_of_a_periodic_gene():
+def test_an_emitter_crosses_the_bound_of_a_periodic_gene():
     periodic = np.arange(GENES) == 0
     space = RealSpace(SPACE.lower, SPACE.upper, SPACE.labels, periodic=periodic)
-    emitters = Emitters.begun(np.full((1, GENES), 7.9), 0.01)
+    emitters = Emitters.create(np.full((1, GENES), 7.9), 0.01)
     genomes = np.full((4, GENES), 7.9)
-    genomes[:, 0] = -1.9  # 0.2 further on
-    learnt, _ = climbed(emitters, genomes, _found([4, 3, 2, 1]), space, two_stages=False)
+    genomes[:, 0] = -1.9  # 0.2 from the mean across the bound
+    learnt, _ = adapt_emitters(emitters, genomes, _found([4, 3, 2, 1]), space, two_stages=False)
     np.testing.assert_allclose(space.repair(learnt.mean)[0], genomes[0], atol=1e-12)

@@ -12,7 +12,7 @@ from gaitsim_searches.domination import crowding, front_ranks
 from gaitsim_searches.hypervolume import hypervolume
 
 SHAPES = st.tuples(st.integers(1, 14), st.integers(2, 4))
-# Few different values: many ties and duplicates. ∞ is the cost of an individual that failed.
+# Few different values cause many ties and duplicates. ∞ is the cost of an individual that failed.
 COSTS = SHAPES.flatmap(
     lambda shape: arrays(np.float64, shape, elements=st.sampled_from([0.0, 1.0, 2.0, 3.0, np.inf]))
 )
@@ -24,7 +24,7 @@ def _dominates(one, other):
 
 @settings(max_examples=150, deadline=None)
 @given(COSTS)
-def test_a_front_is_what_nobody_dominates_once_those_before_it_are_taken_away(costs):
+def test_a_front_is_not_dominated_once_the_previous_fronts_are_removed(costs):
     expected, left, rank = {}, set(range(len(costs))), 0
     while left:
         front = {i for i in left if not any(_dominates(costs[j], costs[i]) for j in left)}
@@ -44,7 +44,7 @@ def test_crowding_is_the_distance_between_the_neighbours_in_each_objective(seed,
         for cost in costs.T:
             ordered = sorted(members, key=lambda one: cost[one])
             width = cost[ordered[-1]] - cost[ordered[0]]
-            if width == 0:  # one individual alone
+            if width == 0:  # a single individual
                 continue
             expected[[ordered[0], ordered[-1]]] = np.inf
             for before, one, after in zip(ordered, ordered[1:], ordered[2:], strict=False):
@@ -52,7 +52,7 @@ def test_crowding_is_the_distance_between_the_neighbours_in_each_objective(seed,
     np.testing.assert_allclose(crowding(costs, ranks), expected)
 
 
-def test_an_objective_in_which_a_front_is_equal_adds_no_crowding():
+def test_an_objective_with_equal_values_adds_no_crowding():
     costs = np.array([[0.0, 1.0], [0.0, 1.0], [0.0, 1.0]])
     np.testing.assert_array_equal(crowding(costs, np.zeros(3, np.int64)), 0)
 
@@ -60,7 +60,7 @@ def test_an_objective_in_which_a_front_is_equal_adds_no_crowding():
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 7), st.integers(2, 5))
 def test_hypervolume_is_that_of_a_union_of_boxes(seed, count, objectives):
-    # Inclusion and exclusion: boxes one by one, less those of pairs, and so on.
+    # Inclusion and exclusion: the sum of all boxes, minus overlaps of pairs, and so on.
     costs = np.random.default_rng(seed).integers(0, 6, (count, objectives)) / 4
     sides = np.maximum(1 - costs, 0)
     expected = sum(
@@ -73,7 +73,7 @@ def test_hypervolume_is_that_of_a_union_of_boxes(seed, count, objectives):
 
 @pytest.mark.parametrize("objectives", [2, 3, 4])
 def test_hypervolume_of_stairs(objectives):
-    # Points whose first two costs are i/n and (n-1-i)/n make steps: half the square and a bit.
+    # Points whose first two costs are i/n and (n-1-i)/n form stairs: slightly more than half.
     count = 50
     first = np.arange(count) / count
     costs = np.full((count, objectives), 0.5)

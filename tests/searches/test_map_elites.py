@@ -1,4 +1,4 @@
-"""MAP-Elites as a search: what it finds, keeps, refuses, and continues to the bit."""
+"""MAP-Elites as a search: archives, members, invalid states and options, saved states."""
 
 from dataclasses import replace
 
@@ -27,14 +27,14 @@ def _context(generation, space=ARM, population=42, start=None, stream=0):
 
 
 def _reach(genomes):
-    """A planar arm: where its hand is, and how evenly it bends (Cully and Demiris 2018)."""
+    """Evaluate planar arms: place of the hand and evenness of the bend (Cully and Demiris 2018)."""
     angles = np.cumsum(genomes, 1)
     hand = {"x": np.cos(angles).mean(1), "y": np.sin(angles).mean(1)}
     return Results(genomes, -np.std(genomes, axis=1), hand)
 
 
 def _count(genomes):
-    """Bits: ones in the left and the right half, more of them at even places is better."""
+    """Evaluate bits: shares of ones in both halves; the score is that at even places."""
     halves = {"x": genomes[:, :6].mean(1), "y": genomes[:, 6:].mean(1)}
     return Results(genomes, genomes[:, ::2].mean(1), halves)
 
@@ -51,7 +51,7 @@ def _evolve(search, generations, space=ARM, evaluate=_reach, state=None, first=1
 
 @pytest.mark.parametrize("cells", [(20, 20), 300])
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_an_archive_fills_far_beyond_random_genomes(variation, cells):
+def test_variations_beat_random_genomes(variation, cells):
     options = {"axes": AXES, "cells": cells, "threshold": -4.0, "offset": -4.0, "sigma": 0.05}
     search = MapElites(variation=variation, **options)
     found = search.figures(_evolve(search, 60))
@@ -66,14 +66,14 @@ def test_an_archive_fills_far_beyond_random_genomes(variation, cells):
 def test_bits_fill_every_cell(variation):
     search = MapElites(axes={"x": (0, 1), "y": (0, 1)}, cells=(7, 7), variation=variation)
     state = _evolve(search, 60, BITS, _count)
-    # Every pair of numbers of ones, each with as many at even places as there are: 3 in each half.
+    # Each half has 3 even places, so at most 3 of its ones count towards the score.
     assert search.figures(state)["coverage"] == 1
     ones = np.minimum(np.arange(7), 3)
     np.testing.assert_array_equal(state["scores"], ((ones[:, None] + ones) / 6).ravel())
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_a_state_written_and_read_continues_to_the_bit(variation, tmp_path):
+def test_a_saved_state_continues_bit_for_bit(variation, tmp_path):
     search = MapElites(axes=AXES, cells=50, variation=variation, threshold=-4.0)
     whole = _evolve(search, 9)
     half = _evolve(search, 4)
@@ -88,7 +88,7 @@ def test_a_state_written_and_read_continues_to_the_bit(variation, tmp_path):
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_telling_leaves_the_state_before_as_it_was(variation):
+def test_tell_does_not_modify_the_previous_state(variation):
     search = MapElites(axes=AXES, cells=(5, 5), variation=variation, threshold=-4.0)
     state = _evolve(search, 3)
     for array in state.values():
@@ -117,7 +117,7 @@ def test_failed_individuals_and_unknown_values_do_not_enter(variation):
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_a_start_enters_and_the_first_generation_lies_around_it(variation):
+def test_a_warm_start_is_the_first_genome_and_the_mean_of_the_others(variation):
     search = MapElites(axes=AXES, cells=(9, 9), variation=variation, sigma=0.01, step=0.01)
     start = np.linspace(-0.5, 0.5, JOINTS)
     context = _context(1, start=start)
@@ -127,7 +127,7 @@ def test_a_start_enters_and_the_first_generation_lies_around_it(variation):
     assert 0.007 < deviations.std() < 0.013
 
 
-def test_members_lie_in_their_cells_with_the_values_of_their_axes():
+def test_members_have_the_cells_and_values_of_their_genomes():
     search = MapElites(axes=AXES, cells=(6, 4))
     state = _evolve(search, 10)
     members = search.members(state)
@@ -163,7 +163,7 @@ def test_rescored_elites_move_to_the_cells_of_their_new_values(variation):
     assert (after["thresholds"] <= after["scores"]).all()
 
 
-def test_a_state_goes_on_with_another_variation():
+def test_a_state_continues_with_another_variation():
     state = _evolve(MapElites(axes=AXES, cells=(8, 8), variation="line"), 5)
     before = len(state["cells"])
     for variation in VARIATIONS:
@@ -189,7 +189,7 @@ def test_an_archive_of_other_axes_does_not_fit(options, word):
 
 
 @pytest.mark.parametrize("name", ["cells", "genomes", "scores", "values", "emitters mean"])
-def test_a_state_whose_arrays_do_not_fit_is_refused(name):
+def test_a_state_with_inconsistent_arrays_is_refused(name):
     search = MapElites(axes=AXES, cells=(5, 4), variation="cma-me")
     state = _evolve(search, 3)
     assert "inconsistent arrays" in search.mismatch({**state, name: state[name][1:]}, _context(4))
@@ -226,12 +226,12 @@ def test_centroids_that_do_not_fit_the_axes_are_refused():
         {"axes": AXES, "cells": 1},
     ],
 )
-def test_options_that_span_no_archive_are_refused(options):
+def test_invalid_options_are_refused(options):
     with pytest.raises(ValidationError):
         MapElites(**options)
 
 
-def test_emitters_are_refused_where_they_cannot_work():
+def test_emitters_are_refused_for_bits_small_populations_and_many_genes():
     emits = MapElites(axes=AXES, variation="cma-me", emitters=10)
     assert emits.objection(ARM, 20) == ""
     assert "20" in emits.objection(ARM, 19)

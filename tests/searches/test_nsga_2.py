@@ -1,4 +1,4 @@
-"""NSGA-II: what it finds, its operators' distributions, and its state."""
+"""NSGA-II: fronts of known problems, distributions of its operators, and its state."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def _context(space, generation, purpose, population=20, start=None):
 
 
 def _zdt1(genomes):
-    """Zitzler, Deb and Thiele 2000: with all genes but the first 0, f2 = 1 − √f1."""
+    """Return the objectives of ZDT1 (Zitzler, Deb and Thiele 2000); the front is f2 = 1 − √f1."""
     first, rest = genomes[:, 0], 1 + 9 * genomes[:, 1:].mean(axis=1)
     return {"near": first, "far": -rest * (1 - np.sqrt(first / rest))}
 
@@ -77,11 +77,11 @@ def test_members_are_the_front_in_the_order_of_the_first_objective():
     for name, found in members.values.items():
         np.testing.assert_array_equal(found, values[name])
     assert (np.diff(values["near"]) > 0).all()
-    assert (np.diff(values["far"]) > 0).all()  # farther costs more: no member dominates another
+    assert (np.diff(values["far"]) > 0).all()  # `far` is maximised, so no member dominates another
 
 
 @pytest.mark.parametrize("space", [_reals(9), BitSpace(tuple(map(str, range(40))))])
-def test_a_state_continues_to_the_bit(space, tmp_path):
+def test_a_saved_state_continues_bit_for_bit(space, tmp_path):
     def evaluate(genomes):
         half = genomes.shape[1] // 2
         return {"near": genomes[:, :half].sum(axis=1) * 1.0, "far": genomes.std(axis=1)}
@@ -100,9 +100,8 @@ def test_a_state_continues_to_the_bit(space, tmp_path):
             np.testing.assert_array_equal(again[name], kept)
 
 
-def test_bits_find_every_compromise():
-    # How many of the first ten and of the last ten bits are 1, each to be few in one way and many
-    # in the other: leading ones, trailing zeros. All 21 compromises have different values.
+def test_all_trade_offs_between_bits_are_found():
+    # Leading ones and trailing zeros: at most 20 together, so there are 21 trade-offs.
     space = BitSpace(tuple(map(str, range(20))))
 
     def evaluate(genomes):
@@ -131,7 +130,7 @@ def test_failed_individuals_are_dominated_by_all_others():
     members = search.members(state)
     assert (members.genomes[:, 1] <= 0.3).all()
     assert (members.genomes[:, 2] <= 0.9).all()
-    # All failed: nothing is kept, and the search goes on.
+    # If all fail, there are no members, and the search continues.
     nothing = {"near": np.full(20, np.nan), "far": np.zeros(20)}
     state = _evolved(search, space, lambda _: nothing, 3)[-1]
     assert len(search.members(state).genomes) == 0
@@ -151,7 +150,7 @@ def test_scores_can_be_an_objective():
     assert len(members.genomes) == 20
 
 
-def test_a_warm_start_is_in_the_first_generation_and_in_half_of_it_by_mutation():
+def test_a_warm_start_and_its_mutants_are_half_of_the_first_generation():
     space = _reals(10)
     start = np.full(10, 0.25)
     context = _context(space, 1, 1, start=start)
@@ -164,7 +163,7 @@ def test_a_warm_start_is_in_the_first_generation_and_in_half_of_it_by_mutation()
     assert (shared[10:] == 0).all()
 
 
-def test_survivors_are_sorted_by_values_that_are_measured_again():
+def test_rescored_survivors_are_sorted_by_their_new_values():
     search, space = Nsga2(objectives=TWO), _reals(5)
     state = _evolved(search, space, _zdt1, 10)[-1]
     genomes = search.remembered(state)
@@ -177,7 +176,7 @@ def test_survivors_are_sorted_by_values_that_are_measured_again():
     assert set(map(bytes, again["genomes"])) == set(map(bytes, genomes))
 
 
-def test_options_that_do_not_fit():
+def test_invalid_options_populations_and_states():
     with pytest.raises(ValidationError, match="2"):
         Nsga2(objectives={"near": "min"})
     with pytest.raises(ValidationError, match="far"):
@@ -198,7 +197,9 @@ def test_simulated_binary_crossover_spreads_children_as_published():
     # Deb and Agrawal 1995: β has the distribution ½ β^(η+1) up to 1, then 1 − ½ β^−(η+1).
     eta, pairs = 3.0, 4000
     space = _reals(1, periodic=np.array([True]))
-    parents = np.stack([np.full((pairs, 1), 0.9), np.full((pairs, 1), 0.1)])  # 0.2 apart, past 1
+    parents = np.stack(
+        [np.full((pairs, 1), 0.9), np.full((pairs, 1), 0.1)]
+    )  # 0.2 apart across the bound
     rng = np.random.default_rng(5)
     children = simulated_binary(parents, np.ones((pairs, 1), np.bool_), eta, space, rng)
     np.testing.assert_allclose(children.mean(axis=0), 1.0)
@@ -211,7 +212,7 @@ def test_simulated_binary_crossover_spreads_children_as_published():
     assert (children[0] > children[1]).mean() == pytest.approx(0.5, abs=0.04)
 
 
-def test_crossover_stays_between_bounds_and_leaves_genes_that_are_not_crossed():
+def test_crossover_stays_within_the_bounds_and_keeps_genes_that_are_not_crossed():
     space, rng = _reals(6), np.random.default_rng(6)
     parents = rng.random((2, 500, 6))
     parents[:, :, 0] = rng.integers(0, 2, (2, 500))  # parents at the bounds
@@ -226,7 +227,7 @@ def test_crossover_stays_between_bounds_and_leaves_genes_that_are_not_crossed():
 @pytest.mark.parametrize("periodic", [False, True])
 def test_polynomial_mutation_steps_as_published(periodic):
     # Deb and Agrawal 1999: of a step down, (1 + δ)^(η+1) is uniform between its value at the
-    # bound and 1; a gene of a cycle may step a whole width.
+    # bound and 1; a periodic gene may step a whole width.
     eta, count, place = 20.0, 6000, 0.1
     space = _reals(1, periodic=np.array([periodic]))
     genomes = np.full((count, 1), place)

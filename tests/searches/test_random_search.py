@@ -1,4 +1,4 @@
-"""Random search draws as the body does, and keeps nothing."""
+"""Random search draws genomes like the initial population, and keeps no state."""
 
 from itertools import islice
 
@@ -19,7 +19,7 @@ def _asked(space, population, **parts):
     return SEARCH.ask({}, None, context)[0]
 
 
-def test_real_genes_are_uniform_or_around_the_middle_as_the_body_says():
+def test_real_genes_are_uniform_or_normal_around_the_middle_as_the_space_defines():
     uniform = _asked(box(3), 5_000)
     around = _asked(box(3, initial_sigma=np.full(3, 1.0)), 5_000)
 
@@ -38,9 +38,9 @@ def test_bits_are_fair_and_repaired():
     np.testing.assert_allclose(genomes.mean(axis=0), [0.5, 0.5, 0.5, 1], atol=0.03)
 
 
-def test_generations_differ_and_scores_do_not_matter():
+def test_generations_differ_and_do_not_depend_on_scores():
     def draws(score):
-        return [told.genomes for _, told in islice(generations(SEARCH, box(2), score, 6), 3)]
+        return [results.genomes for _, results in islice(generations(SEARCH, box(2), score, 6), 3)]
 
     scored, failed = draws(lambda x: x.sum(axis=1)), draws(lambda x: np.full(len(x), -np.inf))
     np.testing.assert_array_equal(scored, failed)
