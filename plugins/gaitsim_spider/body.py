@@ -28,7 +28,7 @@ OUTLINE[:, 1] = np.roll(OUTLINE[:, 0], -1, axis=0)
 HIP_X = np.array([0.075, 0.025, -0.025, -0.075] * 2, dtype=np.float32)  # m
 HIP_Y = 0.07  # m, towards the leg's side
 SIDE = np.array([1.0] * 4 + [-1.0] * 4, dtype=np.float32)  # left +1, right −1
-# Direction of each leg at rest, from the sideways axis towards the front.
+# Direction of each leg at rest, from sideways towards the front.
 AZIMUTH = np.radians([45.0, 15.0, -15.0, -45.0] * 2).astype(np.float32)
 
 COXA, FEMUR, TIBIA = 0.03, 0.08, 0.12  # m
@@ -43,4 +43,4 @@ FOOT_RADIUS = 0.008  # m
 STANDING_HEIGHT = FOOT_RADIUS - FEMUR * math.sin(FEMUR_PITCH) - TIBIA * math.sin(TIBIA_PITCH)
 
 ANGLE_LIMIT = math.radians(30.0)  # largest angle of every joint, either way from rest
-STEP_LIMIT = math.radians(5.0)  # largest change per frame, i.e. 150 °/s
+STEP_LIMIT = math.radians(5.0)  # largest change per frame, which is 150 °/s

@@ -1,4 +1,4 @@
-"""The fitness `spider-classic`: the seven terms of the original MATLAB project, faults included."""
+"""The fitness `spider-classic`: the seven terms of the original MATLAB project, unchanged."""
 
 import math
 from typing import ClassVar
@@ -13,18 +13,18 @@ from gaitsim_spider.layout import time_last
 class SpiderClassic(Fitness):
     """Seven weighted terms that consider each leg in isolation, as in the original MATLAB project.
 
-    The fitness rewards moving feet, forwards or backwards, whether or not they carry a standing
-    body. It remains as a comparison for `spider-walk`, which corrects these faults.
+    The fitness rewards feet that move forward or backward, whether or not they support the body. It
+    is kept for comparison with `spider-walk`, which corrects these faults.
     """
 
     movement_scalar: float = option(
-        1.0, "reward per metre that a foot travels along x, mean of the feet", ge=0
+        1.0, "reward per metre that a foot travels along x, averaged over the feet", ge=0
     )
     band_reward_scalar: float = option(
-        2.0, "reward for all feet being in the stance band all the time", ge=0
+        2.0, "reward for keeping all feet in the stance band all the time", ge=0
     )
     low_movement_penalty_scalar: float = option(
-        10.0, "penalty if every foot is frozen; in proportion if some are", ge=0
+        10.0, "penalty if all feet are frozen; proportionally smaller if only some are", ge=0
     )
     penetration_scalar: float = option(
         50.0, "penalty per metre of mean depth of the feet below the floor", ge=0

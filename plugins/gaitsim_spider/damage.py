@@ -1,4 +1,4 @@
-"""Damaged spiders, with lost legs or stuck or slow joints."""
+"""Damaged spiders: lost legs, and stuck or slow joints."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Legs(NamedTuple):
     Attributes:
         lengths: lengths of coxa, femur and tibia, (8, 3) float32, m.
         shares: shares of coxa, femur and tibia in the mass of the whole body, (8, 3) float32.
-        hips: first moment of the legs' masses, each placed at its hip, over the mass of the whole
+        hips: first moment of the legs' masses, if all are at the hips, over the mass of the whole
             body, (3,) float32, m; exactly 0 for an intact body, whose hips cancel in pairs.
     """
 
@@ -35,7 +35,7 @@ class Legs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Anatomy:
-    """The body after its damage.
+    """The anatomy of a body with its damage.
 
     Attributes:
         legs: data of the legs for the kernels.
@@ -62,11 +62,11 @@ class Anatomy:
 
 
 @lru_cache
-def anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
-    """Return the body after some damage.
+def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
+    """Return the anatomy of a damaged body.
 
     Args:
-        damage: texts, one for each damaged part.
+        damage: texts such as 'L2 lost', one for each damaged part.
         leg_mass: scale factor of the legs' masses.
 
     Raises:

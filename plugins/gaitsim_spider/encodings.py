@@ -35,7 +35,7 @@ _FOLLOWERS = tuple(joint for joint in body.JOINTS if not joint.endswith("coxa"))
 
 @dataclass(frozen=True)
 class Encoding:
-    """The groups of genes for a frequency in Hz and a symmetry, and their decoder."""
+    """The gene groups for a frequency, Hz, and a symmetry, and the decoder of genomes."""
 
     groups: Callable[[float, bool], tuple[GeneGroup, ...]]
     decode: Callable[[Genomes, float, tuple[GeneGroup, ...]], Angles]
@@ -45,7 +45,7 @@ class Encoding:
         return genome_space(self.groups(frequency, symmetric))
 
     def angles(self, genomes: Genomes, frequency: float, symmetric: bool) -> Angles:
-        """Return joint angles; if symmetric, right legs follow half a stride after left legs."""
+        """Return joint angles; if symmetric, the right legs lag the left legs by half a stride."""
         return self.decode(genomes, frequency, self.groups(frequency, symmetric))
 
 
@@ -57,7 +57,7 @@ def largest_amplitude(frequency: float) -> float:
 
 @cache
 def _recurrence_groups(_frequency: float, _symmetric: bool) -> tuple[GeneGroup, ...]:
-    """Return weight and bias of each joint side by side, so half a genome is half a spider."""
+    """Return weight and bias of each joint; the first half of a genome controls the left legs."""
     return tuple(
         GeneGroup(name, (joint,), -largest, largest)
         for joint in body.JOINTS
@@ -110,10 +110,10 @@ def _values(genomes: Genomes, groups: tuple[GeneGroup, ...]) -> tuple[Any, Any, 
 
 def _sine(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> Angles:
     """Compute θ = A sin(2πft + φ + λ), equal to `Oscillators.sine` and twenty times as fast."""
-    from gaitsim_spider.sine import swing
+    from gaitsim_spider.sine import sum_waves
 
     angles = np.empty((len(genomes), len(body.JOINTS), body.FRAMES), dtype=np.float32)
-    swing(*_OSCILLATORS.waves(*_values(genomes, groups), frequency), angles)
+    sum_waves(*_OSCILLATORS.waves(*_values(genomes, groups), frequency), angles)
     return angles
 
 

@@ -1,4 +1,4 @@
-"""Blocks of frame intervals, the working memory of the walking kernels.
+"""Blocks of intervals between frames, the working memory of the walking kernels.
 
 The kernels' innermost loops run over the intervals of a block. In a single record with fixed
 shapes, the compiler sees that arrays do not overlap, and vectorises these loops. With separate
@@ -11,7 +11,7 @@ SIZE = 80  # intervals; a block has 34 kB, about the size of a first-level cache
 
 _BY_LEG, _BY_INTERVAL = (8, SIZE), (SIZE,)
 _FIELDS = {
-    # Feet in the middle of the interval, from the centre of mass, and their travel, m.
+    # Feet in the middle of the interval, relative to the centre of mass, and their travel, m.
     **dict.fromkeys(("x", "y", "z", "dx", "dy", "dz"), _BY_LEG),
     # The centre of mass in the body's frame, m.
     **dict.fromkeys(("cx", "cy", "cz"), _BY_INTERVAL),
@@ -20,9 +20,9 @@ _FIELDS = {
     # Whether a foot is on the plane, 1 or 0; its position and travel on the plane, m, from the
     # mean of the stance feet; 0 for a foot in the air.
     **dict.fromkeys(("on", "u", "v", "du", "dv"), _BY_LEG),
-    # Number of stance feet; the centre of mass on the plane, m, from their centroid.
+    # Number of stance feet; the centre of mass on the plane, relative to their centroid, m.
     **dict.fromkeys(("count", "u0", "v0"), _BY_INTERVAL),
-    # A corner of the support polygon, m, from the centroid, and the stability margin, m.
+    # A corner of the support polygon, relative to the centroid, and the stability margin, m.
     **dict.fromkeys(("corner_u", "corner_v", "margin"), _BY_INTERVAL),
     # Motion of the body, m and rad, and mean slide of the stance feet, m.
     **dict.fromkeys(("forward", "sideways", "turn", "slip"), _BY_INTERVAL),

@@ -21,7 +21,7 @@ def leg_by_leg(
     crossing: Any,
     sums: NDArray[np.float64],
 ) -> None:
-    """Compute the seven quantities that `spider-classic` weighs.
+    """Compute the seven quantities that `spider-classic` weights.
 
     Args:
         feet: feet in the body's frame, (population, 3, 8, frames) float32, metres.

@@ -25,7 +25,7 @@ from gaitsim.contracts import (
 from gaitsim.encoding import check_joint_angles, limit_steps
 from gaitsim.legged import BODY_HEIGHT, DAMAGE_HELP, stepping
 from gaitsim_spider import body
-from gaitsim_spider.damage import Anatomy, Legs, anatomy
+from gaitsim_spider.damage import Anatomy, Legs, damaged_anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles
 from gaitsim_spider.layout import time_last, time_second
 from gaitsim_spider.worlds import CONDITIONS, LEG_MASS, joint_positions
@@ -38,8 +38,8 @@ class Spider(Organism):
 
     encoding: Literal["sine", "cpg", "recurrence"] = option(
         "sine",
-        "conversion of genomes into joint angles: a sine per joint, coupled phase oscillators, or "
-        "a linear recurrence",
+        "rule that turns a genome into joint angles: a sine for each joint, coupled oscillators, "
+        "or a linear recurrence",
     )
     frequency: float = option(
         1.5, "strides per second of the sine and cpg encodings", unit="Hz", ge=0.2, le=5.0
@@ -48,7 +48,7 @@ class Spider(Organism):
     symmetry: Literal["none", "alternating"] = option(
         "none",
         "symmetry of the gait: with alternating, the right legs repeat the left legs' motion half "
-        "a stride later, and the genome has half as many genes; not with the recurrence",
+        "a stride later, which halves the number of genes; not for the recurrence",
     )
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
@@ -75,7 +75,7 @@ class Spider(Organism):
     def _check(self) -> Self:
         if self.encoding == "recurrence" and self.symmetry != "none":
             raise ValueError("symmetry 'alternating' needs the encoding 'sine' or 'cpg'")
-        anatomy(self.damage)
+        damaged_anatomy(self.damage)
         check_world(self.world, CONDITIONS)
         return self
 
@@ -84,10 +84,10 @@ class Spider(Organism):
         return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
 
     def move(self, genomes: Genomes) -> Motion:
-        """Decode genomes to joint angles within reach of damaged joints, and walk."""
+        """Walk with the joint angles that genomes decode to, as far as damaged joints allow."""
         alternating = self.symmetry == "alternating"
         angles = ENCODINGS[self.encoding].angles(genomes, self.frequency, alternating)
-        return self._walked(self._left.restrict(angles))
+        return self._walk(self._anatomy.restrict(angles))
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with given joint angles.
@@ -104,22 +104,22 @@ class Spider(Organism):
         check_joint_angles(joint_angles, len(body.JOINTS))
         limit = np.float32(body.ANGLE_LIMIT)
         angles = np.clip(joint_angles, -limit, limit).astype(np.float32)
-        left = self._left
-        angles = limit_steps(time_last(angles), left.step_limits)
-        return self._walked(left.restrict(angles))
+        anatomy = self._anatomy
+        angles = limit_steps(time_last(angles), anatomy.step_limits)
+        return self._walk(anatomy.restrict(angles))
 
     @property
-    def _left(self) -> Anatomy:
-        """The body after its damage and with the world's masses."""
-        return anatomy(self.damage, self.world.get(LEG_MASS, 1.0))
+    def _anatomy(self) -> Anatomy:
+        """Anatomy of the damaged body with the world's masses."""
+        return damaged_anatomy(self.damage, self.world.get(LEG_MASS, 1.0))
 
-    def _walked(self, commands: Angles) -> Motion:
+    def _walk(self, commands: Angles) -> Motion:
         """Return the motion for commands, (population, 24, frames) rad."""
-        left = self._left
-        positions = joint_positions(commands, self.world, left.step_limits)
+        anatomy = self._anatomy
+        positions = joint_positions(commands, self.world, anatomy.step_limits)
         if positions is not commands:
-            positions = left.restrict(positions)
-        return _walked(commands, positions, left.legs)
+            positions = anatomy.restrict(positions)
+        return _motion(commands, positions, anatomy.legs)
 
     def joint_names(self) -> tuple[str, ...]:
         """Return 'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
@@ -150,7 +150,7 @@ class Spider(Organism):
             "body lengths": Measure(forward / body.BODY_LENGTH, "", "distance in body lengths"),
             "lateral": Measure(pose[:, -1, 1], "m", "displacement to the left"),
             "yaw": Measure(np.degrees(pose[:, -1, 2]), "°", "turn to the left"),
-            "slip ratio": Measure(slip_ratio, "", "slide of the stance feet, over the path"),
+            "slip ratio": Measure(slip_ratio, "", "slide of the stance feet divided by the path"),
             "least margin": Measure(
                 lambda: 1000 * motion["margin"].min(axis=1),
                 "mm",
@@ -166,15 +166,15 @@ class Spider(Organism):
         """Return the trunk's outline, and coxa, femur and tibia of each leg."""
         from gaitsim_spider.rig import rig
 
-        return rig(self._left)
+        return rig(self._anatomy)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Return the body's outline and legs in the world, standing on z = 0."""
         from gaitsim_spider.kinematics import leg_points
 
-        left = self._left
+        anatomy = self._anatomy
         points = leg_points(motion["joint_positions"][individual])
-        points[:, left.lost, 1:] = points[:, left.lost, :1]
+        points[:, anatomy.lost, 1:] = points[:, anatomy.lost, :1]
         x, y, yaw = (motion["pose"][individual, :, axis].astype(float) for axis in range(3))
         outline = np.broadcast_to(body.OUTLINE, (len(points), 4, 2, 3))
         legs = np.stack([points[:, :, :-1], points[:, :, 1:]], axis=3).reshape(
@@ -198,7 +198,7 @@ class Spider(Organism):
         segments = world[:, :-1].reshape(len(points), -1, 2, 3)
         feet = segments[:, 4:].reshape(len(points), 8, 3, 2, 3)[:, :, 2, 1]
         names = np.array([*body.OUTLINE_NAMES, *body.JOINTS])
-        drawn = np.repeat([True, *~left.lost], [4, *[3] * 8])
+        drawn = np.repeat([True, *~anatomy.lost], [4, *[3] * 8])
         return Skeleton(
             segments=segments[:, drawn],
             names=tuple(names[drawn].tolist()),
@@ -207,7 +207,7 @@ class Spider(Organism):
             touching=motion["stance"][individual],
             contact_names=body.LEGS,
             centre=world[:, -1],
-            damaged=left.damaged,
+            damaged=anatomy.damaged,
         )
 
 
@@ -217,7 +217,7 @@ def _height(motion: Motion) -> Array:
     return np.asarray(body.FOOT_RADIUS - lowest.mean(axis=1, dtype=np.float64))
 
 
-def _walked(commands: Angles, angles: Angles, legs: Legs) -> Motion:
+def _motion(commands: Angles, angles: Angles, legs: Legs) -> Motion:
     """Return the motion of joints; feet, contact and travel are computed on first use.
 
     Args:

@@ -15,11 +15,11 @@ _FAR = _f(1e9)
 
 @njit(error_model="numpy")
 def find_feet(block: Any) -> None:
-    """Find the three feet that the body rests on in each interval.
+    """Find the three feet on which the body rests in each interval.
 
     Below the centre of mass, the lower hull is as high as the lowest triangle of feet
-    (Carathéodory), so all 56 triangles are tried. If the centre is above no triangle, the body
-    rests on no three feet.
+    (Carathéodory), so all 56 triangles are tried. If the centre is not above any
+    triangle, no three feet support the body.
     """
     x, y, z, lowest, feet = block.x, block.y, block.z, block.height, block.feet
     for n in range(SIZE):
@@ -45,9 +45,9 @@ def find_feet(block: Any) -> None:
 def find_normal(block: Any, nx: Any, ny: Any, nz: Any, i: int) -> Any:
     """Compute the upward unit normal n of the plane, and its height n·p for a foot p on it.
 
-    A body that rests on no three feet tips over: it keeps the normal of the previous interval,
-    through the first of the feet that it rested on. Before the first interval these are
-    (nx, ny, nz) and `i`. Returns the last normal and foot.
+    A body that no three feet support tips over: its plane keeps the normal of the previous
+    interval, and contains the first of the feet on which the body rested then. For the first
+    interval, these are (nx, ny, nz) and `i`. Returns the last normal and foot.
     """
     x, y, z, feet = block.x, block.y, block.z, block.feet
     for n in range(SIZE):

@@ -12,7 +12,7 @@ from gaitsim_spider.damage import Anatomy
 TRUNK = "body"
 
 
-def rig(left: Anatomy) -> Rig:
+def rig(anatomy: Anatomy) -> Rig:
     """Return the rig of the body without its lost legs.
 
     A coxa turns about the vertical, femur and tibia about the leg's sideways axis. The x axis of
@@ -25,7 +25,7 @@ def rig(left: Anatomy) -> Rig:
         [TRUNK] * 4,
     )
     feet, foot_links = [], []
-    for leg, lost in zip(range(len(body.LEGS)), left.lost, strict=True):
+    for leg, lost in zip(range(len(body.LEGS)), anatomy.lost, strict=True):
         side, hip = (
             float(body.SIDE[leg]),
             (float(body.HIP_X[leg]), float(body.SIDE[leg]) * body.HIP_Y, 0.0),
@@ -66,5 +66,5 @@ def rig(left: Anatomy) -> Rig:
         np.array(feet),
         tuple(foot_links),
         body.LEGS,
-        damaged=left.damaged,
+        damaged=anatomy.damaged,
     )

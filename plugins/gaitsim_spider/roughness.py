@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 _f = np.float32
 _ZERO, _ONE = _f(0.0), _f(1.0)
-CUTOFF = 5.0  # Hz; no gait of this size needs motion above it
+CUTOFF = 5.0  # Hz; no gait of a body of this size needs faster joint motion
 # Quality factors of the two sections of a fourth-order Butterworth filter.
 _QUALITIES = tuple(1 / (2 * math.sin(math.pi * k / 8)) for k in (1, 3))
 

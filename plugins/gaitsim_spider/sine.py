@@ -6,11 +6,11 @@ from numpy.typing import NDArray
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def swing(
+def sum_waves(
     sine: NDArray[np.float32],
     cosine: NDArray[np.float32],
-    of_sine: NDArray[np.float32],
-    of_cosine: NDArray[np.float32],
+    sine_weight: NDArray[np.float32],
+    cosine_weight: NDArray[np.float32],
     angles: NDArray[np.float32],
 ) -> None:
     """Compute a weighted sum of a sine and a cosine for each joint.
@@ -18,12 +18,15 @@ def swing(
     Args:
         sine: sine in each frame, (frames,) float32.
         cosine: cosine in each frame, (frames,) float32.
-        of_sine: weight of the sine, (population, joints) float32, radians.
-        of_cosine: weight of the cosine, (population, joints) float32, radians.
+        sine_weight: weight of the sine, (population, joints) float32, radians.
+        cosine_weight: weight of the cosine, (population, joints) float32, radians.
         angles: output, (population, joints, frames) float32, radians.
     """
     for individual in range(angles.shape[0]):
         for joint in range(angles.shape[1]):
-            of_sin, of_cos = of_sine[individual, joint], of_cosine[individual, joint]
+            a, b = (
+                sine_weight[individual, joint],
+                cosine_weight[individual, joint],
+            )
             for frame in range(angles.shape[2]):
-                angles[individual, joint, frame] = of_sin * sine[frame] + of_cos * cosine[frame]
+                angles[individual, joint, frame] = a * sine[frame] + b * cosine[frame]

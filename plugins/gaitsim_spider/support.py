@@ -1,4 +1,4 @@
-"""The stability margin, the centre of mass's distance inside the support polygon; compiled code."""
+"""The stability margin: distance of the centre of mass from the support's edge; compiled code."""
 
 import math
 from typing import Any

@@ -10,10 +10,12 @@ from gaitsim_spider.layout import time_last
 
 
 class SpiderWalk(Fitness):
-    """Metres walked forward, minus penalties in metres for motion that a robot could not do."""
+    """Metres walked forward, minus penalties in metres for motion that robots cannot perform."""
 
     slip_weight: float = option(0.5, "penalty per metre that the stance feet slide", ge=0)
-    drift_weight: float = option(1.0, "penalty per metre of mean distance from the line", ge=0)
+    drift_weight: float = option(
+        1.0, "penalty per metre of mean distance from the straight line ahead", ge=0
+    )
     yaw_weight: float = option(4.0, "penalty per radian of root mean square yaw", unit="m", ge=0)
     slope_weight: float = option(
         2.0, "penalty per radian of root mean square tilt of the resting plane", unit="m", ge=0
@@ -22,7 +24,10 @@ class SpiderWalk(Fitness):
         0.02, "stability margin below which a frame counts as unsupported", unit="m", ge=0, le=0.1
     )
     support_weight: float = option(
-        2.0, "penalty for being unsupported all the time", unit="m", ge=0
+        2.0,
+        "penalty for being unsupported all the time; proportionally smaller for a part of it",
+        unit="m",
+        ge=0,
     )
     vibration_weight: float = option(
         20.0, "penalty per radian of root mean square joint motion above 5 Hz", unit="m", ge=0

@@ -2,7 +2,7 @@
 
 Between two frames the servos move on a straight line, and contact is determined in the middle of
 each frame interval. If it were determined at the frames, a body that flips between two poses every
-frame would travel in a way that no ground allows.
+frame would travel although no ground could push it forward.
 """
 
 import math
@@ -36,7 +36,7 @@ def _atan(x: Any) -> Any:
 
 
 @njit(error_model="numpy")
-def _load(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
+def _fill_block(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
     """Fill a block with midpoints and travel in `count` intervals from frame `first`."""
     cx, cy, cz, x, y, z = block.cx, block.cy, block.cz, block.x, block.y, block.z
     for n in range(count):
@@ -56,7 +56,7 @@ def _load(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
 
 
 @njit(error_model="numpy")
-def _put_down(block: Any) -> None:
+def _project_feet(block: Any) -> None:
     """Find the feet on the resting plane; project all feet and their travel onto it.
 
     The shortest rotation of the normal n to the vertical maps a point p to
@@ -83,7 +83,8 @@ def _put_down(block: Any) -> None:
 def _twist(block: Any) -> None:
     """Compute the slip, and the rigid motion of the body that best keeps stance feet in place.
 
-    Uses least squares about the centroid of the stance feet. Without stance feet, nothing moves.
+    Uses least squares about the centroid of the stance feet. Without stance feet, the body does not
+    move.
     """
     u, v, du, dv, on = block.u, block.v, block.du, block.dv, block.on
     for n in range(SIZE):
@@ -140,10 +141,10 @@ def travel(
     pose[0, 0], pose[1, 0], pose[2, 0] = _ZERO, _ZERO, _ZERO
     for first in range(0, last, SIZE):
         count = min(SIZE, last - first)
-        _load(block, feet, centre, first, count)
+        _fill_block(block, feet, centre, first, count)
         find_feet(block)
         nx, ny, nz, foot = find_normal(block, nx, ny, nz, foot)
-        _put_down(block)
+        _project_feet(block)
         _twist(block)
         find_margin(block)
         for n in range(count):
@@ -189,7 +190,7 @@ def walk(
         slope: output, (population, frames) float32, radians: tilt of the resting plane.
     """
     population, _, frames = angles.shape
-    # The working memory of one individual, 35 kB, fits into the cache.
+    # The working memory of one individual, 67 kB for 300 frames, fits into the cache.
     feet, centre = np.empty((1, 3, 8, frames), _f), np.empty((1, 3, frames), _f)
     block = np.zeros(1, BLOCK)[0]
     for n in range(population):

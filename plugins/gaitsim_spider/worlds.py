@@ -1,6 +1,6 @@
 """Conditions of the spider's world, which change its commands and the mass of its legs.
 
-Friction, torque and slope would need forces, which kinematics does not have.
+The kinematic spider has no forces, so friction, torque and slope are not among them.
 """
 
 from collections.abc import Mapping
@@ -30,8 +30,9 @@ def joint_positions(
 ) -> NDArray[np.float32]:
     """Return the positions of joints that follow commands in a world.
 
-    Commands are held until the next one, and arrive late. The servos have a limited speed and
-    constant errors, and stay within ±30°. In the nominal world, returns `commands` itself.
+    Each command is held until the next one arrives, after the latency. The servos have a limited
+    speed and constant errors, and stay within ±30°. In the nominal world, returns `commands`
+    itself.
 
     Args:
         commands: commanded angles, (population, joints, frames) rad.

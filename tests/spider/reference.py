@@ -1,4 +1,4 @@
-"""Walking in double precision, interval by interval, by SciPy: nothing shared with the kernels."""
+"""A reference for walking, in double precision with SciPy; it shares no code with the kernels."""
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -6,11 +6,11 @@ from scipy.spatial.transform import Rotation
 
 
 def walk(feet, centre):
-    """Return pose, stance, slip, margin and slope of one body, as the spider's channels.
+    """Return pose, stance, slip, margin and slope of one body, as in the spider's channels.
 
     Args:
-        feet: (frames, 8, 3), metres, body's frame.
-        centre: (frames, 3), metres: centre of mass.
+        feet: feet in the body's frame, (frames, 8, 3) m.
+        centre: centre of mass in the body's frame, (frames, 3) m.
     """
     feet, centre = feet.astype(float), centre.astype(float)
     middles, balances = (feet[1:] + feet[:-1]) / 2, (centre[1:] + centre[:-1]) / 2

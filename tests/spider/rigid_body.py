@@ -1,7 +1,7 @@
-"""An independent check on spider gaits: the same body as rigid links in MuJoCo, on a floor.
+"""An independent simulation of spider gaits: the same body as rigid links in MuJoCo, on a floor.
 
-Nothing here is shared with the package: the numbers are written out again, and load, slip,
-tipping and servos that give way come from the physics engine.
+It shares no code or constants with the package. Load, slip, tipping and servos that yield result
+from the physics engine.
 """
 
 import math
@@ -26,16 +26,16 @@ FOOT_RADIUS = 0.008
 GRAVITY = 9.81
 WEIGHT = (0.8 + 8 * 0.05) * GRAVITY
 
-# Standard-size hobby servos, full torque (8 kg·cm) from 2.3° of error on. ARMATURE is the rotor
-# and gear train as felt at the shaft. Damping acts against the joint's own speed, as back-EMF
-# does, so a joint follows its command DAMPING / KP = 10 ms late even without any other lag.
+# Standard-size hobby servos with full torque (8 kg·cm) at errors of 2.3° or more. ARMATURE is the
+# inertia of rotor and gears at the shaft. Damping opposes the joint's speed, like back-EMF, so a
+# joint follows its command DAMPING / KP = 10 ms late even without any other lag.
 KP = 20.0  # N·m/rad
 DAMPING = 0.2  # N·m·s/rad
 ARMATURE = 5e-4  # kg·m²
 TORQUE_LIMIT = 0.8  # N·m
 SETTLE = 0.5  # s
 
-# Arguments of `replay`: what another simulator, floor or set of servos might plausibly be.
+# Arguments of `replay` that represent other plausible simulators, floors and servos.
 VARIANTS: dict[str, dict[str, Any]] = {
     "nominal": {},
     "low friction": {"friction": 0.5},
@@ -49,20 +49,20 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class Replay:
-    """What the body did, seen from where it stood when the gait began."""
+    """The motion of the body, relative to its pose at the start of the gait."""
 
     forward: float  # m, along the heading at the start
     lateral: float  # m, positive to the left
-    yaw: float  # degrees, positive to the left, whole turns counted
-    max_roll: float  # degrees, either way
-    max_pitch: float  # degrees, either way
+    yaw: float  # degrees, positive to the left, including whole turns
+    max_roll: float  # degrees, to either side
+    max_pitch: float  # degrees, forward or backward
     min_height: float  # m, lowest centre of the body
-    fell: bool  # tilted beyond 45°, or the belly bore half the weight over some frame
+    fell: bool  # whether it tilted beyond 45°, or the belly carried half the weight in a frame
     belly: float  # share of the time that the belly touched the floor
     path: Array  # (frames, 3), m: forward, left, height
     heading: Array  # (frames,), degrees
-    duty: Array  # (8,), share of the time that each foot bore load
-    load: Array  # (frames − 1, 9), N: feet and belly, mean over each frame's interval
+    duty: Array  # (8,), share of the time that each foot carried load
+    load: Array  # (frames − 1, 9), N: load on feet and belly, mean over each frame interval
 
 
 @lru_cache(maxsize=32)
@@ -71,7 +71,7 @@ def _model(
     servo: tuple[float, float, float] = (KP, DAMPING, TORQUE_LIMIT),
     floor: tuple[float, str, float] = (0.8, "elliptic", 10.0),
 ) -> Any:
-    """The spider on a flat floor; every joint is at 0 in the neutral pose."""
+    """Return the spider on a flat floor; all joints are at 0 in the neutral pose."""
     (kp, damping, torque_limit), (friction, cone, impratio) = servo, floor
     knee = np.array([FEMUR * math.cos(FEMUR_PITCH), 0.0, FEMUR * math.sin(FEMUR_PITCH)])
     foot = np.array([TIBIA * math.cos(TIBIA_PITCH), 0.0, TIBIA * math.sin(TIBIA_PITCH)])
@@ -82,7 +82,9 @@ def _model(
     legs, actuators, sensors = [], [], []
     for index, leg in enumerate(LEGS):
         side = 1.0 if leg[0] == "L" else -1.0
-        turn = side * math.radians(90.0 - AZIMUTH[index % 4])  # of the leg's own x axis, outward
+        turn = side * math.radians(
+            90.0 - AZIMUTH[index % 4]
+        )  # of the leg's x axis, which points outward
         legs.append(f"""
         <body pos="{text(HIP_X[index % 4], side * HIP_Y, 0)}" euler="0 0 {turn:.9g}">
           <joint name="{leg} coxa" axis="0 0 {-side}"/>
@@ -128,8 +130,8 @@ def _model(
     </mujoco>""")
 
 
-def _posed(joint_angles: ArrayLike) -> Iterator[Any]:
-    """The engine's data in each pose, (frames, 24) rad, the body at the origin."""
+def _data_in_poses(joint_angles: ArrayLike) -> Iterator[Any]:
+    """Yield the engine's data in each pose, (frames, 24) rad, with the body at the origin."""
     model = _model()
     data = mujoco.MjData(model)
     data.qpos[:3] = 0.0
@@ -140,13 +142,15 @@ def _posed(joint_angles: ArrayLike) -> Iterator[Any]:
 
 
 def feet(joint_angles: ArrayLike) -> Array:
-    """Centres of the feet in the body's frame, (frames, 8, 3) m, by the engine's kinematics."""
-    return np.array([[data.geom(leg).xpos.copy() for leg in LEGS] for data in _posed(joint_angles)])
+    """Return the centres of the feet in the body's frame, (frames, 8, 3) m, from the engine."""
+    return np.array(
+        [[data.geom(leg).xpos.copy() for leg in LEGS] for data in _data_in_poses(joint_angles)]
+    )
 
 
 def links(joint_angles: ArrayLike, without: tuple[str, ...] = ()) -> tuple[Array, Array]:
-    """Masses (links,) kg and centres of mass (frames, links, 3) m of all links but some legs'."""
-    places = [data.xipos[1:].copy() for data in _posed(joint_angles)]
+    """Return masses (links,) kg and centres of mass (frames, links, 3) m; 0 kg for missing legs."""
+    places = [data.xipos[1:].copy() for data in _data_in_poses(joint_angles)]
     masses: Array = _model().body_mass[1:].copy()
     for leg in without:
         first = 3 * LEGS.index(leg) + 1  # the trunk, then three links for each leg
@@ -155,22 +159,24 @@ def links(joint_angles: ArrayLike, without: tuple[str, ...] = ()) -> tuple[Array
 
 
 def commands(angles: Array, frame_rate: float, timestep: float, delay: float, hold: bool) -> Array:
-    """What the servos are told at each step, (steps, 24), from the first frame to the last."""
+    """Return the commands to the servos in each step, (steps, 24), from first to last frame."""
     last = len(angles) - 1
     time = np.arange(round(last / frame_rate / timestep)) * timestep
     when = np.clip((time - delay) * frame_rate + 1e-9, 0, last)
     frame = np.minimum(when.astype(int), last - 1)
     share = when - frame
     share = np.floor(share) if hold else share
-    told: Array = angles[frame] + share[:, None] * (angles[frame + 1] - angles[frame])
-    return told
+    commanded: Array = angles[frame] + share[:, None] * (angles[frame + 1] - angles[frame])
+    return commanded
 
 
-def first_order(told: Array, timestep: float, lag: float) -> Array:
-    """The same commands through a low-pass filter with the time constant `lag`."""
-    late = told.copy()
+def first_order(commanded: Array, timestep: float, lag: float) -> Array:
+    """Return commands after a low-pass filter with the time constant `lag`."""
+    late = commanded.copy()
     for step in range(1, len(late)):
-        late[step] = late[step - 1] - math.expm1(-timestep / lag) * (told[step] - late[step - 1])
+        late[step] = late[step - 1] - math.expm1(-timestep / lag) * (
+            commanded[step] - late[step - 1]
+        )
     return late
 
 
@@ -192,8 +198,8 @@ def replay(
     """Play a gait, (frames, 24) radians from the neutral pose, on servos and a floor.
 
     The spider is put down in the first frame's pose, holds it for half a second, and then plays
-    from the first frame to the last. `lag` (s) is a dead time or a time constant; `hold` sends
-    each frame as a step in place of a line to the next.
+    from the first frame to the last. `lag` (s) is a delay or a time constant. With `hold`, servos
+    jump from frame to frame instead of moving linearly.
     """
     angles = np.asarray(joint_angles, dtype=np.float64)
     if angles.ndim != 2 or angles.shape[1] != 24 or len(angles) < 2:
@@ -202,22 +208,24 @@ def replay(
         raise ValueError("joint angles must be finite")
     model = _model(timestep, (kp, damping, torque_limit), (friction, cone, impratio))
     delay = lag if lag_kind == "delay" else 0.0
-    told = commands(angles, frame_rate, timestep, delay, hold)
+    commanded = commands(angles, frame_rate, timestep, delay, hold)
     if lag > delay:
-        told = first_order(told, timestep, lag)
+        commanded = first_order(commanded, timestep, lag)
     data = mujoco.MjData(model)
     data.qpos[2] = FOOT_RADIUS - feet(angles[0])[0, :, 2].min()
     data.qpos[7:] = data.ctrl[:] = angles[0]
     mujoco.mj_step(model, data, nstep=round(SETTLE / timestep))
 
-    pose, load = np.empty((len(told) + 1, 7)), np.empty((len(told), 9))
+    pose, load = np.empty((len(commanded) + 1, 7)), np.empty((len(commanded), 9))
     pose[0] = data.qpos[:7]
-    for step, target in enumerate(told):
+    for step, target in enumerate(commanded):
         data.ctrl[:] = target
         mujoco.mj_step(model, data)
         pose[step + 1], load[step] = data.qpos[:7], data.sensordata
-    if data.time < SETTLE + (len(told) - 1) * timestep:  # the engine starts again after a blow-up
-        raise FloatingPointError("the simulation became unstable: take a shorter timestep")
+    if (
+        data.time < SETTLE + (len(commanded) - 1) * timestep
+    ):  # the engine resets its time after a divergence
+        raise FloatingPointError("the simulation became unstable: use a shorter timestep")
     return _summary(pose, load, len(angles))
 
 
@@ -256,5 +264,5 @@ def tetrapod(
     phase = phase + np.pi * np.array([0, 1, 0, 1, 1, 0, 1, 0])
     angles = np.zeros((frames, 8, 3))
     angles[:, :, 0] = -coxa * np.cos(phase)  # swings forward over the first half of the cycle
-    angles[:, :, 1] = lift * np.maximum(np.sin(phase), 0)  # and is in the air meanwhile
+    angles[:, :, 1] = lift * np.maximum(np.sin(phase), 0)  # and is in the air during that half
     return np.radians(angles.reshape(frames, 24))

@@ -25,7 +25,7 @@ def mirrored(genomes: np.ndarray) -> np.ndarray:
     return np.concatenate([np.roll(group, group.shape[1] // 2, axis=1) for group in groups], axis=1)
 
 
-def test_damage_leaves_the_other_joints_as_they_are() -> None:
+def test_damage_does_not_change_other_joints() -> None:
     spider = damaged("L2 lost", "R1 femur stuck 20", "R3 tibia stuck", "R4 coxa slow 0.25")
     angles = spider.move(GENOMES)["joint_angles"]
     index = {name: n for n, name in enumerate(body.JOINTS)}
@@ -59,7 +59,7 @@ def test_a_damaged_walk_agrees_with_an_independent_reference(damage: tuple[str, 
         np.testing.assert_allclose(motion["slope"][individual, :-1], slope, atol=1e-5)
 
 
-def test_a_lost_leg_takes_its_mass_away_and_leaves_its_hip() -> None:
+def test_a_lost_leg_has_no_mass_and_its_foot_is_its_hip() -> None:
     pytest.importorskip("mujoco")
     import rigid_body
 
@@ -73,13 +73,13 @@ def test_a_lost_leg_takes_its_mass_away_and_leaves_its_hip() -> None:
     np.testing.assert_allclose(motion["centre_of_mass"][0], centre, atol=2e-7)
 
 
-def test_mirrored_damage_walks_the_mirrored_way() -> None:
+def test_mirrored_damage_gives_a_mirrored_walk() -> None:
     left = damaged("L2 lost", "R1 tibia stuck 10").move(GENOMES)
     right = damaged("R2 lost", "L1 tibia stuck 10").move(mirrored(GENOMES))
     np.testing.assert_allclose(right["pose"], left["pose"] * [1, -1, -1], atol=1e-4)
 
 
-def test_a_body_that_leans_on_the_hip_of_a_lost_leg_rests_on_the_hip() -> None:
+def test_a_body_can_rest_on_the_hips_of_lost_legs() -> None:
     """Without the left legs, the body lies on the line of its left hips."""
     spider = damaged("L1 lost", "L2 lost", "L3 lost", "L4 lost")
     motion = spider.play(np.zeros((1, 2, 24)))
@@ -89,14 +89,14 @@ def test_a_body_that_leans_on_the_hip_of_a_lost_leg_rests_on_the_hip() -> None:
     assert motion["slope"][0, 0] == pytest.approx(tilt, rel=1e-5)
 
 
-def test_played_angles_are_damaged_as_those_of_a_genome_are() -> None:
+def test_damage_applies_to_played_angles_as_to_genomes() -> None:
     spider = damaged("L2 lost", "R1 femur stuck 20", "R4 coxa slow 0.25")
     moved, played = spider.move(GENOMES), spider.play(INTACT["joint_angles"])
     for channel in spider.channels:
         np.testing.assert_array_equal(played[channel], moved[channel])
 
 
-def test_a_skeleton_leaves_lost_legs_out_and_keeps_their_hips_as_contacts() -> None:
+def test_a_skeleton_omits_lost_legs_and_keeps_their_hips_as_contacts() -> None:
     spider = damaged("L2 lost", "R1 femur stuck 20")
     skeleton = spider.skeleton(spider.move(GENOMES), 1)
     assert not [name for name in skeleton.names if name.startswith("L2")]
@@ -108,7 +108,7 @@ def test_a_skeleton_leaves_lost_legs_out_and_keeps_their_hips_as_contacts() -> N
 
 
 @pytest.mark.parametrize("theme", THEMES)
-def test_damage_is_seen_in_pictures(theme: str) -> None:
+def test_damage_is_visible_in_pictures(theme: str) -> None:
     spider = damaged("L2 lost", "R1 femur stuck 20")
     picture = draw(spider.skeleton(spider.move(GENOMES), 0), theme=theme)[..., :3]
     crimson = np.abs(picture - 255 * rgb(THEMES[theme].damaged)).max(axis=-1) < 2
@@ -117,7 +117,7 @@ def test_damage_is_seen_in_pictures(theme: str) -> None:
     assert not (np.abs(whole - 255 * rgb(THEMES[theme].damaged)).max(axis=-1) < 2).any()
 
 
-def test_damage_is_seen_in_a_terminal() -> None:
+def test_damage_is_visible_in_a_terminal() -> None:
     spider = damaged("L2 lost", "R1 femur stuck 20")
     motion = spider.move(GENOMES)
     codes, inks = terminal.picture(Clip(spider.skeleton(motion, 0)), 0, Viewpoint(), 80, 24)
@@ -137,7 +137,7 @@ def test_damage_is_seen_in_a_terminal() -> None:
         ("X lost", "L1, L2"),
     ],
 )
-def test_damage_that_a_spider_cannot_have_is_refused(damage: str, named: str) -> None:
+def test_invalid_damage_is_refused(damage: str, named: str) -> None:
     with pytest.raises(GaitsimError) as caught:
         damaged(damage)
     assert caught.value.key == "damage"

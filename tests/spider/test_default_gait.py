@@ -1,4 +1,4 @@
-"""What `gaitsim run spider` delivers must walk: by its own measures, and in physics."""
+"""The best spider of `gaitsim run spider` must walk, by its own measures and in physics."""
 
 import numpy as np
 import pytest
@@ -7,13 +7,13 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 
-# test_imitating.py evolves a part of such a run in the default suite, and has it walk.
+# test_imitating.py tests the walk of a shorter run in the default suite.
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module", params=range(2))
 def champion(request: pytest.FixtureRequest) -> tuple[dict[str, float], np.ndarray]:
-    """Measures and joint angles, (frames, 24), of the default run's best spider."""
+    """Return measures and joint angles, (frames, 24), of the best spider of the default run."""
     experiment = load_experiment("spider", {"seed": request.param})
     with Evaluator(experiment) as evaluator:
         for generation in evolve(experiment, evaluator.evaluate):

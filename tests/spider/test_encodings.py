@@ -25,7 +25,7 @@ def angles_of(spider: Spider, count: int = 20, seed: int = 0) -> np.ndarray:
 
 
 @pytest.mark.parametrize("spider", ENCODED, ids=str)
-def test_every_encoding_keeps_the_joint_limits(spider: Spider) -> None:
+def test_every_encoding_respects_the_joint_limits(spider: Spider) -> None:
     angles = angles_of(spider)
     assert angles.shape == (20, 300, 24)
     assert angles.dtype == np.float32
@@ -36,7 +36,7 @@ def test_every_encoding_keeps_the_joint_limits(spider: Spider) -> None:
 
 @given(frequency=st.floats(0.2, 5.0), phase=st.floats(-math.pi, math.pi))
 @settings(max_examples=30)
-def test_the_largest_sine_allowed_keeps_the_limits_at_any_frequency(
+def test_the_largest_amplitude_respects_the_limits_at_any_frequency(
     frequency: float, phase: float
 ) -> None:
     spider = Spider(frequency=frequency)
@@ -71,7 +71,7 @@ def test_alternating_right_legs_follow_the_left_ones_half_a_stride_later(encodin
     np.testing.assert_allclose(left, right, atol=0.02 if encoding == "cpg" else 1e-5)
 
 
-def test_the_recurrence_is_the_source_s_map_step_by_step() -> None:
+def test_the_recurrence_iterates_the_map_of_the_source() -> None:
     spider = Spider(encoding="recurrence")
     genomes = spider.genome_space().random(5, np.random.default_rng(2))
     angles = spider.move(genomes)["joint_angles"]
@@ -82,7 +82,7 @@ def test_the_recurrence_is_the_source_s_map_step_by_step() -> None:
         theta = np.clip(angles[:, frame] + step, -0.5235988, 0.5235988)
 
 
-def test_a_child_of_the_recurrence_has_its_mother_s_left_legs_and_its_father_s_right_ones() -> None:
+def test_a_child_of_the_recurrence_has_the_mother_s_left_and_the_father_s_right_legs() -> None:
     experiment = load_experiment("spider-recurrence")
     spider, space = experiment.organism, experiment.space()
     mother, father = space.random(2, np.random.default_rng(3))[:, None]
@@ -116,7 +116,7 @@ def test_cpg_settles_on_the_lags_and_amplitudes_of_its_genes() -> None:
     genomes = spider.genome_space().random(5, np.random.default_rng(3))
     angles = spider.move(genomes)["joint_angles"]
     cycle = np.exp(-2j * np.pi * np.arange(30) / 30)
-    # The fundamental of the last stride, joint by joint.
+    # The fundamental frequency of the last stride, for each joint.
     wave = np.einsum("pfj,f->pj", angles[:, -30:], cycle) * 2 / 30
     amplitude, leg_phase, lag = np.split(genomes, [24, 32], axis=1)
     np.testing.assert_allclose(np.abs(wave), amplitude, atol=1e-3)
@@ -124,7 +124,7 @@ def test_cpg_settles_on_the_lags_and_amplitudes_of_its_genes() -> None:
     lags[:, :, 1:] = lag.reshape(5, 8, 2)
     expected = (leg_phase[:, :, None] + lags).reshape(5, 24)
     relative = np.exp(1j * (np.angle(wave) - expected))
-    # All legs may share a phase; they agree with their genes relative to the first one.
+    # The phases follow the genes relative to the first leg; a common shift is allowed.
     drift = np.angle(relative / relative[:, :1])
     np.testing.assert_allclose(drift[amplitude > 0.02], 0, atol=0.02)
 

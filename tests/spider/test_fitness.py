@@ -15,7 +15,7 @@ def moved(spider: Spider = SPIDER, count: int = 20) -> Motion:
     return spider.move(spider.genome_space().random(count, np.random.default_rng(0)))
 
 
-def test_walk_terms_are_what_their_options_say() -> None:
+def test_walk_terms_follow_their_definitions() -> None:
     motion = moved()
     terms = SpiderWalk(safe_margin=0.03, support_weight=3, yaw_weight=1).terms(motion)
     pose = motion["pose"].astype(float)
@@ -59,8 +59,8 @@ def test_vibration_and_jerk_agree_with_scipy() -> None:
     np.testing.assert_allclose(jerk, np.sqrt((third**2).mean(axis=(1, 2))), rtol=1e-5)
 
 
-def test_a_flip_flop_pays_more_than_a_walk_earns() -> None:
-    """The recurrence's only lasting motion scores below standing still, in `spider-walk`."""
+def test_a_flip_flop_scores_below_standing_still() -> None:
+    """The flip-flop is the only lasting motion of the recurrence."""
     flips = Spider(encoding="recurrence")
     genomes = np.zeros((2, 48))
     genomes[0, ::2], genomes[0, 1::2] = -2.0, 0.08  # every joint flips between 0 and 0.08
@@ -95,8 +95,8 @@ def test_classic_terms_against_plain_numpy() -> None:
     np.testing.assert_allclose(terms["angle change"], -50 * change, rtol=1e-4, atol=1e-7)
 
 
-def test_classic_prefers_moving_to_freezing() -> None:
-    """The source's first trouble: without its penalty, standing still was a safe solution."""
+def test_classic_prefers_moving_to_standing_still() -> None:
+    """Without its penalty, standing still was a local optimum in the source."""
     still, waving = np.zeros((2, 48))
     waving[:24:3] = 0.2
     terms = SpiderClassic().terms(SPIDER.move(np.array([still, waving])))

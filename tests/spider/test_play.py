@@ -10,7 +10,7 @@ STEP, LIMIT = math.radians(5), math.radians(30)
 
 
 def gait(angles):
-    """(frames,) of one joint as the gait of all, (1, frames, 24)."""
+    """Return a gait, (1, frames, 24), in which all joints have the same angles, (frames,)."""
     return np.repeat(np.asarray(angles, dtype=float)[None, :, None], 24, axis=2)
 
 
@@ -34,8 +34,8 @@ def test_angles_beyond_thirty_degrees_are_clipped():
     assert np.abs(played).max() <= np.float32(LIMIT)
 
 
-def test_a_joint_turns_at_most_five_degrees_a_frame():
-    # It falls behind a jump and catches up, as a servo does.
+def test_a_joint_turns_at_most_five_degrees_per_frame():
+    # Like a servo, it lags behind a jump and then catches up.
     asked = [0.0, 3 * STEP, 3 * STEP, 3 * STEP, 2.5 * STEP]
     played = Spider().play(gait(asked))["joint_angles"][0, :, 7]
     assert played == pytest.approx(np.array([0, 1, 2, 3, 2.5]) * STEP, abs=1e-6)

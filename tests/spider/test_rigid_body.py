@@ -1,4 +1,4 @@
-"""The replay itself has to be right before a gait is judged by it."""
+"""Tests of the independent simulation, which other tests use to evaluate gaits."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,9 @@ def test_positive_angles_swing_forward_lift_and_extend(leg: int) -> None:
 def test_a_standing_body_stays_at_the_standing_height(standing: Replay) -> None:
     assert np.abs(standing.path[:, :2]).max() < 1e-3
     assert abs(standing.yaw) < 0.01
-    np.testing.assert_allclose(standing.path[:, 2], 0.0862, atol=1e-3)  # servos sag, feet sink
+    np.testing.assert_allclose(
+        standing.path[:, 2], 0.0862, atol=1e-3
+    )  # servos sag, and feet sink into the floor
     assert not standing.fell
 
 
@@ -86,9 +88,11 @@ def test_the_timestep_does_not_matter(nominal: Replay) -> None:
     assert fine.yaw == pytest.approx(nominal.yaw, abs=2)
 
 
-def test_a_mirrored_gait_walks_the_mirror_image() -> None:
+def test_a_mirrored_gait_gives_a_mirrored_walk() -> None:
     gait = tetrapod(120)
-    gait[:, [12, 15, 18, 21]] *= 0.5  # the right legs take half the stride: it turns right
+    gait[:, [12, 15, 18, 21]] *= (
+        0.5  # the right legs have half the stride, so the spider turns right
+    )
     turn, mirror = replay(gait), replay(mirrored(gait))
     assert turn.yaw < -15
     assert mirror.yaw == pytest.approx(-turn.yaw, abs=1)
@@ -96,7 +100,7 @@ def test_a_mirrored_gait_walks_the_mirror_image() -> None:
     assert mirror.forward == pytest.approx(turn.forward, abs=0.01)
 
 
-def test_the_gait_backwards_in_time_walks_backwards() -> None:
+def test_a_reversed_gait_walks_backwards() -> None:
     assert replay(tetrapod(120)[::-1]).forward < -0.5
 
 

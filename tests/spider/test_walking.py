@@ -9,13 +9,13 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from gaitsim_spider import body
-from gaitsim_spider.damage import anatomy
+from gaitsim_spider.damage import damaged_anatomy
 from gaitsim_spider.intervals import BLOCK
 from gaitsim_spider.kinematics import leg_points, place_feet
 from gaitsim_spider.organism import Spider
 from gaitsim_spider.walking import STANCE_TOLERANCE, travel
 
-INTACT = anatomy(()).legs
+INTACT = damaged_anatomy(()).legs
 FEET = np.zeros((8, 3))
 FEET[:, 0] = [0.16, 0.056, -0.056, -0.16] * 2
 FEET[:, 1] = [0.155, 0.186, 0.186, 0.155, -0.155, -0.186, -0.186, -0.155]
@@ -23,7 +23,7 @@ FEET[:, 2] = -0.078
 
 
 def walked(feet: np.ndarray, centre: np.ndarray | None = None) -> dict[str, np.ndarray]:
-    """Walk one body by its feet, (frames, 8, 3)."""
+    """Return the channels of one body whose feet move as given, (frames, 8, 3)."""
     frames = len(feet)
     centre = np.zeros((frames, 3)) if centre is None else centre
     out = {
@@ -42,7 +42,7 @@ def walked(feet: np.ndarray, centre: np.ndarray | None = None) -> dict[str, np.n
     return {name: values.T for name, values in out.items()}
 
 
-def test_feet_that_go_straight_back_carry_the_body_straight_forward() -> None:
+def test_feet_that_move_straight_back_carry_the_body_straight_forward() -> None:
     feet = np.repeat(FEET[None], 31, axis=0)
     feet[:, :, 0] -= 0.001 * np.arange(31)[:, None]
     result = walked(feet)
@@ -59,13 +59,13 @@ def test_feet_that_turn_right_turn_the_body_left_about_its_centre() -> None:
 
 
 def test_travel_follows_the_heading() -> None:
-    """A constant twist makes a circle: v/ω is its radius."""
+    """A constant twist leads along a circle of radius v/ω."""
     turn, step = np.radians(1.0), 0.002
     feet = [FEET]
     back = Rotation.from_euler("z", -turn).as_matrix()
     for _ in range(90):
         feet.append((feet[-1] - [step, 0, 0]) @ back.T)
-        # Where a foot would leave its reach does not matter to a constant twist.
+        # The feet are not limited to the reach of their legs.
     pose = walked(np.array(feet))["pose"]
     radius = step / turn
     np.testing.assert_allclose(pose[-1], [radius, radius, np.pi / 2], rtol=0.03, atol=0.002)
@@ -75,7 +75,7 @@ def test_lifted_feet_do_not_carry() -> None:
     feet = np.repeat(FEET[None], 2, axis=0)
     lifted = [0, 2, 5, 7]
     feet[:, lifted, 2] += 0.02
-    feet[1, lifted, 0] += 0.01  # they swing forward
+    feet[1, lifted, 0] += 0.01  # lifted feet swing forward
     feet[1, [1, 3, 4, 6], 0] -= 0.004
     result = walked(feet)
     np.testing.assert_array_equal(np.flatnonzero(~result["stance"][0]), lifted)
@@ -84,15 +84,15 @@ def test_lifted_feet_do_not_carry() -> None:
 
 def test_slip_is_the_residual_of_the_rigid_motion() -> None:
     feet = np.repeat(FEET[None], 2, axis=0)
-    feet[1, :4, 1] += 0.001  # left feet outwards, right feet outwards: the body can't follow
+    feet[1, :4, 1] += 0.001  # both sides move outwards, which no motion of the body can follow
     feet[1, 4:, 1] -= 0.001
     result = walked(feet)
     np.testing.assert_allclose(result["slip"][0], 0.001, rtol=1e-3)
     np.testing.assert_allclose(result["pose"][-1], 0, atol=1e-7)
 
 
-def test_a_flip_flop_earns_nothing() -> None:
-    """Feet that lift and drop every frame while the others swing: no travel to be had."""
+def test_a_flip_flop_does_not_travel() -> None:
+    """Two groups of feet alternate in every frame between stance and swing."""
     feet = np.repeat(FEET[None], 300, axis=0)
     even = [0, 2, 5, 7]
     odd = [1, 3, 4, 6]
@@ -120,21 +120,21 @@ def test_a_centre_outside_its_support_has_a_negative_margin() -> None:
 
 def random_poses(count: int) -> tuple[np.ndarray, np.ndarray]:
     angles = np.random.default_rng(0).uniform(-0.35, 0.35, (count, 24, 2)).astype(np.float32)
-    angles[..., 1] = angles[..., 0]  # standing: both ends of the interval alike
+    angles[..., 1] = angles[..., 0]  # standing: equal poses at both ends of the interval
     feet, centre = np.empty((count, 3, 8, 2), np.float32), np.empty((count, 3, 2), np.float32)
     place_feet(angles, INTACT, feet, centre)
     return feet, centre
 
 
 def test_the_resting_plane_is_the_lower_hull_under_the_centre() -> None:
-    """Against SciPy's convex hull of feet, for poses at random."""
+    """The reference is SciPy's convex hull of the feet in random poses."""
     feet, centre = random_poses(100)
     for individual in range(100):
         points = feet[individual, :, :, 0].T.astype(float)
         balance = centre[individual, :, 0].astype(float)
         result = walked(np.repeat(points[None], 2, axis=0), np.repeat(balance[None], 2, axis=0))
         hull = ConvexHull(points)
-        below = hull.equations[hull.equations[:, 2] < -1e-9]  # facets that look down
+        below = hull.equations[hull.equations[:, 2] < -1e-9]  # facets that face down
         heights = -(below[:, :2] @ balance[:2] + below[:, 3]) / below[:, 2]
         facet = below[np.argmax(heights)]  # the lower hull is the highest of its planes
         np.testing.assert_allclose(result["slope"][0], np.arccos(-facet[2]), atol=2e-3)
@@ -163,7 +163,9 @@ def test_walking_agrees_with_an_independent_reference(spider: Spider) -> None:
 def test_three_feet_in_a_row_on_one_side_are_one_side_of_the_support() -> None:
     feet = np.repeat(FEET[None], 2, axis=0)
     feet[:, :4, 1], feet[:, 4:, 1] = 0.18, -0.17
-    assert walked(feet)["margin"] == pytest.approx(0.16)  # to the feet of the front and the back
+    assert walked(feet)["margin"] == pytest.approx(
+        0.16
+    )  # distance to the line from the front foot to the rear foot
     feet[:, 4:, 1] = -0.1
     assert walked(feet)["margin"] == pytest.approx(0.1)
 
@@ -184,11 +186,11 @@ def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
         balance = centre[individual, :, 0].astype(float)
         result = walked(np.repeat(points[None], 2, axis=0), np.repeat(balance[None], 2, axis=0))
         down = points[result["stance"][0]]
-        # The plane's normal from the stance feet, and everything turned to it.
+        # Compute the plane's normal from the stance feet, and rotate all points to level it.
         _, _, axes = np.linalg.svd(down[:3] - down[:3].mean(axis=0))
         normal = axes[2] * np.sign(axes[2][2])
         if len(down) > 3 or np.arccos(normal[2]) > 0.5:
-            continue  # more than three feet are not exactly on one plane
+            continue  # more than three feet are not exactly in one plane
         turn, _ = Rotation.align_vectors([[0, 0, 1]], [normal])
         flat = turn.apply(down)[:, :2]
         middle = turn.apply(balance)[:2]
@@ -197,7 +199,7 @@ def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
         np.testing.assert_allclose(result["margin"][0], expected, atol=2e-5)
 
 
-def test_chunks_and_other_individuals_change_no_bit() -> None:
+def test_chunks_and_other_individuals_do_not_change_any_bit() -> None:
     spider = Spider()
     genomes = spider.genome_space().random(7, np.random.default_rng(1))
     whole = spider.move(genomes)
@@ -243,7 +245,7 @@ def test_the_neutral_pose_stands_at_the_published_height() -> None:
     assert pytest.approx(0.0862, abs=5e-5) == body.STANDING_HEIGHT
 
 
-def test_a_mirrored_gait_walks_the_mirrored_way() -> None:
+def test_a_mirrored_gait_gives_a_mirrored_walk() -> None:
     spider = Spider()
     genomes = spider.genome_space().random(5, np.random.default_rng(8))
     groups = np.split(genomes, [24, 32], axis=1)
@@ -275,8 +277,7 @@ def test_channels_have_the_declared_axes(channel: str) -> None:
     assert motion[channel].shape == (3, *shape)
 
 
-def test_lifting_combinations_never_leave_the_body_unsupported_by_the_plane() -> None:
-    """Whichever feet are lifted, at least three are found to stand."""
+def test_at_least_three_feet_stand_whichever_four_are_lifted() -> None:
     for lifted in itertools.combinations(range(8), 4):
         feet = np.repeat(FEET[None], 2, axis=0)
         feet[:, list(lifted), 2] += 0.02

@@ -1,4 +1,4 @@
-"""What a world does to the spider, against closed forms."""
+"""Effects of worlds on the spider, against closed forms."""
 
 from typing import Any
 
@@ -23,15 +23,15 @@ EVERYTHING = {
 
 
 def positions(commands: Any = WAVES, **world: float) -> Any:
-    """Where joints are that are told to wave, (frames, 24) rad."""
+    """Return the positions of joints that follow commands, (frames, 24) rad."""
     return Spider(world=world).play(commands[None])["joint_positions"][0]
 
 
-def test_it_declares_the_conditions_that_are_tested() -> None:
+def test_all_conditions_are_tested() -> None:
     assert {*EVERYTHING} == {*Spider().conditions(), "seed"}
 
 
-def test_offsets_shift_the_joints_and_leave_the_commands() -> None:
+def test_offsets_shift_the_joints_but_not_the_commands() -> None:
     world = {"joint_offset": 2.0, "seed": 3.0}
     motion = Spider(world=world).play(WAVES[None])
     off = motion["joint_positions"][0] - WAVES
@@ -43,18 +43,18 @@ def test_offsets_shift_the_joints_and_leave_the_commands() -> None:
     assert all(np.array_equal(motion[name], again[name]) for name in motion)
 
 
-def test_offsets_end_at_the_limits_of_the_joints() -> None:
+def test_offset_joints_stay_within_their_limits() -> None:
     wide = positions(joint_offset=30.0)
     assert np.abs(wide).max() == pytest.approx(body.ANGLE_LIMIT)
 
 
-def test_late_commands_are_those_of_before() -> None:
+def test_latency_delays_the_commands() -> None:
     np.testing.assert_array_equal(positions(latency=0.1)[3:], positions()[:-3])
     between = (WAVES[10:-2] + WAVES[9:-3]) / 2
     np.testing.assert_allclose(positions(latency=2.5 / 30)[12:], between[:108], atol=1e-6)
 
 
-def test_joints_start_off_and_turn_to_their_commands_as_fast_as_servos_do() -> None:
+def test_joints_start_with_errors_and_turn_to_their_commands_at_servo_speed() -> None:
     world = {"initial_pose": 6.0, "servo_speed": 0.5, "seed": 2.0}
     still = positions(np.zeros((20, 24)), **world)
     start = joint_errors(world, "initial_pose", 24)
@@ -63,7 +63,7 @@ def test_joints_start_off_and_turn_to_their_commands_as_fast_as_servos_do() -> N
     np.testing.assert_allclose(still, closed, atol=1e-6)
 
 
-def test_commands_that_arrive_seldom_are_held() -> None:
+def test_commands_at_a_low_rate_are_held() -> None:
     slow = 0.3 * WAVES
     held = positions(slow, command_rate=10.0)
     np.testing.assert_allclose(held, np.repeat(slow[::3], 3, axis=0), atol=1e-6)
@@ -84,7 +84,7 @@ def test_heavier_legs_move_the_centre_of_mass() -> None:
     assert np.abs(moment[2]) > 1e-3
 
 
-def test_a_world_changes_each_individual_alike_alone_and_in_any_chunk() -> None:
+def test_an_individual_moves_the_same_in_a_world_alone_and_in_any_chunk() -> None:
     spider = Spider(world=EVERYTHING, damage=("L2 lost", "R1 femur slow 0.5", "R2 tibia stuck 10"))
     genomes = spider.genome_space().random(9, np.random.default_rng(0))
     whole = spider.move(genomes)
@@ -98,13 +98,13 @@ def test_a_world_changes_each_individual_alike_alone_and_in_any_chunk() -> None:
     assert spider.skeleton(whole, 3).segments.shape[1] == 4 + 7 * 3
 
 
-def test_a_nominal_world_keeps_the_bits() -> None:
+def test_a_nominal_world_does_not_change_any_bit() -> None:
     genomes = Spider().genome_space().random(3, np.random.default_rng(0))
     nominal = {name: one.nominal for name, one in Spider().conditions().items()}
     moved, same = Spider().move(genomes), Spider(world=nominal).move(genomes)
     assert all(np.array_equal(moved[name], same[name]) for name in moved)
 
 
-def test_forces_are_no_condition() -> None:
+def test_conditions_that_need_forces_are_refused() -> None:
     with pytest.raises(GaitsimError, match="friction"):
         Spider(world={"friction": 0.5})
