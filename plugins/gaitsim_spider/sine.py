@@ -24,9 +24,6 @@ def sum_waves(
     """
     for individual in range(angles.shape[0]):
         for joint in range(angles.shape[1]):
-            a, b = (
-                sine_weight[individual, joint],
-                cosine_weight[individual, joint],
-            )
+            a, b = sine_weight[individual, joint], cosine_weight[individual, joint]
             for frame in range(angles.shape[2]):
                 angles[individual, joint, frame] = a * sine[frame] + b * cosine[frame]

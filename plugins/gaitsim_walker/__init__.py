@@ -1,1 +1,1 @@
-"""The walker: a planar body on two or four legs in a rigid-body simulation, for gaitsim."""
+"""The walker: a planar body on two or four legs in a rigid-body simulation."""

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 TORSO_LENGTH, TORSO_HEIGHT = 0.50, 0.12  # m; a biped's torso is upright
 TORSO_MASS, THIGH_MASS, SHANK_MASS = 6.0, 0.6, 0.3  # kg
 FRAME_RATE = 60.0  # Hz, for both servo commands and recorded frames
-LIMB = 0.20  # m, length of a thigh and of a shank
+LIMB = 0.20  # m, length of each thigh and of each shank
 FOOT_RADIUS, KNEE_RADIUS = 0.025, 0.02  # m
-HIP_PLACE = 0.20  # m, distance of a four-legged walker's hips from the middle
+HIP_OFFSET = 0.20  # m, distance of a four-legged walker's hips from the torso's middle
 BEND = math.radians(30)  # angle of thigh and shank from the vertical at rest
 HIP_LIMIT, KNEE_LIMIT = math.radians(60), math.radians(50)
 STOP = math.radians(5)  # angle from a limit to the joint's mechanical stop beyond it
@@ -34,7 +34,7 @@ class Leg:
     Attributes:
         name: name of the leg.
         hip: x and z of the hip in the torso's frame, m.
-        knee: direction of the knee, 1 forward or −1 backward.
+        knee: direction in which the knee points, 1 forward or −1 backward.
     """
 
     name: str
@@ -91,7 +91,7 @@ PLANS = {
         tuple(
             Leg(f"{side} {end}", (x, -TORSO_HEIGHT / 2), knee)
             for side in ("near", "far")
-            for end, x, knee in (("fore", HIP_PLACE, -1), ("hind", -HIP_PLACE, 1))
+            for end, x, knee in (("fore", HIP_OFFSET, -1), ("hind", -HIP_OFFSET, 1))
         ),
         (TORSO_LENGTH / 2, TORSO_HEIGHT / 2),
     ),
@@ -103,12 +103,12 @@ OUTLINE_NAMES = ("front", "bottom", "back", "top")
 
 def outline(plan: Plan) -> Floats:
     """Return both ends of each edge of the torso in its frame, (4, 2, 3) m."""
-    corners = in_space(np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * plan.half)
+    corners = to_3d(np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * plan.half)
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
 def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
-    """Return the angles of thighs and shanks relative to the torso; 0 hangs straight down.
+    """Return the angles of thighs and shanks relative to the torso; at 0, they hang straight down.
 
     Args:
         plan: build of the body.
@@ -118,14 +118,14 @@ def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
         (…, joints) rad: the thigh's and then the shank's angle of each leg.
     """
     hips, knees = joint_angles[..., 0::2], joint_angles[..., 1::2]
-    way = np.array([float(leg.knee) for leg in plan.legs])
-    thigh = hips + way * BEND
+    direction = np.array([float(leg.knee) for leg in plan.legs])
+    thigh = hips + direction * BEND
     turned = np.empty(joint_angles.shape)
-    turned[..., 0::2], turned[..., 1::2] = thigh, thigh - way * (2 * BEND + knees)
+    turned[..., 0::2], turned[..., 1::2] = thigh, thigh - direction * (2 * BEND + knees)
     return turned
 
 
-def points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) -> Floats:
+def leg_points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) -> Floats:
     """Return the positions of each leg's hip, knee and foot in the world.
 
     Args:
@@ -135,7 +135,7 @@ def points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) ->
         joint_angles: (…, joints) rad.
 
     Returns:
-        x and z, (…, legs, 3, 2) m. A foot's position is the middle of its round end.
+        x and z, (…, legs, 3, 2) m. The position of a foot is the middle of its round end.
     """
     hips = np.array([leg.hip for leg in plan.legs])
     cos, sin = np.cos(pitch)[..., None], np.sin(pitch)[..., None]
@@ -150,8 +150,8 @@ def points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) ->
     return where
 
 
-def in_space(flat: Floats) -> Floats:
+def to_3d(flat: Floats) -> Floats:
     """Insert y = 0 between x and z, (…, 2) -> (…, 3)."""
-    whole = np.zeros((*flat.shape[:-1], 3))
-    whole[..., 0], whole[..., 2] = flat[..., 0], flat[..., 1]
-    return whole
+    points = np.zeros((*flat.shape[:-1], 3))
+    points[..., 0], points[..., 2] = flat[..., 0], flat[..., 1]
+    return points

@@ -29,7 +29,7 @@ class Distance(Fitness):
     )
     impact_weight: float = option(
         5.0,
-        "penalty for a root mean square load on the feet of twice its mean",
+        "penalty for a root mean square load on the feet of twice the mean load",
         unit="m",
         ge=0,
     )
@@ -90,7 +90,8 @@ class Distance(Fitness):
 def _rms(values: Array) -> Array:
     """Return the root mean square over all axes but the population.
 
-    One individual at a time, as NumPy's order of summation may depend on the array's shape.
+    It is computed for one individual at a time, as NumPy's order of summation may depend on the
+    shape of the array.
     """
     return np.array([math.sqrt(float(np.mean(np.square(one)))) for one in values])
 
@@ -98,7 +99,8 @@ def _rms(values: Array) -> Array:
 def _unevenness(motion: Motion) -> Array:
     """Return the root mean square load on all feet over its mean, minus 1, (population,).
 
-    It is 0 at rest and large in leaps. Frames after a fall do not count, as their load is 0.
+    It is 0 at rest, and large for a body that leaps. Frames after a fall, whose load is 0, are
+    ignored.
     """
     uneven = np.zeros(motion.population)
     for individual, lasted in enumerate(motion["lasted"]):

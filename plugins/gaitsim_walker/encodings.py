@@ -1,4 +1,4 @@
-"""Encodings of the walker, `sine` and `cpg`: turn a genome into joint angles over time."""
+"""The walker's encodings, `sine` and `cpg`, which turn genomes into joint angles over time."""
 
 import math
 from dataclasses import replace
@@ -47,7 +47,7 @@ def commands(
     lifts the foot without moving it forward or back.
 
     `sine` moves at full amplitude from the start. `cpg` starts from a standing pose with the
-    phases of a trot, and its oscillators follow a leading one.
+    phases of a trot; its oscillators are coupled to a leading one.
     """
     swing, lean, bend, crouch, phase, lag, frequency = split_genomes(genomes, genes)
     oscillators = Oscillators(np.repeat(np.arange(len(plan.legs)), 2), frames, FRAME_RATE)

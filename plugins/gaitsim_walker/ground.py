@@ -7,7 +7,7 @@ import numpy as np
 
 SPACING = 0.25  # m, horizontal distance between the corners of uneven ground
 RUN_UP = 1.0  # m, length of flat ground on either side of the start
-BEYOND = 1e4  # m, distance of the outermost corners, with flat ground after the bumps
+EDGE = 1e4  # m, distance of the outermost corners; the ground beyond the bumps is flat
 
 
 @dataclass(frozen=True)
@@ -34,21 +34,21 @@ def ground(unevenness: float, seed: int, reach: float) -> Ground:
 
     Args:
         unevenness: upper bound of the heights, m; 0 for flat ground.
-        seed: seed of the heights. It draws the same heights for any reach, except for the last
-            corner, whose height is 0.
-        reach: distance from the start, in both directions, up to which it is uneven, m.
+        seed: seed of the heights, which are the same for any reach except at the last corner,
+            whose height is 0.
+        reach: distance from the start up to which the ground is uneven, in both directions, m.
     """
     if not unevenness:
-        return Ground((-BEYOND, BEYOND), (0.0, 0.0))
+        return Ground((-EDGE, EDGE), (0.0, 0.0))
     count = int(np.ceil((reach - RUN_UP) / SPACING)) + 1
     x = RUN_UP + SPACING * np.arange(max(count, 2))
-    ways = []
-    for way in (0, 1):  # separate generators, so that reach does not change the heights
-        heights = np.random.default_rng([seed, way]).uniform(0.0, unevenness, len(x))
+    sides = []
+    for side in (0, 1):  # separate generators, so that `reach` does not change the heights
+        heights = np.random.default_rng([seed, side]).uniform(0.0, unevenness, len(x))
         heights[0] = heights[-1] = 0.0
-        ways.append(heights)
-    forward, backward = ways
+        sides.append(heights)
+    forward, backward = sides
     return Ground(
-        (-BEYOND, *(-x[::-1]).tolist(), *x.tolist(), BEYOND),
+        (-EDGE, *(-x[::-1]).tolist(), *x.tolist(), EDGE),
         (0.0, *backward[::-1].tolist(), *forward.tolist(), 0.0),
     )

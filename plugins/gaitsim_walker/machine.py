@@ -15,7 +15,7 @@ from gaitsim_walker.body import Floats
 from gaitsim_walker.ground import Ground
 from gaitsim_walker.surroundings import Surroundings
 
-ITERATIONS = 20  # of the solver per step
+ITERATIONS = 20  # iterations of the solver in each step
 TIPPED = math.radians(60)  # pitch from which a walker has fallen
 
 
@@ -28,25 +28,25 @@ class Joint:
         above: index of the body on which the joint is mounted.
         below: index of the body that the joint turns.
         rest: angle between both bodies at the joint's angle 0, rad.
-        way: sign of the joint's angle relative to pymunk's, 1 or −1.
+        sign: sign of the joint's angle relative to pymunk's, 1 or −1.
     """
 
     motor: pymunk.SimpleMotor
     above: int
     below: int
     rest: float
-    way: int
+    sign: int
 
 
 class Machine:
-    """A walker in a space of its own, in the pose of the first command.
+    """A walker in its own pymunk space, in the pose of the first command.
 
     Args:
         surroundings: body, ground and servos.
         pose: joint angles at the start, (joints,) rad.
 
     Attributes:
-        space: pymunk's space.
+        space: the space.
         bodies: the torso, then thigh and shank of each leg.
         joints: hip and knee of each leg.
     """
@@ -58,9 +58,9 @@ class Machine:
         self.space.gravity = (-gravity * math.sin(slope), -gravity * math.cos(slope))
         self.space.iterations = ITERATIONS
         self.space.collision_slop = 1e-4  # m; pymunk's default of 0.1 is meant for pixels
-        self._lay(surroundings.ground)
+        self._add_ground(surroundings.ground)
         turned = body.limb_angles(self.plan, pose)
-        where = body.points(self.plan, np.zeros(2), np.zeros(()), pose)
+        where = body.leg_points(self.plan, np.zeros(2), np.zeros(()), pose)
         feet = where[:, 2]
         height = max(
             surroundings.ground.height(float(x)) - float(z) + body.FOOT_RADIUS for x, z in feet
@@ -75,14 +75,14 @@ class Machine:
         self.joints: list[Joint] = []
         for number, leg in enumerate(self.plan.legs):
             top, end = (0.0, body.LIMB / 2), (0.0, -body.LIMB / 2)
-            thigh = self._limb(body.THIGH_MASS, where[number, 0], turned[2 * number])
-            shank = self._limb(body.SHANK_MASS, where[number, 1], turned[2 * number + 1])
+            thigh = self._add_limb(body.THIGH_MASS, where[number, 0], turned[2 * number])
+            shank = self._add_limb(body.SHANK_MASS, where[number, 1], turned[2 * number + 1])
             foot = pymunk.Circle(self.bodies[shank], body.FOOT_RADIUS, end)
             foot.friction = surroundings.friction
-            foot.filter = pymunk.ShapeFilter(group=1)  # legs pass each other
+            foot.filter = pymunk.ShapeFilter(group=1)  # the legs do not collide with each other
             self.space.add(foot)
-            self._joint(0, leg.hip, thigh, top, leg.knee * body.BEND, 1, body.HIP_LIMIT)
-            self._joint(
+            self._add_joint(0, leg.hip, thigh, top, leg.knee * body.BEND, 1, body.HIP_LIMIT)
+            self._add_joint(
                 thigh,
                 end,
                 shank,
@@ -92,7 +92,7 @@ class Machine:
                 body.KNEE_LIMIT,
             )
 
-    def _lay(self, ground: Ground) -> None:
+    def _add_ground(self, ground: Ground) -> None:
         corners = list(zip(ground.x, ground.z, strict=True))
         for number in range(len(corners) - 1):
             piece = pymunk.Segment(
@@ -104,7 +104,7 @@ class Machine:
             )
             self.space.add(piece)
 
-    def _limb(self, nominal_mass: float, top: Floats, angle: float) -> int:
+    def _add_limb(self, nominal_mass: float, top: Floats, angle: float) -> int:
         """Add a limb that hangs from `top` and return its index."""
         half, mass = body.LIMB / 2, self.surroundings.mass * nominal_mass
         limb = pymunk.Body(mass, pymunk.moment_for_segment(mass, (0, -half), (0, half), 0))
@@ -115,14 +115,14 @@ class Machine:
         self.bodies.append(limb)
         return len(self.bodies) - 1
 
-    def _joint(
+    def _add_joint(
         self,
         above: int,
         at: tuple[float, float],
         below: int,
         top: tuple[float, float],
         rest: float,
-        way: int,
+        sign: int,
         limit: float,
     ) -> None:
         one, other, reach = self.bodies[above], self.bodies[below], limit + body.STOP
@@ -133,13 +133,13 @@ class Machine:
             pymunk.RotaryLimitJoint(one, other, rest - reach, rest + reach),
             motor,
         )
-        self.joints.append(Joint(motor, above, below, rest, way))
+        self.joints.append(Joint(motor, above, below, rest, sign))
 
     def joint_angles(self) -> list[float]:
         """Return the current joint angles, rad."""
         angles = [part.angle for part in self.bodies]
         return [
-            joint.way * (angles[joint.below] - angles[joint.above] - joint.rest)
+            joint.sign * (angles[joint.below] - angles[joint.above] - joint.rest)
             for joint in self.joints
         ]
 
@@ -171,8 +171,8 @@ class Machine:
         def add(arbiter: pymunk.Arbiter) -> None:
             x, z = arbiter.total_impulse
             # The sign depends on which body comes first, which pymunk does not guarantee.
-            way = math.copysign(1.0, z) / self.surroundings.step
-            forces.append((x * way, z * way))
+            scale = math.copysign(1.0, z) / self.surroundings.step
+            forces.append((x * scale, z * scale))
 
         for shank in self.bodies[2::2]:
             forces: list[tuple[float, float]] = []

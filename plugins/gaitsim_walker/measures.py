@@ -1,4 +1,4 @@
-"""Measures that describe a walk to people."""
+"""Measures that describe a walk."""
 
 import math
 from collections.abc import Mapping
@@ -33,11 +33,11 @@ def measures(motion: Motion, plan: Plan) -> Mapping[str, Measure]:
             "",
             f"forward displacement in torso lengths of {body.TORSO_LENGTH:g} m",
         ),
-        "lasted": Measure(lasted, "s", "time before the fall, or the whole rollout"),
+        "lasted": Measure(lasted, "s", "time until the fall, or the length of the rollout"),
         "cost of transport": Measure(
             _ratio(energy, motion["weight"] * np.abs(forward)),
             "",
-            "work over weight times distance",
+            "work divided by weight and distance",
         ),
         "pitch range": Measure(np.ptp(pitch, axis=1), "°", "range of the torso's pitch"),
         BODY_HEIGHT: Measure(
@@ -48,7 +48,7 @@ def measures(motion: Motion, plan: Plan) -> Mapping[str, Measure]:
         "slip ratio": Measure(
             _ratio(motion["slip"].sum(axis=1), path),
             "",
-            "slide of the stance feet over the torso's path",
+            "slide of the stance feet divided by the torso's path",
         ),
         **stepping(
             motion["stance"],

@@ -11,18 +11,18 @@ from gaitsim_walker.rollout import Rollout, roll_out
 from gaitsim_walker.surroundings import Surroundings
 
 
-def walked(surroundings: Surroundings, courses: Iterable[Floats]) -> Motion:
-    """Roll out walkers one after the other, and return their motion.
+def walk(surroundings: Surroundings, commands: Iterable[Floats]) -> Motion:
+    """Simulate walkers one after the other, and return their motion.
 
     Args:
-        surroundings: surroundings in which each walker walks alone.
-        courses: servo commands of each walker, (frames, joints) rad.
+        surroundings: body, ground and servos; each walker is simulated separately.
+        commands: servo commands of each walker, (frames, joints) rad.
     """
     commanded, rolled = [], []
-    for course in courses:
-        rollout = roll_out(surroundings, course)
-        held = course.copy()
-        held[rollout.lasted :] = course[min(rollout.lasted, len(course) - 1)]
+    for wanted in commands:
+        rollout = roll_out(surroundings, wanted)
+        held = wanted.copy()
+        held[rollout.lasted :] = wanted[min(rollout.lasted, len(wanted) - 1)]
         commanded.append(held)
         rolled.append(rollout)
     measured = [_measured(surroundings, rollout) for rollout in rolled]
@@ -31,8 +31,8 @@ def walked(surroundings: Surroundings, courses: Iterable[Floats]) -> Motion:
         return np.stack([getattr(rollout, name) for rollout in rolled])
 
     position, velocity = (
-        body.in_space(all_of("position")),
-        body.in_space(all_of("velocity")),
+        body.to_3d(all_of("position")),
+        body.to_3d(all_of("velocity")),
     )
     load, pitch = all_of("load"), all_of("pitch")
     lasted = np.array([max(rollout.lasted, 1) - 1 for rollout in rolled]) / FRAME_RATE
@@ -66,10 +66,11 @@ def walked(surroundings: Surroundings, courses: Iterable[Floats]) -> Motion:
 def _measured(surroundings: Surroundings, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
     """Return height (frames,), feet (frames, legs, 3) and slip (frames,) of one walker, m.
 
-    One walker at a time, so that array shapes, and hence rounding, do not depend on the population.
+    They are computed for one walker at a time, so that array shapes, and hence rounding, do not
+    depend on the population.
     """
     plan = surroundings.plan
-    feet = body.points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
+    feet = body.leg_points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
     turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
     # A round foot that rolls without sliding moves back as its shank turns forward.
     slid = np.abs(np.diff(feet[..., 0], axis=0) + body.FOOT_RADIUS * np.diff(turned, axis=0))
@@ -78,4 +79,4 @@ def _measured(surroundings: Surroundings, rollout: Rollout) -> tuple[Floats, Flo
     slip = np.zeros(len(feet))
     slip[1:] = (slid * standing).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
     below = [surroundings.ground.height(x) for x in rollout.position[:, 0].tolist()]
-    return rollout.position[:, 1] - np.array(below), body.in_space(feet), slip
+    return rollout.position[:, 1] - np.array(below), body.to_3d(feet), slip

@@ -32,7 +32,7 @@ from gaitsim_walker.rig import rig
 from gaitsim_walker.skeleton import skeleton
 from gaitsim_walker.surroundings import STEP, Surroundings
 
-REACH = 5.0  # m/s; uneven ground is long enough for walkers up to this speed
+REACH = 5.0  # m/s; uneven ground is long enough for walkers of at most this speed
 XYZ = ("x", "y", "z")
 
 
@@ -47,8 +47,8 @@ class Walker(Organism):
     )
     symmetry: Literal["none", "alternating"] = option(
         "none",
-        "alternating: the far legs repeat the near legs' movement half a stride later, which "
-        "about halves the number of genes",
+        "symmetry of the gait: with alternating, the far legs repeat the near legs' motion half a "
+        "stride later, which about halves the number of genes",
     )
     fastest_stride: float = option(
         2.5, "upper bound of the frequency gene, in strides per second", unit="Hz", gt=0.5, le=5
@@ -87,7 +87,7 @@ class Walker(Organism):
             "rad",
             "roll to the right, pitch nose down, yaw to the left",
         ),
-        "height": Channel(("frames",), "m", "middle of the torso above the ground under it"),
+        "height": Channel(("frames",), "m", "height of the torso's middle above the ground"),
         "foot_positions": Channel(
             ("frames", "feet", XYZ), "m", "middles of the round feet in the world"
         ),
@@ -97,7 +97,7 @@ class Walker(Organism):
         "energy": Channel(
             ("frames",), "J", "work of the servos since the start; braking counts as positive"
         ),
-        "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
+        "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
         "weight": Channel((), "N", "weight of the whole body"),
         "length": Channel((), "m", "length of the torso"),
     }
@@ -130,9 +130,9 @@ class Walker(Organism):
         return groups(self.plan, self.symmetry == "alternating", self.fastest_stride)
 
     def move(self, genomes: Genomes) -> Motion:
-        """Walk one individual after the other, each in its own space."""
-        courses = commands(self.plan, genomes, self._gene_groups, self.encoding, self.frames)
-        return self._walked(courses, self.frames)
+        """Simulate one individual after the other, each in its own space."""
+        angles = commands(self.plan, genomes, self._gene_groups, self.encoding, self.frames)
+        return self._walk(angles, self.frames)
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with the given servo commands, clipped to ±60° (hips) and ±50° (knees).
@@ -147,8 +147,8 @@ class Walker(Organism):
         """
         check_joint_angles(joint_angles, len(self.plan.joints))
         limits = self.plan.limits
-        return self._walked(
-            (np.clip(course.astype(np.float64), -limits, limits) for course in joint_angles),
+        return self._walk(
+            (np.clip(angles.astype(np.float64), -limits, limits) for angles in joint_angles),
             joint_angles.shape[1],
         )
 
@@ -200,11 +200,11 @@ class Walker(Organism):
             push=(pushed_in, math.copysign(world["push"], math.cos(direction))),
         )
 
-    def _walked(self, courses: Iterable[Floats], frames: int) -> Motion:
-        """Return the motion of walkers with the servo commands `courses`, (frames, joints) rad."""
-        from gaitsim_walker.motion import walked
+    def _walk(self, commands: Iterable[Floats], frames: int) -> Motion:
+        """Return the motion of walkers, given the servo commands of each, (frames, joints) rad."""
+        from gaitsim_walker.motion import walk
 
-        return walked(self.surroundings(frames), courses)
+        return walk(self.surroundings(frames), commands)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return distance, duration, steadiness, effort, slip and steps."""

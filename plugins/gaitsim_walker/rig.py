@@ -23,9 +23,9 @@ def rig(plan: Plan) -> Rig:
         [TRUNK] * 4,
     )
     for leg in plan.legs:
-        thigh, shank, way = f"{leg.name} thigh", f"{leg.name} shank", float(leg.knee)
+        thigh, shank, direction = f"{leg.name} thigh", f"{leg.name} shank", float(leg.knee)
         x, z = leg.hip
-        bend = way * body.BEND
+        bend = direction * body.BEND
         links += [
             Link(
                 thigh,
@@ -41,7 +41,7 @@ def rig(plan: Plan) -> Rig:
                 (0.0, 0.0, -LIMB),
                 turn_about_axis(1, 2 * bend),
                 f"{leg.name} knee",
-                (0.0, way, 0.0),
+                (0.0, direction, 0.0),
             ),
         ]
         names += [thigh, shank]

@@ -9,7 +9,7 @@ from gaitsim_walker.machine import Machine
 from gaitsim_walker.surroundings import Surroundings
 
 GAIN = 15.0  # 1/s, speed of a servo per radian of error
-FASTEST = 30.0  # m/s; at higher speeds, the simulation has diverged
+FASTEST = 30.0  # m/s, speed of the torso above which the simulation is unstable
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,10 +25,10 @@ class Rollout:
         joints: actual joint angles, (frames, joints) rad.
         torque: magnitude of each servo's mean torque since the previous frame, (frames, joints)
             N m.
-        work: work since the start, (frames,) J; work done on the servos counts as positive, too.
+        work: work of the servos since the start, (frames,) J; braking counts as positive.
         load: x and z of the force of the ground on each foot, (frames, legs, 2) N.
-        lasted: number of frames before the fall; all frames without a fall.
-        failure: reason why the simulation diverged, or ''.
+        lasted: number of frames before the fall, or of all frames.
+        failure: message about an unstable simulation, or ''.
     """
 
     position: Floats
@@ -63,8 +63,8 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
     turned, work = np.zeros((frames, joints)), np.zeros(frames)
     load = np.zeros((frames, joints // 2, 2))
     lasted, failure, spent = frames, "", 0.0
-    rest, way = (np.array([getattr(one, name) for one in hinges]) for name in ("rest", "way"))
-    targets_by_step = (rest + way * surroundings.targets(commands)).tolist()
+    rest, sign = (np.array([getattr(one, name) for one in hinges]) for name in ("rest", "sign"))
+    targets_by_step = (rest + sign * surroundings.targets(commands)).tolist()
     pushed_in, push = surroundings.push
     for frame in range(frames):
         if frame:
@@ -88,7 +88,7 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
         work[frame] = spent
         load[frame] = machine.loads()
         if not (abs(velocity.x) < FASTEST and abs(velocity.y) < FASTEST):  # true for NaN, too
-            failure = f"the simulation diverged after {frame / FRAME_RATE:.3g} s"
+            failure = f"the simulation became unstable after {frame / FRAME_RATE:.3g} s"
         if failure or machine.fallen():
             lasted = frame
             break

@@ -20,7 +20,7 @@ def skeleton(surroundings: Surroundings, motion: Motion, individual: int) -> Ske
     """
     plan, ground, slope = surroundings.plan, surroundings.ground, surroundings.slope
     level = not slope and not any(ground.z)
-    profile = body.in_space(np.column_stack([ground.x, ground.z]))
+    profile = body.to_3d(np.column_stack([ground.x, ground.z]))
     position, pitch = motion["torso"][individual], motion["pitch"][individual]
     corners = body.outline(plan)[..., [0, 2]]
     cos, sin = np.cos(pitch)[:, None, None], np.sin(pitch)[:, None, None]
@@ -32,23 +32,23 @@ def skeleton(surroundings: Surroundings, motion: Motion, individual: int) -> Ske
         axis=-1,
     )
     edges += position[:, None, None, [0, 2]]
-    where = body.points(plan, position[:, [0, 2]], pitch, motion["joint_positions"][individual])
+    where = body.leg_points(plan, position[:, [0, 2]], pitch, motion["joint_positions"][individual])
     limbs = np.stack([where[:, :, :-1], where[:, :, 1:]], axis=3)
     segments = np.concatenate([edges, limbs.reshape(len(pitch), -1, 2, 2)], axis=1)
     names = [f"{leg.name} {part}" for leg in plan.legs for part in ("thigh", "shank")]
     return Skeleton(
-        _turned(body.in_space(segments), slope),
+        _rotated(body.to_3d(segments), slope),
         (*body.OUTLINE_NAMES, *names),
         motion.frame_rate,
-        contacts=_turned(motion["foot_positions"][individual], slope),
+        contacts=_rotated(motion["foot_positions"][individual], slope),
         touching=motion["stance"][individual],
         contact_names=tuple(leg.name for leg in plan.legs),
-        centre=_turned(position, slope),
-        ground=None if level else _turned(profile, slope)[:, [0, 2]],
+        centre=_rotated(position, slope),
+        ground=None if level else _rotated(profile, slope)[:, [0, 2]],
     )
 
 
-def _turned(points: Floats, slope: float) -> Floats:
+def _rotated(points: Floats, slope: float) -> Floats:
     """Rotate points, (…, 3) m, uphill about the start by a slope in rad."""
     cos, sin = math.cos(slope), math.sin(slope)
     turned = points.copy()

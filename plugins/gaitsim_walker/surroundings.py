@@ -29,7 +29,7 @@ class Surroundings:
         command_rate: rate of the commands, Hz.
         joint_offset: constant error of each joint relative to its command, (joints,) rad.
         initial_pose: additional error of each joint at the start, (joints,) rad.
-        push: frame after which the whole body's velocity changes, and its forward change, m/s.
+        push: frame after which the body is pushed, and the change of its forward velocity, m/s.
     """
 
     plan: Plan
@@ -66,8 +66,8 @@ class Surroundings:
         """Return the targets of the servos in each step, (steps, joints) rad.
 
         Args:
-            commands: (frames, joints) rad. Each is in force in the steps before its frame; the
-                first is the initial pose.
+            commands: (frames, joints) rad. Each holds during the steps before its frame; the first
+                is the initial pose.
         """
         in_force = held(commands, FRAME_RATE, self.command_rate, self.steps)
         arrived = delayed(in_force, self.latency / self.step)

@@ -1,4 +1,4 @@
-"""The fitness `distance`: what each term charges; and that walkers evolve by it."""
+"""The fitness `distance`: its terms, and walkers that evolve with it."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ FRAMES = 61  # 1 s
 
 
 def motion(**changed):
-    """One walker that stands still on two feet, but for what is changed."""
+    """Return the motion of a walker that stands still on two feet, with some channels replaced."""
     channels = {
         "joint_angles": np.zeros((1, FRAMES, 4)),
         "joint_positions": np.zeros((1, FRAMES, 4)),
@@ -37,7 +37,7 @@ def path(x):
     return np.stack([x, np.zeros(FRAMES), np.full(FRAMES, 0.5)], axis=-1)
 
 
-def test_standing_still_costs_and_earns_nothing():
+def test_standing_still_scores_0_in_every_term():
     for name, values in Distance().terms(motion()).items():
         assert values == pytest.approx(0), name
 

@@ -1,4 +1,4 @@
-"""The walker as a plugin: its genomes, channels, options, skeleton, and the same bits anywhere."""
+"""The walker as a plugin: genomes, channels, options, skeleton and reproducibility."""
 
 import subprocess
 import sys
@@ -36,7 +36,7 @@ def genomes(walker, count, seed=0):
 
 
 def same(one, other):
-    """Whether two motions are the same to the bit in every channel."""
+    """Return whether two motions have the same bits in every channel."""
     return all(np.array_equal(one[name], other[name]) for name in one)
 
 
@@ -63,7 +63,7 @@ def test_every_gene_has_a_label_and_changes_the_motion(options, genes):
         assert np.isfinite(values).all()
 
 
-def test_the_walker_has_the_conditions_that_are_tested():
+def test_all_conditions_are_tested():
     assert {*EVERYTHING} == {*Walker().conditions(), "seed"}
 
 
@@ -99,7 +99,7 @@ print(hashed.hexdigest())
 
 
 @pytest.mark.slow
-def test_other_processes_find_the_same_bits():
+def test_other_processes_compute_the_same_bits():
     digests = {
         subprocess.run(
             [sys.executable, "-c", DIGEST, str(number), repr(EVERYTHING)],
@@ -118,7 +118,7 @@ def test_other_processes_find_the_same_bits():
 def test_playing_the_angles_of_a_genome_gives_the_same_bits(encoding):
     walker = Walker(duration=SHORT, encoding=encoding)
     moved = walker.move(genomes(walker, 5, seed=1))
-    assert (moved["lasted"] < SHORT).any()  # so that falls are played too
+    assert (moved["lasted"] < SHORT).any()  # long enough for falls
     given = moved["joint_angles"].copy()
     assert same(moved, walker.play(given))
     assert np.array_equal(given, moved["joint_angles"])
@@ -172,13 +172,13 @@ def test_an_alternating_gait_moves_the_far_legs_half_a_stride_later():
     walker = Walker(symmetry="alternating", duration=5)
     genome = genomes(walker, 1)
     genome[0, -1] = 1.5  # Hz: a stride of 40 frames
-    told = walker.move(genome)["joint_angles"]
-    played = Walker(duration=5).play(told)
-    assert same(played, walker.play(told))
+    commands_of_both = walker.move(genome)["joint_angles"]
+    played = Walker(duration=5).play(commands_of_both)
+    assert same(played, walker.play(commands_of_both))
     lasted = int(played["lasted"][0] * 60)
-    told = told[0, :lasted]
+    commands_of_both = commands_of_both[0, :lasted]
     assert lasted > 30
-    assert told[20:, :4] == pytest.approx(told[:-20, 4:], abs=1e-9)
+    assert commands_of_both[20:, :4] == pytest.approx(commands_of_both[:-20, 4:], abs=1e-9)
 
 
 def test_cpg_starts_standing_and_settles_on_the_sine_encoding():
@@ -205,7 +205,7 @@ def test_the_skeleton_stands_where_the_body_is():
 
 
 def test_the_recorded_pose_is_the_simulated_one():
-    # Feet by kinematics from what is recorded, against pymunk's own bodies.
+    # Compare the feet that follow from the recorded pose with those of pymunk's bodies.
     from gaitsim_walker.machine import Machine
     from gaitsim_walker.surroundings import STEP
 
@@ -216,12 +216,12 @@ def test_the_recorded_pose_is_the_simulated_one():
         machine.space.step(STEP)
     position = np.array(machine.bodies[0].position)
     joints = np.array(machine.joint_angles())
-    feet = body.points(walker.plan, position, np.array(machine.bodies[0].angle), joints)[:, 2]
+    feet = body.leg_points(walker.plan, position, np.array(machine.bodies[0].angle), joints)[:, 2]
     simulated = [limb.local_to_world((0, -body.LIMB / 2)) for limb in machine.bodies[2::2]]
     assert feet == pytest.approx(np.array(simulated), abs=1e-3)
 
 
-def test_after_a_fall_nothing_moves():
+def test_after_a_fall_positions_stay_constant_and_the_rest_is_0():
     walker = Walker(legs=2, duration=5)
     motion = walker.play(np.zeros((1, 301, 4)))  # nothing balances it
     fell = round(motion["lasted"][0] * 60) + 1
@@ -232,7 +232,7 @@ def test_after_a_fall_nothing_moves():
         assert (motion[name][0, fell + 1 :] == 0).all(), name
 
 
-def test_uneven_ground_depends_on_its_seed_alone():
+def test_uneven_ground_depends_only_on_its_seed():
     one, again, other = (
         Walker(world={"unevenness": 0.05, "seed": seed}).surroundings(600).ground
         for seed in (0, 0, 1)
@@ -252,17 +252,17 @@ def test_feet_stand_on_the_ground_that_is_drawn():
     feet = skeleton.contacts[skeleton.touching]
     assert len(feet) > 20
     above = feet[:, 2] - np.interp(feet[:, 0], *skeleton.ground.T)
-    # A round foot beside a corner touches the steeper side, and sinks in where it lands hard.
+    # A round foot next to a corner touches the steeper side, and sinks in when it lands hard.
     assert np.median(above) == pytest.approx(body.FOOT_RADIUS, abs=0.001)
     assert np.allclose(above, body.FOOT_RADIUS, atol=0.01)
 
 
-def test_a_diverging_simulation_fails_alone(monkeypatch):
+def test_an_unstable_simulation_fails_without_affecting_others(monkeypatch):
     monkeypatch.setattr("gaitsim_walker.rollout.FASTEST", 0.05)
     walker = Walker(duration=0.5)
     swing = 0.5 * np.sin(np.arange(31) / 3)
-    told = np.stack([np.zeros((31, 8)), np.repeat(swing[:, None], 8, axis=1)])
-    motion = walker.play(told)
+    commands_of_both = np.stack([np.zeros((31, 8)), np.repeat(swing[:, None], 8, axis=1)])
+    motion = walker.play(commands_of_both)
     assert list(motion.failures) == [1]
-    assert "diverged after" in motion.failures[1]
+    assert "became unstable after" in motion.failures[1]
     assert all(np.isfinite(values).all() for values in motion.values())

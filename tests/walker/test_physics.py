@@ -18,7 +18,7 @@ def machine(pose=None, **options):
 
 
 def lifted(machine, height=100.0):
-    """The same machine high above the ground."""
+    """Move a machine high above the ground, and return it."""
     for body in machine.bodies:
         body.position += (0, height)
     return machine
@@ -29,13 +29,13 @@ def total_mass(machine):
 
 
 def centre(machine):
-    """Centre of mass, (2,) m."""
+    """Return the centre of mass, (2,) m."""
     sums = sum(body.mass * np.array(body.position) for body in machine.bodies)
     return sums / total_mass(machine)
 
 
 def momentum(machine):
-    """Linear momentum and angular momentum about the origin, (3,)."""
+    """Return the linear momentum, and the angular momentum about the origin, (3,)."""
     whole = np.zeros(3)
     for body in machine.bodies:
         x, z = body.position
@@ -45,14 +45,14 @@ def momentum(machine):
 
 
 def energy(machine, gravity=G):
-    """Kinetic and potential, J."""
+    """Return the sum of kinetic and potential energy, J."""
     return sum(
         body.kinetic_energy + body.mass * gravity * body.position.y for body in machine.bodies
     )
 
 
 def swing(machine, step):
-    """Servos wave to and fro at different rates."""
+    """Swing the joints back and forth at different rates."""
     for number, joint in enumerate(machine.joints):
         joint.motor.rate = 3 * math.sin(step * STEP * (5 + number))
 
@@ -62,7 +62,7 @@ def test_the_whole_body_falls_freely(legs):
     falling = lifted(machine(legs=legs))
     start, steps = centre(falling), 240
     for step in range(steps):
-        swing(falling, step)  # what the legs do does not change it
+        swing(falling, step)  # motion of the legs does not change the fall of the whole body
         falling.space.step(STEP)
     fallen = start - centre(falling)
     # pymunk moves, then accelerates: after n steps g dt² n (n − 1)/2, less than ½ g t² by g t dt/2.
@@ -80,16 +80,16 @@ def test_servos_change_no_momentum(legs):
         floating.space.step(STEP)
         fastest = max(fastest, *(abs(body.angular_velocity) for body in floating.bodies))
         assert momentum(floating) == pytest.approx(0, abs=1e-3)
-    assert fastest > 2  # rad/s: something moved
+    assert fastest > 2  # rad/s: the legs have moved
 
 
 def test_without_torque_and_contact_energy_is_conserved():
-    # Free joints that begin to turn: a chain whose parts trade kinetic energy.
+    # Free joints with initial speeds form a chain whose parts exchange kinetic energy.
     floating = lifted(machine(gravity=0, torque_limit=0))
     floating.bodies[0].angular_velocity = 2.0
     for joint in floating.joints:
         assert joint.motor.max_force == 0
-    floating.space.step(STEP)  # the joints take up the jump
+    floating.space.step(STEP)  # the constraints absorb the initial speeds
     before = energy(floating, gravity=0)
     for _ in range(60):
         floating.space.step(STEP)
@@ -158,7 +158,7 @@ def test_weak_servos_cannot_hold_the_body():
 
 
 def test_a_servo_turns_a_free_leg_to_its_command():
-    # Without load a servo closes in by e^(−gain t), up to its speed limit.
+    # Without load, the error of a servo decreases as e^(−gain t), up to its speed limit.
     walker = Walker(gravity=0, speed_limit=100)
     told = np.zeros((1, 31, 8))
     told[:, 1:, 1] = 0.4
@@ -168,8 +168,8 @@ def test_a_servo_turns_a_free_leg_to_its_command():
     assert reached == pytest.approx(0.4 * (1 - np.exp(-15 * seconds)), abs=0.03)
 
 
-def test_finer_steps_change_a_gait_little():
-    # Four legs that trot on the spot, well before small differences grow.
+def test_shorter_time_steps_hardly_change_a_gait():
+    # Four legs trot on the spot for a time in which small differences hardly grow.
     seconds = np.arange(61) / 60
     told = np.zeros((1, 61, 8))
     for leg, phase in enumerate((0.0, math.pi, math.pi, 0.0)):
