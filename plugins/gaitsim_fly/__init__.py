@@ -1,1 +1,1 @@
-"""The fly for gaitsim: a rigid body with two wings, controlled by a neural network."""
+"""The fly: a rigid body with two wings, controlled by a neural network."""

@@ -34,7 +34,8 @@ _activated = njit(inline="always", error_model="numpy")(activation_with(tanh))
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def activate(code: int, x: NDArray[np.float64]) -> None:
-    """Apply an activation to every number of a vector, in place; separate loops for speed."""
+    """Apply an activation to every number of a vector, in place."""
+    # Separate loops vectorise, unlike one loop that selects the activation.
     if code == TANH:
         for i in range(len(x)):
             x[i] = _activated(TANH, x[i])

@@ -14,8 +14,8 @@ class MeanAltitude(Fitness):
     unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Return the metres above the start, as a mean over time and trials."""
-        return {"altitude": _climbed(motion).mean(axis=(1, 2))}
+        """Return the altitude above the start, m, as a mean over time and trials."""
+        return {"altitude": _altitude_gain(motion).mean(axis=(1, 2))}
 
 
 class FinalAltitude(Fitness):
@@ -25,12 +25,12 @@ class FinalAltitude(Fitness):
     unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Return the metres above the start at the end, as a mean over trials."""
-        return {"altitude": _climbed(motion)[:, -1].mean(axis=1)}
+        """Return the altitude above the start at the end, m, as a mean over trials."""
+        return {"altitude": _altitude_gain(motion)[:, -1].mean(axis=1)}
 
 
 class Climb(Fitness):
-    """Altitude at the end, minus a penalty for the mean distance from the vertical."""
+    """Altitude at the end, minus a penalty for the mean horizontal distance from the start."""
 
     drift_weight: float = option(
         0.2, "penalty per metre of mean |x| and of mean |y|, in metres of altitude", ge=0
@@ -47,12 +47,12 @@ class Climb(Fitness):
         position = motion["position"]
         away = np.abs(position[..., :2] - position[:, :1, :, :2])
         return {
-            "altitude": _climbed(motion)[:, -1].mean(axis=1),
+            "altitude": _altitude_gain(motion)[:, -1].mean(axis=1),
             "drift": -self.drift_weight * away.mean(axis=(1, 2)).sum(axis=1),
         }
 
 
-def _climbed(motion: Motion) -> Array:
-    """Return the metres above the start, (population, frames, trials)."""
+def _altitude_gain(motion: Motion) -> Array:
+    """Return the altitude above the start, (population, frames, trials) m."""
     altitude = motion["altitude"]
     return np.asarray(altitude - altitude[:, :1])

@@ -1,4 +1,4 @@
-"""The fly's points in homogeneous coordinates, placed in the world by M = T · R.
+"""The fly's points in homogeneous coordinates; M = T · R transforms them to the world frame.
 
 In the body's frame, x points forward, y left and z up; the origin is the centre of mass. The left
 wing is rotated about its hinge by Rx(flap) · Rz(−sweep) · Ry(−pitch); the right wing is its mirror
@@ -44,7 +44,7 @@ def rotation(quaternions: Floats) -> Floats:
     return matrices
 
 
-def moved(matrices: Floats, points: Floats) -> Floats:
+def transform(matrices: Floats, points: Floats) -> Floats:
     """Apply homogeneous matrices (…, 4, 4) to points (…, points, 3)."""
     homogeneous = np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1)
     result: Floats = (homogeneous @ np.swapaxes(matrices, -1, -2))[..., :3]
@@ -60,9 +60,9 @@ def wing_matrix(angles: Floats, side: int, hinge: float) -> Floats:
         hinge: distance of the hinge from the middle of the body, m.
     """
     flap, pitch, sweep = np.moveaxis(angles, -1, 0)
-    at = translation(np.array([0.0, side * hinge, 0.0]))
-    turned = axis_rotation(0, side * flap) @ axis_rotation(2, -side * sweep)
-    result: Floats = at @ turned @ axis_rotation(1, -pitch)
+    place = translation(np.array([0.0, side * hinge, 0.0]))
+    turn = axis_rotation(0, side * flap) @ axis_rotation(2, -side * sweep)
+    result: Floats = place @ turn @ axis_rotation(1, -pitch)
     return result
 
 

@@ -12,7 +12,7 @@ from gaitsim.legged import conditions, drawn_push, joint_errors, stream
 
 
 def fly_conditions(air_density: float) -> dict[str, Condition]:
-    """Return the conditions of a fly by name; `air_density`, kg/m³, is that of its options."""
+    """Return the conditions of a fly by name; `air_density` is the nominal density, kg/m³."""
     own = conditions("mass", "latency", "servo_speed", "joint_offset", "push")
     return {
         **own,
@@ -35,7 +35,7 @@ def wing_offsets(world: Mapping[str, float], *, planar: bool) -> NDArray[np.floa
 
     Args:
         world: values by the names of conditions.
-        planar: whether both wings have the same errors; wings with equal commands could not
+        planar: whether both wings get the same errors, as wings with equal commands cannot
             correct a difference.
     """
     drawn = joint_errors(world, "joint_offset", 6)
@@ -51,7 +51,7 @@ def wind(world: Mapping[str, float], *, planar: bool) -> tuple[float, float]:
 def push(
     world: Mapping[str, float], frames: int, *, planar: bool
 ) -> tuple[int, NDArray[np.float64]]:
-    """Return the frame of a push and the change of velocity, (3,) m/s."""
+    """Return the frame of a push and its change of the velocity, (3,) m/s."""
     frame, direction = drawn_push(world, frames)
     return frame, np.array([*_horizontal(world.get("push", 0.0), direction, planar), 0.0])
 

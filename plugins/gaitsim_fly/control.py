@@ -38,18 +38,19 @@ from gaitsim_fly.flight import (
     step,
 )
 
-SEEN = 12
-"""Inputs of the network before the wing angles: position, rotation, velocity, spin, 3 each."""
+BODY_INPUTS = 12
+"""Number of inputs before the wing angles: position, rotation, velocity and spin, 3 each."""
 
 
 @njit(inline="always", error_model="numpy")
-def within(x: Any) -> Any:
+def clip_to_unit(x: Any) -> Any:
+    """Return x, clipped to ±1."""
     return min(max(x, -1.0), 1.0)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def see(b: Buffer, g: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
-    """Fill `seen`, (inputs, LANES), with the inputs of the network, within ±1.
+def fill_inputs(b: Buffer, g: Buffer, limits: Buffer, inputs: Buffer, c: Buffer) -> None:
+    """Fill `inputs`, (inputs, LANES), with the inputs of the network, within ±1.
 
     Inputs are relative to the lane's course, (COURSE, LANES). Relative to a course that rests at
     the origin and heads along x, they are exactly those in the world frame.
@@ -60,29 +61,29 @@ def see(b: Buffer, g: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
         r = rotation_matrix(b[3, i], b[4, i], b[5, i], b[6, i])
         spin = spin_of(r, b[10, i], b[11, i], b[12, i], c)
         x, y, z = b[0, i] - g[X, i], b[1, i] - g[Y, i], b[2, i] - g[Z, i]
-        seen[0, i] = within((cos * x + sin * y) / c[POSITION_SCALE])
-        seen[1, i] = within((cos * y - sin * x) / c[POSITION_SCALE])
-        seen[2, i] = within(z / c[POSITION_SCALE])
+        inputs[0, i] = clip_to_unit((cos * x + sin * y) / c[POSITION_SCALE])
+        inputs[1, i] = clip_to_unit((cos * y - sin * x) / c[POSITION_SCALE])
+        inputs[2, i] = clip_to_unit(z / c[POSITION_SCALE])
         w = half_cos * b[3, i] + half_sin * b[6, i]
         sign = 1.0 if w >= 0.0 else -1.0  # q and −q are the same rotation
-        seen[3, i] = sign * (half_cos * b[4, i] + half_sin * b[5, i])
-        seen[4, i] = sign * (half_cos * b[5, i] - half_sin * b[4, i])
-        seen[5, i] = sign * (half_cos * b[6, i] - half_sin * b[3, i])
+        inputs[3, i] = sign * (half_cos * b[4, i] + half_sin * b[5, i])
+        inputs[4, i] = sign * (half_cos * b[5, i] - half_sin * b[4, i])
+        inputs[5, i] = sign * (half_cos * b[6, i] - half_sin * b[3, i])
         ahead = cos * b[7, i] + sin * b[8, i] - g[SPEED, i]
-        seen[6, i] = within(ahead / c[VELOCITY_SCALE])
-        seen[7, i] = within((cos * b[8, i] - sin * b[7, i]) / c[VELOCITY_SCALE])
-        seen[8, i] = within((b[9, i] - g[CLIMB, i]) / c[VELOCITY_SCALE])
-        seen[9, i] = within((cos * spin[0] + sin * spin[1]) / c[SPIN_SCALE])
-        seen[10, i] = within((cos * spin[1] - sin * spin[0]) / c[SPIN_SCALE])
-        seen[11, i] = within((spin[2] - g[TURN, i]) / c[SPIN_SCALE])
-        for angle in range(seen.shape[0] - SEEN):
+        inputs[6, i] = clip_to_unit(ahead / c[VELOCITY_SCALE])
+        inputs[7, i] = clip_to_unit((cos * b[8, i] - sin * b[7, i]) / c[VELOCITY_SCALE])
+        inputs[8, i] = clip_to_unit((b[9, i] - g[CLIMB, i]) / c[VELOCITY_SCALE])
+        inputs[9, i] = clip_to_unit((cos * spin[0] + sin * spin[1]) / c[SPIN_SCALE])
+        inputs[10, i] = clip_to_unit((cos * spin[1] - sin * spin[0]) / c[SPIN_SCALE])
+        inputs[11, i] = clip_to_unit((spin[2] - g[TURN, i]) / c[SPIN_SCALE])
+        for angle in range(inputs.shape[0] - BODY_INPUTS):
             limit = limits[angle % 3]
-            seen[SEEN + angle, i] = b[WINGS + angle, i] / limit if limit > 0.0 else 0.0
+            inputs[BODY_INPUTS + angle, i] = b[WINGS + angle, i] / limit if limit > 0.0 else 0.0
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _add_product(total: Buffer, weight: Buffer, value: Buffer) -> None:
-    """Add weight · value, lane by lane; a separate function, so that it vectorises."""
+    """Add weight · value in each lane; as a separate function, the loop vectorises."""
     for i in range(len(total)):
         total[i] += weight[i] * value[i]
 
@@ -92,69 +93,69 @@ def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int
     """Compute one layer of every lane's network; return the next layer's first gene."""
     fan_in = inputs.shape[0]
     bias = first + outputs.shape[0] * fan_in
-    for to in range(outputs.shape[0]):
-        total = outputs[to]
-        total[:] = genes[bias + to]
-        for come in range(fan_in):
-            _add_product(total, genes[first + to * fan_in + come], inputs[come])
+    for unit in range(outputs.shape[0]):
+        total = outputs[unit]
+        total[:] = genes[bias + unit]
+        for source in range(fan_in):
+            _add_product(total, genes[first + unit * fan_in + source], inputs[source])
         activate(code, total)
     return bias + outputs.shape[0]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _answer(
-    weights: Buffer, layers: Any, code: int, seen: Buffer, here: Buffer, there: Buffer
+def _compute_outputs(
+    weights: Buffer, layers: Any, code: int, inputs: Buffer, values: Buffer, buffer: Buffer
 ) -> Any:
     """Return the outputs of every lane's network, (outputs, LANES), a view of a scratch buffer."""
     last = len(layers) - 1
-    here[: layers[0]] = seen
+    values[: layers[0]] = inputs
     gene = 0
     for layer in range(1, last + 1):
         gene = _layer(
             weights,
             gene,
-            here[: layers[layer - 1]],
-            there[: layers[layer]],
+            values[: layers[layer - 1]],
+            buffer[: layers[layer]],
             TANH if layer == last else code,
         )
-        here, there = there, here
-    return here[: layers[last]]
+        values, buffer = buffer, values
+    return values[: layers[last]]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _mirror(seen: Buffer, mirrored: Buffer) -> None:
+def _mirror(inputs: Buffer, mirrored: Buffer) -> None:
     """Fill `mirrored`, (18, LANES), with the inputs of the fly's mirror image, left for right."""
     for i in range(LANES):
         for axis in range(3):
             side = -1.0 if axis == 1 else 1.0  # rotation vectors change sign the other way
-            mirrored[axis, i] = side * seen[axis, i]
-            mirrored[3 + axis, i] = -side * seen[3 + axis, i]
-            mirrored[6 + axis, i] = side * seen[6 + axis, i]
-            mirrored[9 + axis, i] = -side * seen[9 + axis, i]
-            mirrored[SEEN + axis, i] = seen[SEEN + 3 + axis, i]
-            mirrored[SEEN + 3 + axis, i] = seen[SEEN + axis, i]
+            mirrored[axis, i] = side * inputs[axis, i]
+            mirrored[3 + axis, i] = -side * inputs[3 + axis, i]
+            mirrored[6 + axis, i] = side * inputs[6 + axis, i]
+            mirrored[9 + axis, i] = -side * inputs[9 + axis, i]
+            mirrored[BODY_INPUTS + axis, i] = inputs[BODY_INPUTS + 3 + axis, i]
+            mirrored[BODY_INPUTS + 3 + axis, i] = inputs[BODY_INPUTS + axis, i]
 
 
 @njit(inline="always", error_model="numpy")
-def answer(weights: Buffer, layers: Any, code: int, seen: Buffer, outputs: Buffer) -> None:
+def wing_commands(weights: Buffer, layers: Any, code: int, inputs: Buffer, outputs: Buffer) -> None:
     """Fill `outputs` with the wing commands of every lane's network, ±1 at the limits.
 
     Args:
         weights: weights and biases, (genes, LANES).
         layers: units of each layer, inputs first.
         code: activation of the hidden layers; the outputs always use tanh.
-        seen: inputs, (inputs, LANES).
+        inputs: inputs of the networks, (inputs, LANES).
         outputs: output, (3, LANES) for both wings or (6, LANES). If the network has only half of
             the outputs, a copy of it with mirrored inputs commands the right wing.
     """
     widest = layers.max()
-    here, there = np.empty((widest, LANES)), np.empty((widest, LANES))
+    values, buffer = np.empty((widest, LANES)), np.empty((widest, LANES))
     each = layers[-1]
-    outputs[:each] = _answer(weights, layers, code, seen, here, there)
+    outputs[:each] = _compute_outputs(weights, layers, code, inputs, values, buffer)
     if each < len(outputs):
-        mirrored = np.empty((len(seen), LANES))
-        _mirror(seen, mirrored)
-        outputs[each:] = _answer(weights, layers, code, mirrored, here, there)
+        mirrored = np.empty((len(inputs), LANES))
+        _mirror(inputs, mirrored)
+        outputs[each:] = _compute_outputs(weights, layers, code, mirrored, values, buffer)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -181,17 +182,17 @@ def _follow(courses: Any, frame: int, first: int, count: int, g: Buffer) -> None
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _arrived(sent: Any, frame: int, late: float, outputs: Buffer) -> None:
-    """Replace the network's outputs by the delayed outputs, sent `late` commands ago.
+def _delay_outputs(sent: Any, frame: int, delay: float, outputs: Buffer) -> None:
+    """Replace the network's outputs by those of `delay` commands ago.
 
     Args:
-        sent: ring buffer of the latest outputs, (at least late + 2, outputs, LANES).
+        sent: ring buffer of the latest outputs, (delay + 2 or more, outputs, LANES).
         frame: frame of the newest outputs.
-        late: delay in commands; a fraction interpolates between two commands.
+        delay: delay in commands; a fractional delay interpolates between two commands.
         outputs: outputs to replace, (outputs, LANES).
     """
-    size, whole = len(sent), int(late)
-    share = late - whole
+    size, whole = len(sent), int(delay)
+    share = delay - whole
     sent[frame % size] = outputs
     after, before = sent[(frame - whole) % size], sent[(frame - whole - 1) % size]
     for output in range(len(outputs)):
@@ -211,8 +212,8 @@ def fly(
     steps: int,
     c: NDArray[np.float64],
     offsets: NDArray[np.float64],
-    late: float,
-    pushed: int,
+    delay: float,
+    push_frame: int,
     push: NDArray[np.float64],
     states: NDArray[np.float64],
     angles: NDArray[np.float64],
@@ -231,8 +232,8 @@ def fly(
         steps: time steps between commands.
         c: constants; see `flight`.
         offsets: constant error of each wing angle, (6,) rad.
-        late: delay in commands; before the first command arrives, outputs are 0.
-        pushed: frame after which the velocity changes.
+        delay: delay in commands; before the first command arrives, outputs are 0.
+        push_frame: frame after which the velocity changes.
         push: change of the velocity, (3,) m/s.
         states: output, (individuals × trials, frames, STATE): states at every command and the end.
         angles: output, (individuals × trials, frames, 6): wing angles, rad.
@@ -241,9 +242,9 @@ def fly(
     lanes, frames, trials = states.shape[0], states.shape[1], start.shape[0]
     b = np.zeros((BUFFER, LANES))
     weights = np.empty((genes.shape[1], LANES))
-    seen = np.empty((layers[0], LANES))
-    outputs = np.empty((layers[0] - SEEN, LANES))
-    sent = np.zeros((int(late) + 2, len(outputs), LANES))
+    inputs = np.empty((layers[0], LANES))
+    outputs = np.empty((layers[0] - BODY_INPUTS, LANES))
+    sent = np.zeros((int(delay) + 2, len(outputs), LANES))
     g = np.empty((COURSE, LANES))
     for first in range(0, lanes, LANES):
         count = min(LANES, lanes - first)
@@ -267,12 +268,12 @@ def fly(
             if frame == frames - 1:
                 break
             _follow(courses, frame, first, count, g)
-            if frame == pushed:
+            if frame == push_frame:
                 for axis in range(3):
                     b[VELOCITY + axis] += push[axis]
-            see(b, g, limits, seen, c)
-            answer(weights, layers, code, seen, outputs)
-            if late > 0.0:
-                _arrived(sent, frame, late, outputs)
+            fill_inputs(b, g, limits, inputs, c)
+            wing_commands(weights, layers, code, inputs, outputs)
+            if delay > 0.0:
+                _delay_outputs(sent, frame, delay, outputs)
             command(b, outputs, limits, offsets, steps * dt, c[WING_SPEED])
             step(b, dt, steps, c)

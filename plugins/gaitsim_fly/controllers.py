@@ -1,4 +1,4 @@
-"""Trained controllers included in the package."""
+"""The trained controllers that the package includes."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -10,13 +10,13 @@ from gaitsim.contracts import Genomes
 
 
 @dataclass(frozen=True, eq=False)
-class Trained:
+class TrainedNetworks:
     """Trained networks.
 
     Attributes:
         layers: units of each layer, inputs first.
         genomes: genomes (genes,) by command.
-        experiments: experiments in TOML that trained the networks, by command.
+        experiments: experiments that trained the networks, as TOML, by command.
     """
 
     layers: tuple[int, ...]
@@ -25,7 +25,7 @@ class Trained:
 
 
 @cache
-def trained() -> Trained:
+def trained_networks() -> TrainedNetworks:
     """Return the networks in `controllers.npz`."""
     with (
         as_file(files("gaitsim_fly") / "controllers.npz") as path,
@@ -36,4 +36,4 @@ def trained() -> Trained:
         for genome in genomes.values():
             genome.flags.writeable = False
         experiments = {name: str(stored[f"{name} experiment"]) for name in names}
-        return Trained(tuple(stored["layers"].tolist()), genomes, experiments)
+        return TrainedNetworks(tuple(stored["layers"].tolist()), genomes, experiments)

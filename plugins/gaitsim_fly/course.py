@@ -1,8 +1,8 @@
-"""The course that a fly follows, a point and a heading that commands move; compiled code.
+"""The course that a fly follows: a point and a heading that move on command; compiled code.
 
 The inputs of a network are the fly's position, attitude, velocity and spin relative to its course,
 in the frame of the course's heading. A controller that holds the fly at a fixed point therefore
-sees familiar inputs on a moving course: the distance and turns flown do not accumulate in them.
+receives familiar inputs on a moving course, as distances and turns do not accumulate in them.
 """
 
 from typing import Any
@@ -26,7 +26,7 @@ def heading_of(half_cos: Any, half_sin: Any) -> Any:
 
 @njit(cache=True, error_model="numpy")
 def advance(course: NDArray[np.float64], seconds: float) -> None:
-    """Advance a course, (COURSE,), in place: move it, then turn it by less than half a turn."""
+    """Advance a course, (COURSE,), in place: move it, then rotate it by less than half a turn."""
     cos, sin = heading_of(course[HALF_COS], course[HALF_SIN])
     ahead = course[SPEED] * seconds
     course[X] += ahead * cos
@@ -48,8 +48,8 @@ def paths(
 
     Args:
         starts: courses in the first frame, (trials, COURSE).
-        speeds: speeds ahead, m/s, and upwards, m/s, and turn rate, rad/s, in each frame, (trials,
-            frames, 3).
+        speeds: speeds forward and upwards, m/s, and turn to the left, rad/s, in each frame,
+            (trials, frames, 3).
         seconds: time between frames, s.
     """
     trials, frames, _ = speeds.shape
@@ -63,19 +63,19 @@ def paths(
     return path
 
 
-def changing(
+def alternating_speeds(
     own: NDArray[np.float64],
     others: NDArray[np.float64],
     shape: tuple[int, int],
     mean: float,
     seed: int,
 ) -> NDArray[np.float64]:
-    """Return the speeds of a course that alternates with random others, (trials, frames, 3).
+    """Return the speeds of a course that alternates with randomly chosen ones, (trials, frames, 3).
 
-    The frames between two changes are drawn uniformly from half to one and a half of their mean.
+    The number of frames between two changes is uniform between 0.5 and 1.5 times its mean.
 
     Args:
-        own: speeds of the main course, which comes first, (3,).
+        own: speeds of the main course, with which each trial starts, (3,).
         others: speeds of the courses that alternate with it, (courses, 3).
         shape: numbers of trials and frames.
         mean: mean number of frames between two changes.
@@ -92,12 +92,14 @@ def changing(
     return speeds
 
 
-def start(headings: NDArray[np.float64], speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return courses, (trials, COURSE), that begin at the origin.
+def initial_courses(
+    headings: NDArray[np.float64], speeds: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return courses that start at the origin, (trials, COURSE).
 
     Args:
         headings: headings of the trials, (trials,) rad.
-        speeds: speeds ahead, m/s, and upwards, m/s, and turn rate, rad/s, (3,).
+        speeds: speeds forward and upwards, m/s, and turn to the left, rad/s, (3,).
     """
     courses = np.zeros((len(headings), COURSE))
     courses[:, HALF_COS], courses[:, HALF_SIN] = np.cos(headings / 2), np.sin(headings / 2)

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 Buffer = NDArray[np.float64]
-"""(BUFFER, LANES) float64: the numbers of a state in rows, a lane in each column."""
+"""(BUFFER, LANES) float64: a row for each number of a state, and a column for each lane."""
 
 FASTEST = 300.0  # m/s, speed above which a flight counts as unstable
 LARGEST_TURN = 0.5  # rad per step, above which the midpoint rule is inaccurate
@@ -32,7 +32,7 @@ WINGS, RATES, ALIVE, BUFFER = 13, 19, 25, 26
     INVERSE_INERTIA_X,
     INVERSE_INERTIA_Y,
     INVERSE_INERTIA_Z,
-    BODY_X,  # ½ ρ C_D A of the body's faces across its own axes
+    BODY_X,  # ½ ρ C_D A of the body's faces normal to its axes
     BODY_Y,
     BODY_Z,
     WING,  # ½ ρ C_D A of a wing
@@ -50,7 +50,7 @@ WINGS, RATES, ALIVE, BUFFER = 13, 19, 25, 26
 ) = range(20)
 
 
-# Taylor coefficients, for multiplication: the compiler may not replace divisions by products.
+# Taylor coefficients as factors, because the compiler does not replace divisions by products.
 _S3, _S5, _S7, _S9 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880
 _S11, _S13, _S15 = -1 / 39916800, 1 / 6227020800, -1 / 1307674368000
 _C4, _C6, _C8, _C10 = 1 / 24, -1 / 720, 1 / 40320, -1 / 3628800
@@ -59,7 +59,7 @@ _C12, _C14, _C16 = 1 / 479001600, -1 / 87178291200, 1 / 20922789888000
 
 @njit(inline="always", error_model="numpy")
 def _sin(x: Any) -> Any:
-    """Return the sine to 1e-11 for |x| ≤ π/2; a polynomial, free of branches, equal everywhere."""
+    """Return the sine to 1e-11 for |x| ≤ π/2; a polynomial, equal on every machine."""
     y = x * x
     high = _S9 + y * (_S11 + y * (_S13 + y * _S15))
     return x * (1.0 + y * (_S3 + y * (_S5 + y * (_S7 + y * high))))
@@ -113,7 +113,7 @@ def rotation_matrix(w: Any, x: Any, y: Any, z: Any) -> Any:
 
 
 @njit(inline="always", error_model="numpy")
-def _turned(r: Any, x: Any, y: Any, z: Any) -> Any:
+def _to_world(r: Any, x: Any, y: Any, z: Any) -> Any:
     """Rotate a vector from the body's frame to the world frame."""
     return (
         r[0] * x + r[1] * y + r[2] * z,
@@ -128,7 +128,7 @@ def spin_of(r: Any, lx: Any, ly: Any, lz: Any, c: Any) -> Any:
     x = (r[0] * lx + r[3] * ly + r[6] * lz) * c[INVERSE_INERTIA_X]
     y = (r[1] * lx + r[4] * ly + r[7] * lz) * c[INVERSE_INERTIA_Y]
     z = (r[2] * lx + r[5] * ly + r[8] * lz) * c[INVERSE_INERTIA_Z]
-    return _turned(r, x, y, z)
+    return _to_world(r, x, y, z)
 
 
 @njit(inline="always", error_model="numpy")
@@ -140,9 +140,9 @@ def _wing_load(r: Any, v: Any, s: Any, angles: Any, rates: Any, side: Any, c: An
     """
     d = wing(angles[0], angles[1], angles[2], rates[0], rates[2], side)
     arm = c[ARM]
-    ax, ay, az = _turned(r, arm * d[0], side * c[HINGE] + arm * d[1], arm * d[2])
-    nx, ny, nz = _turned(r, d[3], d[4], d[5])
-    ux, uy, uz = _turned(r, arm * d[6], arm * d[7], arm * d[8])
+    ax, ay, az = _to_world(r, arm * d[0], side * c[HINGE] + arm * d[1], arm * d[2])
+    nx, ny, nz = _to_world(r, d[3], d[4], d[5])
+    ux, uy, uz = _to_world(r, arm * d[6], arm * d[7], arm * d[8])
     vx = v[0] + (s[1] * az - s[2] * ay) + ux
     vy = v[1] + (s[2] * ax - s[0] * az) + uy
     vz = v[2] + (s[0] * ay - s[1] * ax) + uz
@@ -179,7 +179,7 @@ def _load(q: Any, v: Any, m: Any, left: Any, right: Any, lrate: Any, rrate: Any,
 
 
 @njit(inline="always", error_model="numpy")
-def _rotated(q: Any, sx: Any, sy: Any, sz: Any, dt: Any) -> Any:
+def _rotate_quaternion(q: Any, sx: Any, sy: Any, sz: Any, dt: Any) -> Any:
     """Rotate a unit quaternion for `dt` by a spin s in the world frame: exp(½ dt s) q."""
     x, y, z = 0.5 * dt * sx, 0.5 * dt * sy, 0.5 * dt * sz
     h = x * x + y * y + z * z
@@ -195,14 +195,14 @@ def _rotated(q: Any, sx: Any, sy: Any, sz: Any, dt: Any) -> Any:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def step(given: Buffer, dt: float, steps: int, c: NDArray[np.float64]) -> None:
-    """Advance a buffer with the midpoint rule while the wings turn at constant rates.
+def step(buffer: Buffer, dt: float, steps: int, c: NDArray[np.float64]) -> None:
+    """Advance lanes with the midpoint rule while the wings turn at constant rates.
 
     A lane whose body would turn or move too fast for the step keeps its state and is no longer
     alive.
 
     Args:
-        given: state of the lanes, (BUFFER, LANES); advanced in place.
+        buffer: state of the lanes, (BUFFER, LANES); advanced in place.
         dt: time step, s.
         steps: number of steps.
         c: constants, (CONSTANTS,).
@@ -210,7 +210,7 @@ def step(given: Buffer, dt: float, steps: int, c: NDArray[np.float64]) -> None:
     # With a size known at compile time, the compiler sees that rows do not overlap and vectorises
     # over lanes: 75 ns per step and lane instead of 510 ns.
     b = np.empty((BUFFER, LANES))
-    b[:] = given
+    b[:] = buffer
     half = 0.5 * dt
     speed_limit = c[SPEED_LIMIT] * c[SPEED_LIMIT]
     turn_limit = (c[TURN_LIMIT] / dt) * (c[TURN_LIMIT] / dt)
@@ -224,34 +224,34 @@ def step(given: Buffer, dt: float, steps: int, c: NDArray[np.float64]) -> None:
             lrate = (b[19, i], b[20, i], b[21, i])
             rrate = (b[22, i], b[23, i], b[24, i])
             s = _load(q, v, m, (lf, lp, ls), (rf, rp, rs), lrate, rrate, c)
-            qh = _rotated(q, s[6], s[7], s[8], half)
+            qh = _rotate_quaternion(q, s[6], s[7], s[8], half)
             vh = (v[0] + half * s[0], v[1] + half * s[1], v[2] + half * s[2])
             mh = (m[0] + half * s[3], m[1] + half * s[4], m[2] + half * s[5])
             left = (lf + half * lrate[0], lp + half * lrate[1], ls + half * lrate[2])
             right = (rf + half * rrate[0], rp + half * rrate[1], rs + half * rrate[2])
             s = _load(qh, vh, mh, left, right, lrate, rrate, c)
-            qn = _rotated(q, s[6], s[7], s[8], dt)
+            qn = _rotate_quaternion(q, s[6], s[7], s[8], dt)
             vx, vy, vz = v[0] + dt * s[0], v[1] + dt * s[1], v[2] + dt * s[2]
-            # Comparisons with NaN are false, so NaN is not fine.
-            fine = (
+            # Comparisons with NaN are false, so NaN counts as unstable.
+            stable = (
                 (vx * vx + vy * vy + vz * vz < speed_limit)
                 & (s[6] * s[6] + s[7] * s[7] + s[8] * s[8] < turn_limit)
                 & (b[25, i] > 0.0)
             )
             x, y, z = b[0, i], b[1, i], b[2, i]
-            b[0, i] = x + dt * vh[0] if fine else x
-            b[1, i] = y + dt * vh[1] if fine else y
-            b[2, i] = z + dt * vh[2] if fine else z
-            b[3, i] = qn[0] if fine else q[0]
-            b[4, i] = qn[1] if fine else q[1]
-            b[5, i] = qn[2] if fine else q[2]
-            b[6, i] = qn[3] if fine else q[3]
-            b[7, i] = vx if fine else v[0]
-            b[8, i] = vy if fine else v[1]
-            b[9, i] = vz if fine else v[2]
-            b[10, i] = m[0] + dt * s[3] if fine else m[0]
-            b[11, i] = m[1] + dt * s[4] if fine else m[1]
-            b[12, i] = m[2] + dt * s[5] if fine else m[2]
+            b[0, i] = x + dt * vh[0] if stable else x
+            b[1, i] = y + dt * vh[1] if stable else y
+            b[2, i] = z + dt * vh[2] if stable else z
+            b[3, i] = qn[0] if stable else q[0]
+            b[4, i] = qn[1] if stable else q[1]
+            b[5, i] = qn[2] if stable else q[2]
+            b[6, i] = qn[3] if stable else q[3]
+            b[7, i] = vx if stable else v[0]
+            b[8, i] = vy if stable else v[1]
+            b[9, i] = vz if stable else v[2]
+            b[10, i] = m[0] + dt * s[3] if stable else m[0]
+            b[11, i] = m[1] + dt * s[4] if stable else m[1]
+            b[12, i] = m[2] + dt * s[5] if stable else m[2]
             b[13, i], b[14, i], b[15, i] = (
                 lf + dt * lrate[0],
                 lp + dt * lrate[1],
@@ -262,5 +262,5 @@ def step(given: Buffer, dt: float, steps: int, c: NDArray[np.float64]) -> None:
                 rp + dt * rrate[1],
                 rs + dt * rrate[2],
             )
-            b[25, i] = 1.0 if fine else 0.0
-    given[:] = b
+            b[25, i] = 1.0 if stable else 0.0
+    buffer[:] = b

@@ -1,4 +1,4 @@
-"""The fitness `follow-course`, which rewards following a course upright and along its heading."""
+"""The fitness `follow-course`, which rewards following a course, upright and facing ahead."""
 
 from typing import ClassVar
 
@@ -10,8 +10,8 @@ from gaitsim.contracts import Array, Fitness, Motion, option
 class FollowCourse(Fitness):
     """Nearness to the course, minus a loss for leaning or pointing away from the heading.
 
-    The score is a product: neither a fly that falls upright nor a fly that tumbles in place
-    scores. A fly that follows its course perfectly scores 1.
+    The score is a product, so it is low for a fly that falls upright and for a fly that tumbles in
+    place. A fly that follows its course perfectly scores 1.
     """
 
     radius: float = option(

@@ -36,7 +36,7 @@ def measures(motion: Motion) -> Mapping[str, Measure]:
 
 
 def _beats(flap: Array) -> Array:
-    """Return a wing's strokes, half its changes of direction; mean over trials, (population,)."""
+    """Return the strokes of a wing, half its turning points; mean over trials, (population,)."""
     direction = np.sign(np.diff(flap, axis=1))
     turned: Array = (direction[:, 1:] * direction[:, :-1] < 0).sum(axis=1) / 2
     return np.asarray(turned.mean(axis=1))

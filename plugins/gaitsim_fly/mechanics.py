@@ -1,4 +1,4 @@
-"""The fly's mass, air and wings in a world, and quantities derived from them."""
+"""The fly's body, wings and air in a world, and quantities derived from them."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ class Mechanics:
         span: span of a wing, m.
         chord: chord of a wing, m.
         wing_speed: largest angular speed of a wing, rad/s.
-        wing_drag: drag coefficient of a wing face on.
+        wing_drag: drag coefficient of a wing normal to the flow.
         body_drag: drag coefficient of the body.
         air_density: density of the air, kg/m³.
         gravity: acceleration of gravity, m/s².
@@ -62,7 +62,7 @@ class Mechanics:
         return 0.5 * self.air_density * self.wing_drag * (self.span * self.chord / 2)
 
     def fill(self, c: NDArray[np.float64]) -> None:
-        """Set the mechanical constants in those of the compiled code, (CONSTANTS,)."""
+        """Write the mechanical constants to the array for the compiled code, (CONSTANTS,)."""
         from gaitsim_fly import flight
 
         length, width, height = self.size

@@ -16,7 +16,7 @@ Course = Literal["none", "hover", "climb", "left", "right", "forward"]
 COURSES = get_args(Course)[1:]
 Layer = Annotated[int, Field(ge=1, le=256)]
 
-MOST_STEPS = 2_000_000  # of the simulation, in all trials: about 7 s per individual
+MOST_STEPS = 2_000_000  # simulated in all trials of an individual, in about 7 s
 
 
 class FlyOptions(Organism):
@@ -43,7 +43,9 @@ class FlyOptions(Organism):
     control_step: float = option(
         0.01, "time between commands of the network, a multiple of dt", unit="s", ge=1e-6, le=10
     )
-    trials: int = option(1, "flights of each individual, from different starts", ge=1, le=100)
+    trials: int = option(
+        1, "number of flights of each individual, from different starts", ge=1, le=100
+    )
     trial_seed: int = option(0, "seed of all starts but the first, which is at rest", ge=0)
     start_offset: float = option(
         0.3, "largest distance of a start from the origin along each axis", unit="m", ge=0, le=10
@@ -64,21 +66,21 @@ class FlyOptions(Organism):
 
     course: Course = option(
         "none",
-        "reference of the network's inputs: none is the world; the others are a point and a "
+        "reference of the network's inputs: none is the world frame; the others are a point and a "
         "heading that stay, climb, turn or move forward from the start of the flight",
     )
     course_changes: float = option(
         0.0,
-        "mean time between changes to another course or back, as in steering; 0 for no changes",
+        "mean time between changes to another course and back, as in steering; 0 for no changes",
         unit="s",
         ge=0,
         le=600,
     )
-    course_climb: float = option(0.5, "speed of the course climb", unit="m/s", ge=0, le=20)
+    course_climb: float = option(0.5, "speed of the course 'climb'", unit="m/s", ge=0, le=20)
     course_turn: float = option(
-        1.5, "speed of the courses left and right", unit="rad/s", ge=0, le=20
+        1.5, "turn rate of the courses 'left' and 'right'", unit="rad/s", ge=0, le=20
     )
-    course_speed: float = option(1.5, "speed of the course forward", unit="m/s", ge=0, le=20)
+    course_speed: float = option(1.5, "speed of the course 'forward'", unit="m/s", ge=0, le=20)
 
     mass: float = option(0.2, "mass of the body; the wings have none", unit="kg", ge=1e-6, le=100)
     length: float = option(0.3, "length of the body", unit="m", ge=1e-3, le=10)
@@ -92,7 +94,7 @@ class FlyOptions(Organism):
     flap_limit: float = option(60.0, "largest flap, up and down", unit="°", ge=0, le=90)
     pitch_limit: float = option(80.0, "largest pitch, up and down", unit="°", ge=0, le=90)
     sweep_limit: float = option(30.0, "largest sweep, forward and backward", unit="°", ge=0, le=90)
-    wing_drag: float = option(1.2, "drag coefficient of a wing face on", ge=0, le=10)
+    wing_drag: float = option(1.2, "drag coefficient of a wing normal to the flow", ge=0, le=10)
     body_drag: float = option(1.2, "drag coefficient of the body", ge=0, le=10)
     air_density: float = option(1.2, "density of the air", unit="kg/m³", ge=0, le=2000)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
@@ -129,8 +131,8 @@ class FlyOptions(Organism):
             )
         if self.frames * self.trials > 1_000_000:
             raise ValueError(
-                f"{self.trials:,} trials of {self.frames:,} commands exceed the limit of 1,000,000 "
-                "commands"
+                f"{self.trials:,} trials of {self.frames:,} commands are too many; at most "
+                "1,000,000 commands are allowed"
             )
         steps = self.trials * round(self.duration / self.dt)
         if steps > MOST_STEPS:
@@ -158,7 +160,7 @@ class FlyOptions(Organism):
         return round(self.duration / self.control_step) + 1
 
     def mechanics(self, world: Mapping[str, float]) -> Mechanics:
-        """Return mass, air and wings in a world, given as values by the names of conditions."""
+        """Return body, wings and air in a world, given as values by the names of conditions."""
         return Mechanics(
             mass=world.get("mass", 1.0) * self.mass,
             size=(self.length, self.width, self.height),
@@ -178,7 +180,7 @@ class FlyOptions(Organism):
         return self.wings == "symmetric"
 
     def conditions(self) -> Mapping[str, Condition]:
-        """Return the conditions: mass, air, wind, pushes and errors of the wings."""
+        """Return the conditions: mass, air, wind, pushes, and errors of the wings."""
         return fly_conditions(self.air_density)
 
     def course_speeds(self, course: str) -> NDArray[np.float64]:

@@ -21,16 +21,18 @@ from gaitsim.contracts import (
 )
 from gaitsim.network import ACTIVATION_CODES, gene_labels
 from gaitsim_fly.conditions import push, wing_offsets
-from gaitsim_fly.flights import flights
 from gaitsim_fly.measures import measures
 from gaitsim_fly.mechanics import Mechanics
+from gaitsim_fly.motion import flight_motion
 from gaitsim_fly.options import COURSES, FlyOptions
 from gaitsim_fly.skeleton import skeleton
 from gaitsim_fly.starts import headings, starts
 
-Controlled = tuple[NDArray[np.int64], int, NDArray[np.float64], float, int, NDArray[np.float64]]
+ControlArguments = tuple[
+    NDArray[np.int64], int, NDArray[np.float64], float, int, NDArray[np.float64]
+]
 
-STARTS = ("frames", "trials")
+TRIALS = ("frames", "trials")
 XYZ = ("x", "y", "z")
 WINGS = ("left flap", "left pitch", "left sweep", "right flap", "right pitch", "right sweep")
 
@@ -41,17 +43,17 @@ class Fly(FlyOptions):
     threads: ClassVar[bool] = True
     dynamic: ClassVar[bool] = True
     channels: ClassVar[Mapping[str, Channel]] = {
-        "position": Channel((*STARTS, XYZ), "m", "centre of mass; z is up"),
-        "altitude": Channel(STARTS, "m", "z of the position"),
-        "rotation": Channel((*STARTS, ("w", "x", "y", "z")), "", "unit quaternion of the body"),
+        "position": Channel((*TRIALS, XYZ), "m", "centre of mass; z is up"),
+        "altitude": Channel(TRIALS, "m", "z of the position"),
+        "rotation": Channel((*TRIALS, ("w", "x", "y", "z")), "", "unit quaternion of the body"),
         "course": Channel(
-            (*STARTS, ("x", "y", "z", "heading")),
+            (*TRIALS, ("x", "y", "z", "heading")),
             ("m", "m", "m", "rad"),
             "point and heading of the course; zero without a course",
         ),
-        "velocity": Channel((*STARTS, XYZ), "m/s", "velocity in the world frame"),
-        "angular_velocity": Channel((*STARTS, XYZ), "rad/s", "spin in the world frame"),
-        "wing_angles": Channel((*STARTS, WINGS), "rad", "angles of the wings"),
+        "velocity": Channel((*TRIALS, XYZ), "m/s", "velocity in the world frame"),
+        "angular_velocity": Channel((*TRIALS, XYZ), "rad/s", "angular velocity in the world frame"),
+        "wing_angles": Channel((*TRIALS, WINGS), "rad", "angles of the wings"),
     }
 
     def genome_space(self) -> RealSpace:
@@ -88,9 +90,9 @@ class Fly(FlyOptions):
         if self.course_changes and self.course != "none":
             others = np.array([self.course_speeds(name) for name in COURSES])
             mean = self.course_changes / self.control_step
-            speeds = course.changing(own, others, shape, mean, self.trial_seed)
+            speeds = course.alternating_speeds(own, others, shape, mean, self.trial_seed)
         return course.paths(
-            course.start(headings, own), np.ascontiguousarray(speeds), self.control_step
+            course.initial_courses(headings, own), np.ascontiguousarray(speeds), self.control_step
         )
 
     def move(self, genomes: Genomes) -> Motion:
@@ -108,7 +110,7 @@ class Fly(FlyOptions):
             np.ascontiguousarray(genomes, dtype=np.float64),
             self.starts(),
             courses,
-            *self.controlled(own),
+            *self.control_arguments(own),
             wing_offsets(self.world, planar=self.planar),
             self.world.get("latency", 0.0) / interval,
             *push(self.world, self.frames, planar=self.planar),
@@ -121,7 +123,7 @@ class Fly(FlyOptions):
             """Reshape (lanes, frames, …) to (population, frames, trials, …)."""
             return values.reshape(population, self.trials, *values.shape[1:]).swapaxes(1, 2)
 
-        return flights(
+        return flight_motion(
             1 / interval,
             by_trial(states),
             by_trial(angles),
@@ -133,17 +135,17 @@ class Fly(FlyOptions):
     def _failures(self, lasted: NDArray[np.int64]) -> dict[int, str]:
         """Return the reasons why flights failed, by individual."""
         failures = {}
-        for lane in np.flatnonzero(lasted < self.frames)[::-1].tolist():  # the first trial counts
+        for lane in np.flatnonzero(lasted < self.frames)[::-1].tolist():  # report the first trial
             individual, trial = divmod(lane, self.trials)
             failures[individual] = (
-                f"its flight became unstable within {lasted[lane] * self.control_step:.4g} s"
+                f"the flight became unstable within {lasted[lane] * self.control_step:.4g} s"
                 + (f" in trial {trial + 1}" if self.trials > 1 else "")
                 + f"; try a dt below {self.dt:g} s"
             )
         return failures
 
-    def controlled(self, own: Mechanics) -> Controlled:
-        """Return the arguments of the compiled flight for the network and the fly's mechanics.
+    def control_arguments(self, own: Mechanics) -> ControlArguments:
+        """Return the arguments of the compiled flight that describe the network and the mechanics.
 
         Returns:
             Units of each layer; the activation's code; limits of flap, pitch and sweep, (3,) rad;
@@ -190,9 +192,9 @@ class Fly(FlyOptions):
 
     def controllers(self) -> Mapping[str, Genomes]:
         """Return the package's trained networks, mirrored and 18-12-3, or {} if they do not fit."""
-        from gaitsim_fly.controllers import trained
+        from gaitsim_fly.controllers import trained_networks
 
-        found = trained()
+        found = trained_networks()
         fit = self.wings == "mirrored" and self.layers == found.layers
         return found.genomes if fit and self.activation == "tanh" else {}
 
@@ -203,7 +205,7 @@ class Fly(FlyOptions):
         return SteeredFly(self, controllers)
 
     def steering_page(self, controllers: Mapping[str, Genomes]) -> SteeringPage:
-        """Return script and data with which a page simulates the fly exactly as Python does."""
+        """Return the script and data of a page that simulates the fly exactly as Python does."""
         from gaitsim_fly.page import page
 
         return page(self, controllers)

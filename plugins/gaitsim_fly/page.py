@@ -24,7 +24,7 @@ def page(fly: "Fly", controllers: Mapping[str, Genomes]) -> SteeringPage:
         fly: body and network.
         controllers: genome (genes,) of each command.
     """
-    from gaitsim_fly.steering import BLEND, COMMANDS, LEASH, NAMES, START, fitting
+    from gaitsim_fly.steering import BLEND, COMMANDS, LEASH, NAMES, START, controller_genomes
 
     data = {
         "own": mechanics_data(fly.mechanics(fly.world)),
@@ -33,7 +33,7 @@ def page(fly: "Fly", controllers: Mapping[str, Genomes]) -> SteeringPage:
         "speeds": [fly.course_speeds(name).tolist() for name in NAMES],
         "commands": [{"name": one.name, "key": one.key, "help": one.help} for one in COMMANDS],
         "names": list(NAMES),
-        "controllers": fitting(fly, controllers).tolist(),
+        "controllers": controller_genomes(fly, controllers).tolist(),
         "interval": fly.control_step,
         "blend": BLEND,
         "leash": LEASH,
@@ -49,7 +49,7 @@ def scripts() -> str:
 
 
 def mechanics_data(own: Mechanics) -> dict[str, Any]:
-    """Return mass, air and wings as a `Mechanics` of flight.js."""
+    """Return body, wings and air as a `Mechanics` of flight.js."""
     constants = np.zeros(flight.CONSTANTS)
     own.fill(constants)
     c = constants.tolist()

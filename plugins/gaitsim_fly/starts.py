@@ -18,7 +18,7 @@ def starts(
     spin: float,
     planar: bool,
 ) -> NDArray[np.float64]:
-    """Return the state at the start of each trial, (trials, STATE); the first is at rest, level.
+    """Return the state at the start of each trial, (trials, STATE); the first is level, at rest.
 
     Args:
         trials: number of trials.
@@ -30,23 +30,25 @@ def starts(
         speed: largest speed along each axis, m/s.
         spin: largest angular speed about each axis, rad/s.
         planar: whether to draw only symmetric starts, as wings with equal commands cannot correct
-            others.
+            asymmetric ones.
     """
     states = np.zeros((trials, STATE))
     states[:, ROTATION] = 1.0
     draws = np.random.default_rng(seed).uniform(-1, 1, (trials - 1, 4, 3))
     if planar:
-        draws[:, (0, 2), 1] = 0.0  # position and velocity to the side
+        draws[:, (0, 2), 1] = 0.0  # sideways position and velocity
         draws[:, 1::2, ::2] = 0.0  # roll and yaw
     turn = tilt * draws[:, 1]
     half = np.linalg.norm(turn, axis=1, keepdims=True) / 2
     states[1:, POSITION : POSITION + 3] = offset * draws[:, 0]
     states[1:, ROTATION : ROTATION + 1] = np.cos(half)
     states[1:, ROTATION + 1 : ROTATION + 4] = turn / 2 * np.sinc(half / np.pi)
-    states[:, ROTATION : ROTATION + 4] = _headed(states[:, ROTATION : ROTATION + 4], headings / 2)
+    states[:, ROTATION : ROTATION + 4] = _turn_about_vertical(
+        states[:, ROTATION : ROTATION + 4], headings / 2
+    )
     states[1:, VELOCITY : VELOCITY + 3] = speed * draws[:, 2]
     momentum = inertia * (spin * draws[:, 3])  # in the frame of the body
-    states[1:, MOMENTUM : MOMENTUM + 3] = _turned(states[1:, ROTATION : ROTATION + 4], momentum)
+    states[1:, MOMENTUM : MOMENTUM + 3] = _rotate(states[1:, ROTATION : ROTATION + 4], momentum)
     return states
 
 
@@ -56,14 +58,17 @@ def headings(trials: int, seed: int, largest: float) -> NDArray[np.float64]:
     return np.concatenate([[0.0], largest * drawn])
 
 
-def _headed(quaternions: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn_about_vertical(
+    quaternions: NDArray[np.float64], half: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Turn attitudes about the vertical by twice the angles `half`, (trials,) rad."""
     w, x, y, z = quaternions.T
     c, s = np.cos(half), np.sin(half)
     return np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], axis=1)
 
 
-def _turned(quaternions: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rotate(quaternions: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotate vectors, (trials, 3), by unit quaternions, (trials, 4)."""
     w, u = quaternions[:, :1], quaternions[:, 1:]
     cross = np.cross(u, vectors)
     result: NDArray[np.float64] = vectors + 2 * (w * cross + np.cross(u, cross))

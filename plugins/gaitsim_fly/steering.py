@@ -1,4 +1,4 @@
-"""The fly as users steer it: one controller for each command, and a course.
+"""A fly that users steer, with one controller for each command, and a course.
 
 The fly follows a single course. A new command changes the motion of the course and the network in
 control, both within `BLEND` seconds. All networks get the same inputs, relative to this course, and
@@ -14,7 +14,7 @@ import numpy as np
 from gaitsim.contracts import Command, Genomes, Motion, Steered
 from gaitsim.errors import GaitsimError
 from gaitsim_fly import course, flight
-from gaitsim_fly.flights import flights
+from gaitsim_fly.motion import flight_motion
 from gaitsim_fly.steps import steer
 
 if TYPE_CHECKING:
@@ -48,22 +48,22 @@ class SteeredFly(Steered):
     def __init__(self, fly: "Fly", controllers: Mapping[str, Genomes]) -> None:
         self.fly = fly
         self.frame_rate = 1 / fly.control_step
-        genomes = fitting(fly, controllers)
-        lanes = np.arange(flight.LANES) % len(NAMES)  # a lane for each controller
+        genomes = controller_genomes(fly, controllers)
+        lanes = np.arange(flight.LANES) % len(NAMES)  # the controller of each lane
         self._weights = np.ascontiguousarray(genomes[lanes].T)
         self._rates = np.array([fly.course_speeds(name) for name in NAMES])
         self._shares = np.array([1.0] + [0.0] * (len(NAMES) - 1))
-        self._course = course.start(np.zeros(1), self._rates[0])[0]
+        self._course = course.initial_courses(np.zeros(1), self._rates[0])[0]
         self._course[course.Z] = START
         self._buffer = np.zeros((flight.BUFFER, flight.LANES))
         self._buffer[flight.POSITION + 2] = START
         self._buffer[[flight.ROTATION, flight.ALIVE]] = 1.0
         self._mechanics = fly.mechanics(fly.world)
-        self._controlled = fly.controlled(self._mechanics)
+        self._control_arguments = fly.control_arguments(self._mechanics)
         self._flown = 0
 
     def advance(self, command: str, frames: int) -> Motion:
-        """Return the next `frames` frames, control steps of the network, under a command."""
+        """Simulate `frames` frames, which are control steps of the network, under a command."""
         if command not in NAMES:
             raise GaitsimError(f"unknown command {command!r}", allowed=", ".join(NAMES))
         if frames < 1:
@@ -75,7 +75,7 @@ class SteeredFly(Steered):
         lasted = steer(
             NAMES.index(command),
             self._weights,
-            *self._controlled,
+            *self._control_arguments,
             self._rates,
             self.fly.control_step / BLEND,
             LEASH,
@@ -92,7 +92,7 @@ class SteeredFly(Steered):
         if lasted < frames:
             seconds = (self._flown - frames + lasted) * self.fly.control_step
             failures[0] = f"the flight became unstable within {seconds:.4g} s"
-        return flights(
+        return flight_motion(
             self.frame_rate,
             states[None, :, None],
             angles[None, :, None],
@@ -103,8 +103,12 @@ class SteeredFly(Steered):
         )
 
 
-def fitting(fly: "Fly", controllers: Mapping[str, Genomes]) -> Genomes:
-    """Return the genomes in the order of the commands, (commands, genes)."""
+def controller_genomes(fly: "Fly", controllers: Mapping[str, Genomes]) -> Genomes:
+    """Return the genomes of the controllers in the order of the commands, (commands, genes).
+
+    Raises:
+        GaitsimError: the fly cannot turn, or a controller is missing or does not fit the network.
+    """
     if fly.planar:
         raise GaitsimError(
             "a fly with symmetric wings cannot turn, so it cannot be steered",

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim_fly.control import SEEN, answer, command, see
+from gaitsim_fly.control import BODY_INPUTS, command, fill_inputs, wing_commands
 from gaitsim_fly.course import CLIMB, COURSE, SPEED, TURN, X, Y, Z, advance
 from gaitsim_fly.flight import ALIVE, LANES, STATE, WING_SPEED, WINGS, Buffer, step
 
@@ -75,24 +75,24 @@ def steer(
         steps: time steps per frame.
         c: constants; see `flight`.
         speeds: speeds of the course under each command, (commands, 3); see `course`.
-        part: share that passes to the commanded network in each frame.
+        part: increase of the commanded network's share in each frame.
         leash: largest distance of the course from the fly, m.
         b: state of the fly, the same in all lanes, (BUFFER, LANES); advanced in place.
         course: course of the fly, (COURSE,); advanced in place.
-        shares: shares of the networks in the command, (commands,), with sum 1; advanced in place.
+        shares: weights of the networks' outputs, (commands,), with sum 1; advanced in place.
         states: output, (frames, STATE): state at the end of each frame.
         angles: output, (frames, 6): wing angles, rad.
-        courses: output, (frames, COURSE).
-        blends: output, (frames, commands): shares.
+        courses: output, (frames, COURSE): course after each frame.
+        blends: output, (frames, commands): shares after each frame.
 
     Returns:
         The number of stable frames.
     """
     frames, commands = len(states), len(shares)
-    seen = np.empty((layers[0], LANES))
-    outputs = np.empty((layers[0] - SEEN, LANES))
+    inputs = np.empty((layers[0], LANES))
+    outputs = np.empty((layers[0] - BODY_INPUTS, LANES))
     g = np.empty((COURSE, LANES))
-    right = np.zeros(6)  # wings without constant errors
+    no_errors = np.zeros(6)  # no constant errors of the wings
     interval = steps * dt
     lasted = 0
     for frame in range(frames):
@@ -101,11 +101,11 @@ def steer(
             course[row] = _mean(shares, speeds[:, k])
         for k in range(COURSE):
             g[k] = course[k]
-        see(b, g, limits, seen, c)
-        answer(weights, layers, code, seen, outputs)
+        fill_inputs(b, g, limits, inputs, c)
+        wing_commands(weights, layers, code, inputs, outputs)
         for output in range(len(outputs)):
             outputs[output] = _mean(shares, outputs[output, :commands])
-        command(b, outputs, limits, right, interval, c[WING_SPEED])
+        command(b, outputs, limits, no_errors, interval, c[WING_SPEED])
         step(b, dt, steps, c)
         advance(course, interval)
         _hold(course, b, leash)

@@ -17,13 +17,13 @@ AIRLESS = {"wing_drag": 0.0, "body_drag": 0.0}
 
 
 def flown(count: int = 1, seed: int = 0, **options: Any) -> tuple[Fly, Motion]:
-    """A fly with these options, and the flights of some random networks."""
+    """Return a fly with these options, and the flights of some random networks."""
     fly = Fly(**options)
     return fly, fly.move(fly.genome_space().random(count, np.random.default_rng(seed)))
 
 
 def matrices(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation matrices of quaternions w, x, y, z, by SciPy."""
+    """Return the rotation matrices of quaternions w, x, y, z, computed by SciPy."""
     flat = Rotation.from_quat(rotation.reshape(-1, 4), scalar_first=True).as_matrix()
     return flat.reshape(*rotation.shape[:-1], 3, 3)
 
@@ -41,7 +41,7 @@ def test_falling_with_locked_wings_reaches_the_terminal_velocity(options: dict[s
     area = fly.length * fly.width + fly.span * fly.chord  # body and both triangles
     terminal = math.sqrt(2 * fly.mass * 9.81 / (fly.air_density * 1.2 * area))
     assert -motion["velocity"][0, -1, 0, 2] == pytest.approx(terminal, rel=0.01)
-    # On its way there, v = v_t tanh(g t / v_t).
+    # Before that, v = v_t tanh(g t / v_t).
     seconds = np.arange(motion["altitude"].shape[1]) / motion.frame_rate
     closed = -terminal * np.tanh(9.81 * seconds / terminal)
     np.testing.assert_allclose(motion["velocity"][0, :, 0, 2], closed, atol=1e-3)
@@ -102,9 +102,9 @@ def test_free_rotation_agrees_with_scipy() -> None:
 def loads(
     fly: Fly, state: NDArray[np.float64], wings: NDArray[np.float64], rates: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Force and torque by the drag law, written out with homogeneous matrices.
+    """Return force and torque by the drag law, computed with homogeneous matrices.
 
-    Flapping is differentiated numerically, so that no formula of the compiled code recurs.
+    Flapping is differentiated numerically, so that it shares no formula with the compiled code.
     """
     turn = matrices(state[3:7])
     velocity, momentum = state[7:10], state[10:13]
@@ -123,7 +123,7 @@ def loads(
 
         def placed(angles: NDArray[np.float64], side: int = side) -> NDArray[np.float64]:
             points = body.wing_points(side, fly.span, fly.chord)
-            return body.moved(body.wing_matrix(angles, side, fly.width / 2), points)
+            return body.transform(body.wing_matrix(angles, side, fly.width / 2), points)
 
         points, step = placed(own), 1e-6
         flapping = (placed(own + step * rate) - placed(own - step * rate)).mean(axis=0) / (2 * step)
@@ -183,16 +183,16 @@ def test_flapping_flight_agrees_with_scipy(wings: str) -> None:
         np.testing.assert_allclose(turned, matrices(state[3:7]), atol=2e-2)
 
 
-def test_symmetric_wings_keep_a_level_start_in_its_plane_to_the_bit() -> None:
+def test_symmetric_wings_stay_exactly_in_their_plane() -> None:
     _, motion = flown(20)
     assert (motion["position"][..., 1] == 0).all()
     assert np.ptp(motion["position"][..., 0]) > 0.1
 
 
 def mirrored(fly: Fly, genomes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Networks that fly as in a mirror on the plane of left and right."""
+    """Return networks whose flights are mirrored left to right."""
     each = 3 if fly.wings == "symmetric" else 6
-    # Position and velocity turn their y around, rotation and spin their x and z.
+    # Mirroring negates y of position and velocity, and x and z of rotation and spin.
     signs = np.array([1, -1, 1, -1, 1, -1] * 2 + [1] * each, float)
     swap = np.arange(each) if each == 3 else np.array([3, 4, 5, 0, 1, 2])
     inputs, *_, before, outputs = fly.layers
@@ -208,7 +208,7 @@ def mirrored(fly: Fly, genomes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("wings", ["symmetric", "asymmetric"])
 def test_a_mirrored_genome_flies_a_mirrored_flight(wings: Any) -> None:
-    # Short: sums in another order differ in the last bit, and flight is chaotic.
+    # The flight is short, as rounding differs between mirror images, and flight is chaotic.
     fly = Fly(wings=wings, duration=0.5)
     genomes = fly.genome_space().random(10, np.random.default_rng(3))
     straight, other = fly.move(genomes), fly.move(mirrored(fly, genomes))

@@ -36,7 +36,7 @@ def test_the_wings_follow_the_network(activation: str, wings: str, hidden: tuple
     motion = fly.move(own)
     limits = np.tile(np.radians([40, 80, 30]), 2)
     quaternion = motion["rotation"]
-    seen = np.concatenate(
+    inputs = np.concatenate(
         [
             np.clip(motion["position"] / fly.position_scale, -1, 1),
             quaternion[..., 1:] * np.sign(quaternion[..., :1]),
@@ -47,8 +47,8 @@ def test_the_wings_follow_the_network(activation: str, wings: str, hidden: tuple
         axis=-1,
     )
     network = Network.from_genes(fly.layers, own, activation, "tanh")
-    columns = seen.reshape(4, -1, fly.layers[0]).swapaxes(1, 2)
-    wanted = network.activate(columns).swapaxes(1, 2).reshape(*seen.shape[:3], -1)
+    columns = inputs.reshape(4, -1, fly.layers[0]).swapaxes(1, 2)
+    wanted = network.activate(columns).swapaxes(1, 2).reshape(*inputs.shape[:3], -1)
     wanted = np.concatenate([wanted, wanted], axis=-1)[..., :6] * limits
     angles = motion["wing_angles"]
     farthest = fly.wing_speed * fly.control_step
@@ -69,8 +69,8 @@ def test_an_individual_flies_the_same_alone_and_in_any_population(wings: Any) ->
             assert (alone[name] == together[name][part]).all(), name
 
 
-def test_an_unstable_flight_fails_alone_and_says_why() -> None:
-    # Falling through a vacuum, nothing keeps a fly below the speed that steps can follow.
+def test_an_unstable_flight_fails_with_a_reason_without_affecting_others() -> None:
+    # In a vacuum, nothing limits the speed of a falling fly.
     experiment = load_experiment(
         "fly",
         {
@@ -90,7 +90,7 @@ def test_an_unstable_flight_fails_alone_and_says_why() -> None:
     assert all(np.isfinite(term).all() for term in evaluation.terms.values())
 
 
-def test_starts_except_the_first_vary_and_are_repeatable() -> None:
+def test_all_starts_but_the_first_vary_and_are_reproducible() -> None:
     fly = Fly(wings="asymmetric", trials=4, duration=0.1)
     motion = fly.move(genomes(fly, 1))
     first = {name: motion[name][0, 0] for name in ("position", "velocity", "angular_velocity")}
@@ -106,7 +106,7 @@ def test_starts_except_the_first_vary_and_are_repeatable() -> None:
     assert (more[:4] == fly.starts()).all()
 
 
-def test_the_skeleton_is_moved_by_homogeneous_matrices() -> None:
+def test_homogeneous_matrices_move_the_skeleton() -> None:
     fly = Fly(wings="asymmetric", duration=1.0, trials=2)
     motion = fly.move(genomes(fly, 2))
     skeleton = fly.skeleton(motion, 1)
@@ -116,11 +116,11 @@ def test_the_skeleton_is_moved_by_homogeneous_matrices() -> None:
     np.testing.assert_allclose(lengths, np.broadcast_to(expected, lengths.shape), atol=1e-9)
     assert sorted(np.round(lengths[0, :12], 9)) == [0.1] * 8 + [0.3] * 4
     assert (skeleton.path == motion["position"][1, :, 0]).all()
-    # Up, leading edge up, forward.
+    # Positive angles: up, leading edge up, forward.
     for angles, axis, corner in (((0.3, 0, 0), 2, 1), ((0, 0.3, 0), 2, 1), ((0, 0, 0.3), 0, 2)):
         for side in (1, -1):
             matrix = body.wing_matrix(np.array(angles, float), side, 0.05)
-            tip = body.moved(matrix, body.wing_points(side, 0.5, 0.3))[corner]
+            tip = body.transform(matrix, body.wing_points(side, 0.5, 0.3))[corner]
             rest = body.wing_points(side, 0.5, 0.3)[corner] + [0, side * 0.05, 0]
             assert tip[axis] > rest[axis] + 0.01
 

@@ -1,4 +1,4 @@
-"""The fly in JavaScript is the fly in Python."""
+"""The fly in JavaScript against the fly in Python."""
 
 from importlib import resources
 
@@ -22,7 +22,8 @@ const state = {
 const states = [];
 for (let frame = 0; frame < frames; frame += 1) {
   states.push([...state.position, ...state.rotation, ...state.velocity, ...state.wings]);
-  command(state, answer(genes, see(state, WORLD, control, own), control), control, own);
+  const inputs = networkInputs(state, WORLD, control, own);
+  command(state, wingCommands(genes, inputs, control), control, own);
   step(state, control.dt, control.steps, own);
 }
 return { states, alive: state.alive };
@@ -40,40 +41,40 @@ return data.commands.map(([name, frames]) => {
 
 
 def commanded(fly, controllers, seconds, seed):
-    """States, ends of segments and shares after each of some random commands: here, there."""
+    """Return states, ends of segments and shares after random commands in Python and JavaScript."""
     rng = np.random.default_rng(seed)
     commands = []
     while sum(frames for _, frames in commands) < 100 * seconds:
         commands.append((NAMES[rng.integers(len(NAMES))], int(rng.integers(1, 150))))
-    steered, here = fly.steer(controllers), []
+    steered, expected = fly.steer(controllers), []
     for name, frames in commands:
         motion = steered.advance(name, frames)
         assert not motion.failures
         channels = ("position", "rotation", "velocity", "wing_angles")
         state = np.concatenate([motion[channel][0, -1, 0] for channel in channels])
         ends = fly.skeleton(motion, 0).segments[-1].ravel()
-        here.append((state, ends, motion["shares"][0, -1]))
+        expected.append((state, ends, motion["shares"][0, -1]))
     data = {"page": page(fly, controllers).data, "commands": commands}
-    there = call(scripts(), COMMANDED, data)
-    return here, [(one["state"], one["ends"], one["shares"]) for one in there]
+    found = call(scripts(), COMMANDED, data)
+    return expected, [(one["state"], one["ends"], one["shares"]) for one in found]
 
 
 @pytest.mark.parametrize("wings", ["mirrored", pytest.param("asymmetric", marks=pytest.mark.slow)])
-def test_it_follows_commands_as_python_does_to_the_bit(wings):
+def test_commands_give_the_same_bits_as_in_python(wings):
     fly = Fly(wings=wings, hidden=(12,))
     rng, genes = np.random.default_rng(2), fly.genome_space().genes
     controllers = {name: rng.normal(0, 0.5, genes) for name in NAMES}
-    for here, there in zip(*commanded(fly, controllers, 4.0, 5), strict=True):
-        assert np.array_equal(here[0], there[0])
-        assert np.array_equal(here[2], there[2])
-        assert np.allclose(here[1], there[1], rtol=0, atol=1e-11)
+    for expected, found in zip(*commanded(fly, controllers, 4.0, 5), strict=True):
+        assert np.array_equal(expected[0], found[0])
+        assert np.array_equal(expected[2], found[2])
+        assert np.allclose(expected[1], found[1], rtol=0, atol=1e-11)
 
 
 @pytest.mark.slow
-def test_the_trained_networks_fly_the_same_minute_in_a_page():
+def test_the_trained_networks_fly_for_a_minute_with_the_same_bits():
     fly = load_experiment(PRESET).organism
-    for here, there in zip(*commanded(fly, fly.controllers(), 60.0, 7), strict=True):
-        assert np.array_equal(here[0], there[0])
+    for expected, found in zip(*commanded(fly, fly.controllers(), 60.0, 7), strict=True):
+        assert np.array_equal(expected[0], found[0])
 
 
 @pytest.mark.slow
@@ -84,15 +85,15 @@ def test_keys_steer_the_trained_fly_in_a_browser(gaitsim, tmp_path):
     address = (tmp_path / "fly.html").as_uri()
     fly = load_experiment(PRESET).organism
     steered = fly.steer(fly.controllers())
-    steered.advance("hover", 1)  # as a page begins
+    steered.advance("hover", 1)  # a page starts with this frame
     flown = 1
-    asked, said = [], []
+    requests, errors = [], []
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         opened = browser.new_context(offline=True).new_page()
-        opened.on("request", lambda request: asked.append(request.url))
+        opened.on("request", lambda request: requests.append(request.url))
         for event in ("console", "pageerror"):
-            opened.on(event, lambda found: said.append(str(found)))
+            opened.on(event, lambda found: errors.append(str(found)))
         opened.goto(address)
         opened.wait_for_selector(".steering")
         opened.evaluate("gaitsimPage.restart(); gaitsimPage.pause(true); gaitsimPage.left = 0")
@@ -100,15 +101,15 @@ def test_keys_steer_the_trained_fly_in_a_browser(gaitsim, tmp_path):
             opened.keyboard.down(key)
             opened.evaluate("gaitsimPage._tick(1)")
             opened.keyboard.up(key)
-            there = opened.evaluate("[gaitsimPage.frames, ...gaitsimPage.state.centre]")
-            frames = int(there[0]) - flown
+            found = opened.evaluate("[gaitsimPage.frames, ...gaitsimPage.state.centre]")
+            frames = int(found[0]) - flown
             assert frames == pytest.approx(100, abs=1)
-            motion, flown = steered.advance(command, frames), int(there[0])
-            assert motion["position"][0, -1, 0].tolist() == there[1:]
+            motion, flown = steered.advance(command, frames), int(found[0])
+            assert motion["position"][0, -1, 0].tolist() == found[1:]
         assert opened.evaluate("gaitsimPage.ending") == ""
         browser.close()
-    assert asked == [address]
-    assert said == []
+    assert requests == [address]
+    assert errors == []
 
 
 @pytest.mark.parametrize(
@@ -124,7 +125,7 @@ def test_keys_steer_the_trained_fly_in_a_browser(gaitsim, tmp_path):
         ),
     ],
 )
-def test_it_flies_as_python_does_to_the_bit(options):
+def test_flights_have_the_same_bits_as_in_python(options):
     fly = Fly(duration=5.0, **options)
     space = fly.genome_space()
     genes = np.random.default_rng(1).normal(0, 0.5, (1, len(space.labels)))

@@ -1,4 +1,4 @@
-"""The fly's presets: the source's scheme, and what they reach."""
+"""The fly's presets: the parameters of the source, and the altitudes that they reach."""
 
 from dataclasses import replace
 from typing import Any
@@ -25,7 +25,7 @@ def last_generation(experiment: Experiment) -> Generation:
         ("fly-asymmetric", "climb", (18, 20, 20, 6)),
     ],
 )
-def test_presets_are_the_sources_scheme(preset: str, fitness: str, layers: Any) -> None:
+def test_presets_have_the_parameters_of_the_source(preset: str, fitness: str, layers: Any) -> None:
     experiment = load_experiment(preset)
     assert experiment.entries["fitness"].name == fitness
     organism: Any = experiment.organism
@@ -49,26 +49,26 @@ def test_better_flies_evolve_within_a_few_generations(preset: str) -> None:
 
 @pytest.fixture(scope="module")
 def champion() -> Any:
-    """A champion of the default experiment, well before its last generation; (1, genes)."""
+    """Return a champion of an early generation of the default experiment, (1, genes)."""
     last = last_generation(load_experiment("fly", {"seed": 2, "evolution.generations": 40}))
     return last.genomes[last.best][None]
 
 
 def final_altitude(champion: Any, **options: float) -> float:
-    """Mean over the trials, m."""
+    """Return the mean final altitude over the trials, m."""
     organism = load_experiment("fly").organism
     changed = type(organism)(**{**organism.model_dump(), **options})
     return float(changed.measures(changed.move(champion))["final altitude"].values[0])
 
 
 @pytest.mark.slow
-def test_a_champion_gains_two_metres_and_goes_on_climbing(champion: Any) -> None:
+def test_a_champion_gains_two_metres_and_continues_to_climb(champion: Any) -> None:
     assert final_altitude(champion) >= 2
     assert final_altitude(champion, duration=30.0) >= 20
 
 
 @pytest.mark.slow
-def test_halving_the_time_step_changes_a_champions_altitude_little(champion: Any) -> None:
+def test_halving_the_time_step_hardly_changes_the_altitude_of_a_champion(champion: Any) -> None:
     whole, half = final_altitude(champion), final_altitude(champion, dt=0.0005)
     assert half == pytest.approx(whole, rel=0.1)
     assert final_altitude(champion, dt=0.00025) == pytest.approx(half, rel=0.05)

@@ -1,4 +1,4 @@
-"""The fly under a person's command."""
+"""The steered fly."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim_fly.controllers import trained
+from gaitsim_fly.controllers import trained_networks
 from gaitsim_fly.organism import Fly
 from gaitsim_fly.steering import BLEND, NAMES, START
 
@@ -17,12 +17,12 @@ def fly(**options: Any) -> Fly:
 
 
 def tilt(motion: Any) -> Any:
-    """Angle between the body's axis and upright, (frames,) degrees."""
+    """Return the angle between the body's back and the vertical, (frames,) degrees."""
     x, y = motion["rotation"][0, :, 0, 1], motion["rotation"][0, :, 0, 2]
     return np.degrees(np.arccos(np.clip(1 - 2 * (x * x + y * y), -1, 1)))
 
 
-def test_controllers_fit_every_preset_of_steering() -> None:
+def test_controllers_fit_all_steering_presets() -> None:
     for name in ("fly-steer", *(f"fly-steer-{own}" for own in NAMES if own != "right")):
         organism = load_experiment(name).organism
         assert [command.name for command in organism.commands()] == list(NAMES)
@@ -31,10 +31,10 @@ def test_controllers_fit_every_preset_of_steering() -> None:
         assert all(len(genome) == organism.genome_space().genes for genome in controllers.values())
     assert not Fly().commands()
     assert not Fly(wings="asymmetric", hidden=(12,)).controllers()
-    assert "fly-steer-climb" in trained().experiments["climb"]
+    assert "fly-steer-climb" in trained_networks().experiments["climb"]
 
 
-def test_steering_gives_the_same_bits_however_it_is_cut_and_hands_over_smoothly() -> None:
+def test_splitting_a_command_does_not_change_any_bit_and_control_passes_smoothly() -> None:
     own = fly()
     whole, cut = (own.steer(own.controllers()) for _ in range(2))
     first = whole.advance("climb", 30)
@@ -50,7 +50,7 @@ def test_steering_gives_the_same_bits_however_it_is_cut_and_hands_over_smoothly(
     assert own.measures(first)["largest tilt"].values[0] < 90
 
 
-def test_a_network_on_a_course_flies_as_in_move() -> None:
+def test_a_steered_network_flies_a_course_as_in_move() -> None:
     own = fly(course="forward", duration=0.5)
     genome = own.controllers()["forward"]
     moved = own.move(genome[None])
@@ -71,7 +71,7 @@ def test_a_mirrored_network_turns_right_as_it_turns_left() -> None:
     np.testing.assert_allclose(left, right * [1, -1, 1], atol=1e-9)
 
 
-def test_what_cannot_be_steered_is_refused() -> None:
+def test_invalid_bodies_controllers_and_commands_are_refused() -> None:
     own = fly()
     with pytest.raises(GaitsimError, match="symmetric"):
         Fly().steer({})
@@ -96,7 +96,7 @@ def test_what_cannot_be_steered_is_refused() -> None:
         ("forward", (1.5, 0, 0)),
     ],
 )
-def test_each_command_does_what_it_says(command: str, speeds: Any) -> None:
+def test_each_command_reaches_its_speeds(command: str, speeds: Any) -> None:
     own = fly()
     steered = own.steer(own.controllers())
     motion = steered.advance(command, 300)
@@ -106,20 +106,20 @@ def test_each_command_does_what_it_says(command: str, speeds: Any) -> None:
     assert tilt(motion).max() < 65
 
 
-def test_a_course_changes_to_another_and_back() -> None:
+def test_a_course_alternates_with_others() -> None:
     own = fly(course="forward", course_changes=0.5, duration=10.0, trials=3)
     courses = own.move(own.controllers()["hover"][None])["course"][0]
     moved = np.diff(courses, axis=0)
     ahead = np.hypot(moved[..., 0], moved[..., 1])
     own_part = np.isclose(ahead, own.course_speed * own.control_step, atol=1e-9)
-    assert 0.4 < own_part.mean() < 0.9  # every second part, and those that draw it
-    assert own_part[:20].all()  # the first one
+    assert 0.4 < own_part.mean() < 0.9  # every second part, and parts that draw the same course
+    assert own_part[:20].all()  # the first part
     changes = np.diff(np.round(moved, 9)[..., 2], axis=0) != 0
-    assert changes.any(axis=0).all()  # each trial climbs at times
+    assert changes.any(axis=0).all()  # each trial climbs in some parts
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_it_stays_in_the_air_for_a_minute_under_random_keys(seed: int) -> None:
+def test_it_flies_for_a_minute_under_random_commands(seed: int) -> None:
     own = fly()
     steered = own.steer(own.controllers())
     rng = np.random.default_rng(seed)

@@ -15,7 +15,7 @@
  * @property {number} spinScale - angular speed at which an input reaches 1, rad/s
  */
 
-const SEEN = 12; // inputs of a network before the wing angles
+const BODY_INPUTS = 12; // number of inputs before the wing angles
 const LEAK = 0.01; // slope of the leaky ReLU below zero
 
 /** Return tanh to 1e-13 as in `activations.py`, because Math.tanh differs between browsers. */
@@ -39,14 +39,14 @@ const ACTIVATIONS = {
   "leaky-relu": (z) => Math.max(z, LEAK * z),
 };
 
-const within = (x) => Math.min(Math.max(x, -1.0), 1.0);
+const clipToUnit = (x) => Math.min(Math.max(x, -1.0), 1.0);
 
 /**
  * The course that a fly follows, see `course.py`: the reference of the network's inputs.
  * @typedef {Object} Course
- * @property {Vector} point
+ * @property {Vector} point - position of the course, m
  * @property {[number, number]} half - cosine and sine of half the heading
- * @property {Vector} speeds - forward, m/s, upwards, m/s, and turn to the left, rad/s
+ * @property {Vector} speeds - forward and upwards, m/s, and turn to the left, rad/s
  */
 
 /** A course that rests at the origin and heads along x: inputs are in the world frame. */
@@ -64,7 +64,7 @@ function headingOf([cos, sin]) {
  * @param {Control} control
  * @param {Mechanics} own
  */
-function see(state, course, control, own) {
+function networkInputs(state, course, control, own) {
   const { positionScale, velocityScale, spinScale, limits } = control;
   const [halfCos, halfSin] = course.half;
   const [cos, sin] = headingOf(course.half);
@@ -76,55 +76,55 @@ function see(state, course, control, own) {
   const z = state.position[2] - course.point[2];
   const w = halfCos * q[0] + halfSin * q[3];
   const sign = w >= 0.0 ? 1.0 : -1.0; // q and −q are the same rotation
-  const angles = state.wings.slice(0, control.layers[0] - SEEN);
+  const angles = state.wings.slice(0, control.layers[0] - BODY_INPUTS);
   return [
-    within((cos * x + sin * y) / positionScale),
-    within((cos * y - sin * x) / positionScale),
-    within(z / positionScale),
+    clipToUnit((cos * x + sin * y) / positionScale),
+    clipToUnit((cos * y - sin * x) / positionScale),
+    clipToUnit(z / positionScale),
     sign * (halfCos * q[1] + halfSin * q[2]),
     sign * (halfCos * q[2] - halfSin * q[1]),
     sign * (halfCos * q[3] - halfSin * q[0]),
-    within((cos * v[0] + sin * v[1] - ahead) / velocityScale),
-    within((cos * v[1] - sin * v[0]) / velocityScale),
-    within((v[2] - climb) / velocityScale),
-    within((cos * spin[0] + sin * spin[1]) / spinScale),
-    within((cos * spin[1] - sin * spin[0]) / spinScale),
-    within((spin[2] - turn) / spinScale),
+    clipToUnit((cos * v[0] + sin * v[1] - ahead) / velocityScale),
+    clipToUnit((cos * v[1] - sin * v[0]) / velocityScale),
+    clipToUnit((v[2] - climb) / velocityScale),
+    clipToUnit((cos * spin[0] + sin * spin[1]) / spinScale),
+    clipToUnit((cos * spin[1] - sin * spin[0]) / spinScale),
+    clipToUnit((spin[2] - turn) / spinScale),
     ...angles.map((angle, i) => (limits[i % 3] > 0.0 ? angle / limits[i % 3] : 0.0)),
   ];
 }
 
 /** Return the outputs of a network; genes are W1 row by row, b1, W2, b2 … */
-function outputsOf(genes, seen, control) {
+function networkOutputs(genes, inputs, control) {
   let gene = 0;
-  let here = seen;
+  let values = inputs;
   const last = control.layers.length - 1;
   for (let layer = 1; layer <= last; layer += 1) {
     const activate = layer === last ? tanh : ACTIVATIONS[control.activation];
-    const biases = gene + control.layers[layer] * here.length;
-    const there = [];
-    for (let to = 0; to < control.layers[layer]; to += 1) {
-      let total = genes[biases + to];
-      for (const value of here) {
+    const biases = gene + control.layers[layer] * values.length;
+    const next = [];
+    for (let unit = 0; unit < control.layers[layer]; unit += 1) {
+      let total = genes[biases + unit];
+      for (const value of values) {
         total += genes[gene] * value;
         gene += 1;
       }
-      there.push(activate(total));
+      next.push(activate(total));
     }
-    gene = biases + there.length;
-    here = there;
+    gene = biases + next.length;
+    values = next;
   }
-  return here;
+  return values;
 }
 
 /** Return the inputs of the fly's mirror image, left for right. */
-function mirrored(seen) {
+function mirroredInputs(inputs) {
   const inMirror = (first, flipped) => [0, 1, 2].map((axis) =>
-    ((axis === 1) === flipped ? -seen[first + axis] : seen[first + axis]));
-  // Rotation vectors change sign the other way.
+    ((axis === 1) === flipped ? -inputs[first + axis] : inputs[first + axis]));
+  // Mirrored rotation vectors change the opposite signs.
   return [
     ...inMirror(0, true), ...inMirror(3, false), ...inMirror(6, true), ...inMirror(9, false),
-    ...seen.slice(SEEN + 3), ...seen.slice(SEEN, SEEN + 3),
+    ...inputs.slice(BODY_INPUTS + 3), ...inputs.slice(BODY_INPUTS, BODY_INPUTS + 3),
   ];
 }
 
@@ -132,17 +132,21 @@ function mirrored(seen) {
  * Return a network's wing commands, ±1 at the limits. If it has outputs for one wing only, a copy
  * with mirrored inputs commands the right wing.
  */
-function answer(genes, seen, control) {
-  const outputs = outputsOf(genes, seen, control);
-  const missing = seen.length - SEEN > outputs.length;
-  return missing ? [...outputs, ...outputsOf(genes, mirrored(seen), control)] : outputs;
+function wingCommands(genes, inputs, control) {
+  const outputs = networkOutputs(genes, inputs, control);
+  const missing = inputs.length - BODY_INPUTS > outputs.length;
+  if (!missing) {
+    return outputs;
+  }
+  return [...outputs, ...networkOutputs(genes, mirroredInputs(inputs), control)];
 }
 
 /** Set the rates that turn the wings to their commands in time, up to the largest speed. */
 function command(state, outputs, control, own) {
   const interval = control.steps * control.dt;
   state.rates = state.wings.map((angle, i) => {
-    const wanted = control.limits[i % 3] * outputs[i % outputs.length]; // three command both
+    // Three outputs command both wings.
+    const wanted = control.limits[i % 3] * outputs[i % outputs.length];
     return Math.min(Math.max((wanted - angle) / interval, -own.wingSpeed), own.wingSpeed);
   });
 }

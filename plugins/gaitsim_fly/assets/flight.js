@@ -1,22 +1,22 @@
 "use strict";
 
 // Flight of one fly: the operations of `flight.py` and `mechanics.py`. Numbers are doubles in
-// JavaScript too, with the same rounding, so the page reproduces Python's flights exactly.
+// JavaScript too, with the same rounding, so a page reproduces Python's flights exactly.
 
 /** @typedef {[number, number, number]} Vector */
 /** @typedef {[number, number, number, number]} Quaternion w, x, y, z */
 
 /**
- * A fly in its air, in SI units.
+ * Body, wings and air of a fly, in SI units.
  * @typedef {Object} Mechanics
  * @property {number} inverseMass
  * @property {Vector} inverseInertia - inverse principal moments of inertia
- * @property {Vector} faces - ½ ρ C_D A of the body's faces across its own axes
+ * @property {Vector} faces - ½ ρ C_D A of the body's faces normal to its axes
  * @property {number} wing - ½ ρ C_D A of a wing
  * @property {number} hinge - distance of the hinges from the centre of mass
  * @property {number} arm - distance of a wing's centroid from its hinge
  * @property {number} wingSpeed - largest angular speed of a wing
- * @property {number} gravity
+ * @property {number} gravity - acceleration of gravity
  * @property {[number, number]} wind - velocity of the air along x and y
  */
 
@@ -89,7 +89,7 @@ function rotationMatrix([w, x, y, z]) {
 }
 
 /** Rotate a vector from the body's frame to the world frame. */
-function turned(r, x, y, z) {
+function toWorld(r, x, y, z) {
   return [
     r[0] * x + r[1] * y + r[2] * z,
     r[3] * x + r[4] * y + r[5] * z,
@@ -100,7 +100,7 @@ function turned(r, x, y, z) {
 /** Return the angular velocity R I⁻¹ Rᵀ L of an angular momentum L, both in the world frame. */
 function spinOf(r, momentum, inverse) {
   const [lx, ly, lz] = momentum;
-  return turned(
+  return toWorld(
     r,
     (r[0] * lx + r[3] * ly + r[6] * lz) * inverse[0],
     (r[1] * lx + r[4] * ly + r[7] * lz) * inverse[1],
@@ -117,9 +117,9 @@ function wingLoad(r, v, s, angles, rates, from, side, own) {
   const d = wing(
     angles[from], angles[from + 1], angles[from + 2], rates[from], rates[from + 2], side);
   const arm = own.arm;
-  const [ax, ay, az] = turned(r, arm * d[0], side * own.hinge + arm * d[1], arm * d[2]);
-  const [nx, ny, nz] = turned(r, d[3], d[4], d[5]);
-  const [ux, uy, uz] = turned(r, arm * d[6], arm * d[7], arm * d[8]);
+  const [ax, ay, az] = toWorld(r, arm * d[0], side * own.hinge + arm * d[1], arm * d[2]);
+  const [nx, ny, nz] = toWorld(r, d[3], d[4], d[5]);
+  const [ux, uy, uz] = toWorld(r, arm * d[6], arm * d[7], arm * d[8]);
   const vx = v[0] + (s[1] * az - s[2] * ay) + ux;
   const vy = v[1] + (s[2] * ax - s[0] * az) + uy;
   const vz = v[2] + (s[0] * ay - s[1] * ax) + uz;
@@ -151,7 +151,7 @@ function load(rotation, velocity, momentum, angles, rates, own) {
 }
 
 /** Rotate a unit quaternion for `dt` by a spin s in the world frame: exp(½ dt s) q. */
-function rotated(q, spin, dt) {
+function rotateQuaternion(q, spin, dt) {
   let x = 0.5 * dt * spin[0], y = 0.5 * dt * spin[1], z = 0.5 * dt * spin[2];
   const h = x * x + y * y + z * z;
   const w = 1.0 + h * (-0.5 + h * (C4 + h * C6));
@@ -168,18 +168,18 @@ function rotated(q, spin, dt) {
 }
 
 /** Return a vector after `dt` at a constant rate. */
-function later(vector, rate, dt) {
+function extrapolate(vector, rate, dt) {
   return vector.map((number, i) => number + dt * rate[i]);
 }
 
-const dot = (v) => v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+const squared = (v) => v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 
 /**
  * Advance a flight with the midpoint rule while the wings turn at constant rates. A body that
- * would turn or move too fast for the step keeps its state and is no longer alive.
+ * would turn or move too fast for the step keeps its state, and `alive` becomes false.
  * @param {State} state - advanced in place
  * @param {number} dt - time step, s
- * @param {number} steps
+ * @param {number} steps - number of steps
  * @param {Mechanics} own
  */
 function step(state, dt, steps, own) {
@@ -187,21 +187,26 @@ function step(state, dt, steps, own) {
   const turnLimit = LARGEST_TURN / dt * (LARGEST_TURN / dt);
   for (let n = 0; n < steps; n += 1) {
     const { rotation, velocity, momentum, wings, rates } = state;
-    const here = load(rotation, velocity, momentum, wings, rates, own);
-    const midway = later(velocity, here.acceleration, half);
-    const there = load(
-      rotated(rotation, here.spin, half), midway, later(momentum, here.torque, half),
-      later(wings, rates, half), rates, own);
-    const next = later(velocity, there.acceleration, dt);
+    const first = load(rotation, velocity, momentum, wings, rates, own);
+    const midway = extrapolate(velocity, first.acceleration, half);
+    const second = load(
+      rotateQuaternion(rotation, first.spin, half),
+      midway,
+      extrapolate(momentum, first.torque, half),
+      extrapolate(wings, rates, half),
+      rates,
+      own,
+    );
+    const next = extrapolate(velocity, second.acceleration, dt);
     // Comparisons with NaN are false, so NaN counts as unstable.
-    if (state.alive && dot(next) < FASTEST * FASTEST && dot(there.spin) < turnLimit) {
-      state.position = later(state.position, midway, dt);
-      state.rotation = rotated(rotation, there.spin, dt);
+    if (state.alive && squared(next) < FASTEST * FASTEST && squared(second.spin) < turnLimit) {
+      state.position = extrapolate(state.position, midway, dt);
+      state.rotation = rotateQuaternion(rotation, second.spin, dt);
       state.velocity = next;
-      state.momentum = later(momentum, there.torque, dt);
+      state.momentum = extrapolate(momentum, second.torque, dt);
     } else {
       state.alive = false;
     }
-    state.wings = later(wings, rates, dt);
+    state.wings = extrapolate(wings, rates, dt);
   }
 }

@@ -1,6 +1,6 @@
 "use strict";
 
-// The steered fly: the operations of `steps.py`, `course.py` and `skeleton.py`.
+// A steered fly: the operations of `steps.py`, `course.py` and `skeleton.py`.
 
 /** Raise one share by `part`, at most to 1; scale the others so that the sum stays 1. */
 function handOver(shares, to, part) {
@@ -25,7 +25,7 @@ function mean(shares, value) {
   return total;
 }
 
-/** Advance a course: move it, then turn it by less than half a turn. */
+/** Advance a course: move it, then rotate it by less than half a turn. */
 function advanceCourse(course, seconds) {
   const [cos, sin] = headingOf(course.half);
   const [speed, climb, turn] = course.speeds;
@@ -104,7 +104,7 @@ function endsOf(state, shape, edges) {
   ];
   const ends = new Float64Array(3 * all.length);
   all.forEach((point, index) => {
-    turned(r, ...point).forEach((number, axis) => {
+    toWorld(r, ...point).forEach((number, axis) => {
       ends[3 * index + axis] = number + state.position[axis];
     });
   });
@@ -131,10 +131,10 @@ function steeredFly(data) {
   function frame(commanded) {
     handOver(shares, commanded, part);
     course.speeds = course.speeds.map((_, axis) => mean(shares, (k) => speeds[k][axis]));
-    const seen = see(state, course, control, own);
-    const answers = names.map((_, k) =>
-      (shares[k] > 0.0 ? answer(controllers[k], seen, control) : []));
-    const outputs = answers[commanded].map((_, i) => mean(shares, (k) => answers[k][i]));
+    const inputs = networkInputs(state, course, control, own);
+    const outputsOf = names.map((_, k) =>
+      (shares[k] > 0.0 ? wingCommands(controllers[k], inputs, control) : []));
+    const outputs = outputsOf[commanded].map((_, i) => mean(shares, (k) => outputsOf[k][i]));
     command(state, outputs, control, own);
     step(state, control.dt, control.steps, own);
     advanceCourse(course, interval);

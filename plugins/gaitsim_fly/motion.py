@@ -1,4 +1,4 @@
-"""The motion of flies, from the arrays that the compiled flight records."""
+"""The motion of flies, computed from the arrays that the compiled flight records."""
 
 from collections.abc import Mapping
 
@@ -9,14 +9,14 @@ from gaitsim.contracts import Array, Motion
 from gaitsim_fly import body
 
 
-def flights(
+def flight_motion(
     frame_rate: float,
     states: Array,
     angles: Array,
     courses: Array,
     inertia: NDArray[np.float64],
     failures: Mapping[int, str],
-    **further: Array,
+    **extra: Array,
 ) -> Motion:
     """Return the motion of a population.
 
@@ -27,7 +27,7 @@ def flights(
         courses: courses of the trials, (frames, trials, COURSE); see `gaitsim_fly.course`.
         inertia: moments of inertia, (3,) kg·m².
         failures: reasons why flights failed, by individual.
-        further: more channels, by name.
+        extra: additional channels by name.
     """
     from gaitsim_fly import course, flight
 
@@ -40,7 +40,7 @@ def flights(
         spin = np.einsum("...ji,...j->...i", turn, momentum) / inertia
         return {"angular_velocity": np.einsum("...ij,...j->...i", turn, spin)}
 
-    def followed() -> dict[str, Array]:
+    def followed_course() -> dict[str, Array]:
         heading = 2 * np.arctan2(courses[..., course.HALF_SIN], courses[..., course.HALF_COS])
         path = np.concatenate([courses[..., : course.Z + 1], heading[..., None]], axis=-1)
         return {"course": np.broadcast_to(path, (len(states), *path.shape))}
@@ -53,8 +53,8 @@ def flights(
             "rotation": rotation,
             "velocity": states[..., flight.VELOCITY : flight.VELOCITY + 3],
             "wing_angles": angles,
-            **further,
+            **extra,
         },
-        {("angular_velocity",): angular_velocity, ("course",): followed},
+        {("angular_velocity",): angular_velocity, ("course",): followed_course},
         failures=dict(failures),
     )
