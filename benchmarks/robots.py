@@ -19,7 +19,7 @@ from public_robots import MJCF, URDF, fetch, robots
 
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.importing import import_robot
-from gaitsim_robot.text import compiled
+from gaitsim_robot.text import compile_model
 
 RIGHT = 0.01  # tolerance, as a share of the mass
 
@@ -66,7 +66,7 @@ def load(path: Path, package: Path) -> Loaded:
     """Import a file, which may refer to other files of its package."""
     try:
         imported = import_robot(path, [package])
-        model = compiled(imported.text)
+        model = compile_model(imported.text)
     except GaitsimError as error:
         return Loaded(refused=f"{error.what} ({error.where.rpartition('/')[2]})")
     alone, largest = mujoco_alone(path)

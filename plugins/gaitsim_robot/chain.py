@@ -13,7 +13,7 @@ import numpy as np
 from gaitsim_robot.anatomy import Anatomy, Floats
 
 ITERATIONS = 20
-PLANAR = 0.95  # smallest y component of the axes of a leg that moves in the x-z plane
+PLANAR = 0.95  # smallest y component of all axes of a leg that moves only in the x-z plane
 FARTHEST_TURN = 0.5  # rad, largest change of an angle in one iteration
 
 
@@ -88,16 +88,16 @@ class Chain:
         """
         joints = len(self.zero)
         angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
-        wanted = self._pose(hold - self.zero)[1]
+        orientation = self._pose(hold - self.zero)[1]
         rows = np.flatnonzero(weights)
         small = 1e-6 * self.length**2
         diagonal = np.eye(joints)
         for _ in range(iterations):
             tips, rotation, anchors, axes = self._pose(angles - self.zero)
-            error = np.concatenate([targets - tips, _turn(rotation, wanted)], axis=-1)
+            error = np.concatenate([targets - tips, _turn(rotation, orientation)], axis=-1)
             error = (error * weights)[..., rows]
             slope = (_jacobian(tips, anchors, axes) * weights[:, None])[..., rows, :]
-            downhill = _times(slope.swapaxes(-1, -2), error)
+            downhill = _multiply(slope.swapaxes(-1, -2), error)
             stuck = ((angles <= self.lower) & (downhill < 0)) | (
                 (angles >= self.upper) & (downhill > 0)
             )
@@ -118,17 +118,17 @@ class Chain:
         shift = np.zeros((*shape, 3))
         anchors, axes = np.empty((*turned.shape, 3)), np.empty((*turned.shape, 3))
         for joint, (anchor, axis) in enumerate(zip(self.anchors, self.axes, strict=True)):
-            anchors[..., joint, :] = _times(rotation, anchor) + shift
-            axes[..., joint, :] = _times(rotation, axis)
+            anchors[..., joint, :] = _multiply(rotation, anchor) + shift
+            axes[..., joint, :] = _multiply(rotation, axis)
             cross = _cross_matrix(axis)
             turn = np.eye(3) + sine[..., joint, None, None] * cross
             turn += versine[..., joint, None, None] * (cross @ cross)
             rotation = np.matmul(rotation, turn)
-            shift = anchors[..., joint, :] - _times(rotation, anchor)
-        return _times(rotation, self.tip) + shift, rotation, anchors, axes
+            shift = anchors[..., joint, :] - _multiply(rotation, anchor)
+        return _multiply(rotation, self.tip) + shift, rotation, anchors, axes
 
 
-def posed(model: Any, qpos: Floats) -> Any:
+def pose_data(model: Any, qpos: Floats) -> Any:
     """Return `mujoco.MjData` of a robot in a pose, with kinematics and centres of mass."""
     import mujoco
 
@@ -141,7 +141,7 @@ def posed(model: Any, qpos: Floats) -> Any:
 
 def standing_chains(model: Any, anatomy: Anatomy) -> tuple[Chain, ...]:
     """Return the chains of the legs in the standing pose, with their tips at the contacts."""
-    data = posed(model, anatomy.stance)
+    data = pose_data(model, anatomy.stance)
     chains = []
     for leg in anatomy.legs:
         foot = model.body(leg.foot).id
@@ -169,7 +169,7 @@ def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
     )
 
 
-def _times(matrices: Floats, vectors: Floats) -> Floats:
+def _multiply(matrices: Floats, vectors: Floats) -> Floats:
     """Return the product of (..., n, m) and (..., m)."""
     product: Floats = np.matmul(matrices, vectors[..., None])[..., 0]
     return product
@@ -194,9 +194,9 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return product
 
 
-def _turn(rotation: Floats, wanted: Floats) -> Floats:
-    """Return the first-order rotation vector from `rotation` to `wanted`, (..., 3) rad."""
+def _turn(rotation: Floats, orientation: Floats) -> Floats:
+    """Return the first-order rotation vector from `rotation` to `orientation`, (..., 3) rad."""
     turn: Floats = np.zeros(rotation.shape[:-1])
     for column in range(3):
-        turn += _cross(rotation[..., column], wanted[:, column])
+        turn += _cross(rotation[..., column], orientation[:, column])
     return turn / 2

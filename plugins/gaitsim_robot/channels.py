@@ -25,7 +25,7 @@ CHANNELS: Mapping[str, Channel] = {
         "rad",
         "roll to the right, pitch nose down, yaw to the left",
     ),
-    "height": Channel(("frames",), "m", "origin of the trunk above the ground"),
+    "height": Channel(("frames",), "m", "height of the trunk's origin above the ground"),
     "foot_positions": Channel(
         ("frames", "feet", XYZ), "m", "points of the feet that touch the ground when standing"
     ),
@@ -41,7 +41,7 @@ CHANNELS: Mapping[str, Channel] = {
     "energy": Channel(
         ("frames",), "J", "work of the servos since the start; braking counts as positive"
     ),
-    "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
+    "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
     "weight": Channel((), "N", "weight of the whole robot"),
     "length": Channel((), "m", "length of the trunk"),
     "configuration": Channel(

@@ -29,7 +29,7 @@ serve(request)
 """
 
 
-def in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str, Any]:
+def run_in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str, Any]:
     """Call a function in a child process and return its result.
 
     Args:
@@ -56,12 +56,12 @@ def in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str,
                 check=False,
             )
         except subprocess.TimeoutExpired:
-            raise _failed(f"took more than {SECONDS} s", where) from None
+            raise _import_error(f"took more than {SECONDS} s", where) from None
     try:
         answer = json.loads(done.stdout)
     except ValueError:
         reason = f"crashed MuJoCo (exit status {done.returncode})"
-        raise _failed(reason, where) from None
+        raise _import_error(reason, where) from None
     if "error" in answer:
         raise RobotError(**answer["error"])
     if "bug" in answer:
@@ -71,9 +71,9 @@ def in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str,
 
 
 def serve(request: Mapping[str, Any]) -> None:
-    """Answer one request; runs in the child."""
-    output = _output()
-    _limit()
+    """Handle one request in the child process, and exit."""
+    output = _redirect_output()
+    _limit_resources()
     output.write(json.dumps(_answer(request)).encode())
     output.flush()
     os._exit(0)  # a damaged heap may crash the interpreter's shutdown
@@ -87,15 +87,15 @@ def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
     except GaitsimError as error:
         return {"error": error.to_dict()}
     except MemoryError:
-        return {"error": _failed("needs too much memory", "").to_dict()}
+        return {"error": _import_error("needs too much memory", "").to_dict()}
     except Exception:
         import traceback
 
         return {"bug": traceback.format_exc()}
 
 
-def _output() -> BinaryIO:
-    """Return the stream of the answer, and discard all output of libraries."""
+def _redirect_output() -> BinaryIO:
+    """Return a stream for the answer, and discard the output of libraries."""
     answer = os.fdopen(os.dup(1), "wb")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
@@ -103,7 +103,7 @@ def _output() -> BinaryIO:
     return answer
 
 
-def _limit() -> None:
+def _limit_resources() -> None:
     try:
         import resource
     except ImportError:  # Windows has only the parent's time limit
@@ -119,7 +119,7 @@ def _limit() -> None:
             continue
 
 
-def _failed(reason: str, where: str) -> RobotError:
+def _import_error(reason: str, where: str) -> RobotError:
     return RobotError(
         f"the robot cannot be imported: reading it {reason}",
         where=where,

@@ -11,7 +11,7 @@ from gaitsim_robot.simulation import FRAME_RATE, Simulation
 ROUNDING = 1e-9  # steps, tolerance for rounding errors of whole steps
 
 
-def arriving(simulation: Simulation, commands: Floats, first: int, last: int) -> Floats:
+def delayed_commands(simulation: Simulation, commands: Floats, first: int, last: int) -> Floats:
     """Return the commanded angles of all servos in each physics step.
 
     Servos hold the standing pose until the first command arrives.
@@ -28,12 +28,12 @@ def arriving(simulation: Simulation, commands: Floats, first: int, last: int) ->
     """
     late = math.ceil(simulation.latency / simulation.model.opt.timestep - ROUNDING)
     steps = np.arange(first * simulation.steps, last * simulation.steps + 1) - late
-    told = np.tile(simulation.rest, (len(commands), len(steps), 1))
-    arrived = told[:, np.count_nonzero(steps < 0) :]
+    commanded = np.tile(simulation.rest, (len(commands), len(steps), 1))
+    arrived = commanded[:, np.count_nonzero(steps < 0) :]
     moments = steps[steps >= 0] / simulation.steps
     angles = in_force(commands, moments, FRAME_RATE / simulation.command_rate)
     if simulation.offset.any():
         lower, upper = simulation.model.actuator_ctrlrange[simulation.ctrl].T
         angles = np.clip(angles + simulation.offset, lower, upper)
     arrived[..., simulation.ctrl] = angles
-    return told
+    return commanded

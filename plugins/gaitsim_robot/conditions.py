@@ -14,15 +14,15 @@ import numpy as np
 from gaitsim.contracts import Condition
 from gaitsim.legged import CONDITIONS, conditions, joint_errors, seed_of
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.chain import posed
+from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import is_stuck
 from gaitsim_robot.ground import raise_bumps
 from gaitsim_robot.servos import set_limits
-from gaitsim_robot.settling import stand
+from gaitsim_robot.settling import settle
 from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
-WEAKEST = 0.05  # smallest factor of torque or speed; less counts as damage
+WEAKEST = 0.05  # smallest scale factor of torque or speed; weaker servos count as damage
 
 
 def robot_conditions(friction: float, latency: float) -> Mapping[str, Condition]:
@@ -38,8 +38,8 @@ def robot_conditions(friction: float, latency: float) -> Mapping[str, Condition]
     return found
 
 
-def in_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
-    """Return a robot in a world.
+def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
+    """Return the simulation of a robot in a world.
 
     The frame of reference is fixed to the ground: a slope tilts gravity instead. Distances are
     measured along the ground, and heights and tilts relative to it.
@@ -74,7 +74,7 @@ def in_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
     offset = joint_errors(world, "joint_offset", len(simulation.ctrl))
     rest, joints = simulation.rest.copy(), simulation.ctrl
     rest[joints] = np.clip(rest[joints] + offset, *model.actuator_ctrlrange[joints].T)
-    start, stands, effort = stand(model, anatomy.stance, rest, simulation.belly, simulation.height)
+    start, stands, effort = settle(model, anatomy.stance, rest, simulation.belly, simulation.height)
     found = replace(
         simulation,
         model=model,
@@ -88,12 +88,12 @@ def in_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
         ground=ground,
         world=world,
     )
-    off = joint_errors(world, "initial_pose", len(joints))
-    return _started_off(found, off) if off.any() else found
+    errors = joint_errors(world, "initial_pose", len(joints))
+    return _with_initial_errors(found, errors) if errors.any() else found
 
 
 def downward(slope: float, side_slope: float) -> Floats:
-    """Return the direction of gravity seen from a slope, (3,).
+    """Return the direction of gravity surface from a slope, (3,).
 
     Args:
         slope: angle of the x axis above the horizontal, °.
@@ -113,30 +113,30 @@ def _multiply_masses(model: Any, share: float) -> None:
         mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
-def _started_off(simulation: Simulation, off: Floats) -> Simulation:
+def _with_initial_errors(simulation: Simulation, errors: Floats) -> Simulation:
     """Return the simulation of a robot that starts at rest with errors in its initial pose.
 
     Args:
         simulation: simulation of a standing robot.
-        off: error of each leg joint, (joints,) rad. Stuck joints are not changed; other joints
+        errors: error of each leg joint, (joints,) rad. Stuck joints are not changed; other joints
             are clipped to their limits.
     """
     model, anatomy = simulation.model, simulation.anatomy
     stuck = {one.part for one in simulation.damage if is_stuck(one)}
-    off = np.where([name in stuck for name in anatomy.joints], 0.0, off)
+    errors = np.where([name in stuck for name in anatomy.joints], 0.0, errors)
     start = simulation.start.copy()
     qpos = start[1 : 1 + model.nq]  # a view
     limits = model.actuator_ctrlrange[simulation.ctrl].T
     before = _lowest(model, qpos)[:, 2].min()
-    qpos[simulation.qpos] = np.clip(qpos[simulation.qpos] + off, *limits)
+    qpos[simulation.qpos] = np.clip(qpos[simulation.qpos] + errors, *limits)
     qpos[2] += before - _lowest(model, qpos)[:, 2].min()
     return replace(simulation, start=start)
 
 
 def _lowest(model: Any, qpos: Floats) -> Floats:
     """Return the lowest point of each ball of a robot's surface, (points, 3) m."""
-    seen = surfaces(model)
-    points = seen.place(posed(model, qpos))
-    points[:, 2] -= seen.radius
-    of_robot: Floats = points[seen.bodies > 0]
+    surface = surfaces(model)
+    points = surface.place(pose_data(model, qpos))
+    points[:, 2] -= surface.radius
+    of_robot: Floats = points[surface.bodies > 0]
     return of_robot

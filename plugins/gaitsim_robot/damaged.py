@@ -1,8 +1,8 @@
 """Damage of a robot: lost legs, stuck joints, and weak or slow servos.
 
 A lost leg keeps its place in all arrays, but has no shape, weight or force. Its joints, and stuck
-joints, get a spring and so much armature that no load moves them: their bodies move together with
-the parent bodies, without a constraint to solve.
+joints, get a spring and enough armature that no load moves them. Their bodies then move with the
+parent bodies, and the solver needs no constraint.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,15 +13,15 @@ import numpy as np
 
 from gaitsim.legged import Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats, Leg
-from gaitsim_robot.chain import posed
+from gaitsim_robot.chain import pose_data
 from gaitsim_robot.shapes import surfaces
 
-LOCKED = 1e3  # × mass × length² of the robot: a joint's armature; more costs the solver digits
-RETURN = 10.0  # rad/s, natural frequency of such a joint: weight × length turns it by 1e-4 rad
+LOCKED = 1e3  # × mass × length² of the robot, armature of a locked joint; more costs precision
+RETURN = 10.0  # rad/s, natural frequency of a locked joint: weight × length turns it by 1e-4 rad
 WEIGHTLESS = 1e-12  # kg and kg m², just above the values that MuJoCo rejects as errors
 
 
-def impair(
+def apply_damage(
     spec: Any, anatomy: Anatomy, servos: Mapping[str, Servo], damage: Sequence[Damage]
 ) -> tuple[Anatomy, dict[str, Servo]]:
     """Damage a robot, and return its anatomy and servos.
@@ -45,8 +45,10 @@ def impair(
     for name in (*of_lost, *stuck):
         angle = float(stance[model.joint(name).qposadr[0]])
         _lock(spec.joint(name), angle, LOCKED * anatomy.mass * anatomy.length**2)
-    _release(spec, of_lost, lost)
-    weaker = {one.part: _weakened(servos[one.part], one) for one in damage if one.part in servos}
+    _deactivate_constraints(spec, of_lost, lost)
+    weaker = {
+        one.part: _damaged_servo(servos[one.part], one) for one in damage if one.part in servos
+    }
     without_force = {
         name: replace(servos[name], stall_torque=0.0) for name in of_lost if name in servos
     }
@@ -74,7 +76,7 @@ def is_stuck(damage: Damage) -> bool:
     return damage.kind == "stuck" or (damage.kind == "slow" and damage.value == 0)
 
 
-def _weakened(servo: Servo, damage: Damage) -> Servo:
+def _damaged_servo(servo: Servo, damage: Damage) -> Servo:
     if damage.kind == "weak" and damage.value:
         return replace(servo, stall_torque=servo.stall_torque * damage.value)
     if damage.kind == "slow" and damage.value:
@@ -104,7 +106,7 @@ def _lock(joint: Any, angle: float, armature: float) -> None:
     joint.frictionloss = 0.0
 
 
-def _release(spec: Any, joints: Sequence[str], lost: set[int]) -> None:
+def _deactivate_constraints(spec: Any, joints: Sequence[str], lost: set[int]) -> None:
     """Deactivate the mimic joints and closed linkages of lost legs."""
     import mujoco
 
@@ -123,15 +125,15 @@ def _stance(model: Any, anatomy: Anatomy, damage: Sequence[Damage], lost: set[in
         if angle is not None:
             stance[model.joint(name).qposadr[0]] = angle
     if angles:
-        seen = surfaces(model)
-        low = seen.place(posed(model, stance))[:, 2] - seen.radius
-        stance[2] -= low[~np.isin(seen.bodies, sorted(lost))].min()
+        surface = surfaces(model)
+        low = surface.place(pose_data(model, stance))[:, 2] - surface.radius
+        stance[2] -= low[~np.isin(surface.bodies, sorted(lost))].min()
     return stance
 
 
 def _legs(model: Any, anatomy: Anatomy, stance: Floats, lost: set[int]) -> tuple[Leg, ...]:
     """Return the legs; the point of a lost foot is the hip, in the foot's frame."""
-    data = posed(model, stance)
+    data = pose_data(model, stance)
     legs = []
     for leg in anatomy.legs:
         foot = model.body(leg.foot).id

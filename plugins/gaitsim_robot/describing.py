@@ -12,7 +12,9 @@ from gaitsim_robot.anatomy import Anatomy, Leg
 from gaitsim_robot.simulation import Simulation
 
 
-def facts(simulation: Simulation, servos: Mapping[str, Servo], world: Mapping[str, str]) -> Facts:
+def describe_robot(
+    simulation: Simulation, servos: Mapping[str, Servo], world: Mapping[str, str]
+) -> Facts:
     """Describe the mass, legs, servos, standing pose, damage and world of a robot.
 
     Args:
@@ -36,7 +38,7 @@ def facts(simulation: Simulation, servos: Mapping[str, Servo], world: Mapping[st
     return found
 
 
-def library(robots: Mapping[str, Anatomy]) -> Facts:
+def describe_library(robots: Mapping[str, Anatomy]) -> Facts:
     """Describe the bundled robots and servos.
 
     Args:
@@ -64,7 +66,7 @@ def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
         "joints": f"{driven} in legs, moved by gaits",
     }
     if held:
-        names = _list(anatomy.held, 8)
+        names = _join_names(anatomy.held, 8)
         lines["held"] = f"{held} outside the legs, held in the standing pose: {names}"
     return lines
 
@@ -84,11 +86,11 @@ def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
         groups.setdefault(f"{servo.name}: {_limits(servo)}", []).append(joint)
     if len(groups) == 1:
         return {"all": next(iter(groups))}
-    return {_list(joints, 3): limits for limits, joints in groups.items()}
+    return {_join_names(joints, 3): limits for limits, joints in groups.items()}
 
 
 def _standing(simulation: Simulation) -> str:
-    """Return whether the servos hold the robot up, and the share of their torque it requires."""
+    """Describe whether the servos hold the standing pose, and the share of torque it requires."""
     hardest = int(np.argmax(simulation.effort))
     most = f"{simulation.effort[hardest]:.0%} of the torque of {simulation.anatomy.joints[hardest]}"
     if simulation.stands:
@@ -123,6 +125,6 @@ def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:
     return lines
 
 
-def _list(names: Sequence[str], most: int) -> str:
+def _join_names(names: Sequence[str], most: int) -> str:
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more

@@ -13,7 +13,7 @@ from gaitsim.encoding import GeneGroup, Oscillators, limit_steps, split_genomes
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import Chain, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE
-from gaitsim_robot.steps import SAMPLES, cycle, fastest_turn, interpolated, path
+from gaitsim_robot.steps import SAMPLES, cycle_angles, fastest_turn, foot_path, interpolate_cycle
 from gaitsim_robot.symmetry import Symmetry, leaders, phases
 
 Kind = Literal["steps", "sine", "cpg"]
@@ -21,7 +21,7 @@ Kind = Literal["steps", "sine", "cpg"]
 SLOWEST = 0.3  # Hz, lower bound of the frequency gene
 SWING = 0.6  # rad, largest amplitude of a joint in the sine and cpg encodings
 OFFSET = 0.3  # rad, largest offset from the standing pose in the sine and cpg encodings
-BEGINNING = 0.5  # s, duration of the transition from standing to the full gait
+RAMP_TIME = 0.5  # s, duration of the transition from standing to the full gait
 COUPLING = 4.0  # 1/s, coupling to the leading oscillator
 
 
@@ -61,7 +61,7 @@ class Encoding:
         if self.symmetry == "wave":
             timing = [GeneGroup("lag", ("",), 0.0, turn)]
         if self.kind == "steps":
-            return (*self._of_steps(tuple(own) if free else ("",)), *timing, frequency)
+            return (*self._step_groups(tuple(own) if free else ("",)), *timing, frequency)
         joints = tuple(joint for leg in legs if leg.name in own for joint in leg.joints)
         return (
             GeneGroup("amplitude", joints, 0.0, SWING),
@@ -82,9 +82,9 @@ class Encoding:
         population = len(genomes)
         lag = values["lag"][:, 0] if "lag" in values else np.zeros(population)
         phase = values["phase"] if "phase" in values else phases(self.anatomy, self.symmetry, lag)
-        play = self._stepping if self.kind == "steps" else self._swinging
+        play = self._play_steps if self.kind == "steps" else self._play_oscillators
         angles = play(values, phase, frames)
-        angles *= np.clip(np.arange(frames) / (BEGINNING * FRAME_RATE), 0, 1)[:, None]
+        angles *= np.clip(np.arange(frames) / (RAMP_TIME * FRAME_RATE), 0, 1)[:, None]
         angles += self._standing
         np.clip(angles, *self._limits, out=angles)
         limited = limit_steps(angles.swapaxes(1, 2), self.top_speed / FRAME_RATE)
@@ -95,7 +95,7 @@ class Encoding:
         """The chains of the legs in the standing pose."""
         return standing_chains(self.model, self.anatomy)
 
-    def _of_steps(self, own: tuple[str, ...]) -> tuple[GeneGroup, ...]:
+    def _step_groups(self, own: tuple[str, ...]) -> tuple[GeneGroup, ...]:
         size = float(np.mean([leg.length for leg in self.anatomy.legs]))
         shared: tuple[GeneGroup, ...] = (
             GeneGroup("duty", ("",), 0.35, 0.85),
@@ -114,7 +114,7 @@ class Encoding:
             *shared,
         )
 
-    def _stepping(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
+    def _play_steps(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
         """Return step cycles relative to the standing pose, (population, frames, joints) rad."""
         cycles = [self._cycle(values, phase, leg) for leg in range(len(self.chains))]
         frequency = values["frequency"]
@@ -123,7 +123,7 @@ class Encoding:
         frequency = np.minimum(frequency, allowed.min(axis=1, keepdims=True))
         course = frequency * (np.arange(frames) / FRAME_RATE)
         played = [
-            interpolated(angles, course + phase[:, [leg]] / (2 * math.pi))
+            interpolate_cycle(angles, course + phase[:, [leg]] / (2 * math.pi))
             for leg, angles in enumerate(cycles)
         ]
         angles: Floats = np.concatenate(played, axis=2) - self._standing
@@ -134,7 +134,7 @@ class Encoding:
         own = leg if values["stride"].shape[1] > 1 else 0
         duty = values["duty"]
         time = np.broadcast_to(np.arange(SAMPLES) / SAMPLES, (len(phase), SAMPLES))
-        ahead, high = path(time, duty)
+        ahead, high = foot_path(time, duty)
         side = {"left": 1.0, "right": -1.0, "middle": 0.0}[self.anatomy.legs[leg].side]
         place = np.empty((*time.shape, 3))
         ahead = values["stride"][:, [own]] * ahead
@@ -146,9 +146,9 @@ class Encoding:
             turn = 2 * math.pi * (time - duty / 2) - phase[:, [leg]] + phase[:, :1]
             place[..., 1] -= values["sway"] * np.cos(turn + values["sway lag"])
         chain = self.chains[leg]
-        return cycle(chain, chain.tip + place, any(self.anatomy.legs[leg].sole))
+        return cycle_angles(chain, chain.tip + place, any(self.anatomy.legs[leg].sole))
 
-    def _swinging(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
+    def _play_oscillators(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
         """Return oscillations relative to the standing pose, (population, frames, joints) rad."""
         of_joints = np.repeat(
             np.arange(len(self.chains)), [len(chain.zero) for chain in self.chains]

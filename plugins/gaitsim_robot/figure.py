@@ -17,7 +17,7 @@ from gaitsim_robot.shapes import CORNERS, mesh_vertices
 
 TRUNK = 1  # number of the trunk's body
 SMALLEST = 0.004  # × length of the robot; smaller geoms, such as those of sensors, are omitted
-CHEST = 0.5  # × length of the trunk; parts that carry others are boxes only if they are longer
+CHEST = 0.5  # × length of the trunk; longer parts that carry several others are drawn as boxes
 SLENDER = 0.06  # radius of a limb without geoms as a share of its length
 NEAR = 0.01  # × length of the robot; joints closer to each other are drawn as one point
 EDGES = [(i, j) for i in range(8) for j in range(i) if (CORNERS[i] != CORNERS[j]).sum() == 1]
@@ -76,11 +76,11 @@ def figure(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Figur
         np.array(offsets).reshape(-1, 7),
         tuple(int(model.body(leg.foot).id) for leg in anatomy.legs),
         np.array([leg.point for leg in anatomy.legs]),
-        _damaged(model, damage, named, [*bodies, *owners]),
+        _damaged_parts(model, damage, named, [*bodies, *owners]),
     )
 
 
-def _damaged(
+def _damaged_parts(
     model: Any, damage: Sequence[Damage], names: Sequence[str], bodies: Sequence[int]
 ) -> tuple[str, ...]:
     """Return the names of lost legs, and of all parts that damaged joints move."""
@@ -92,7 +92,7 @@ def _damaged(
     return (*legs, *(name for name, body in zip(names, bodies, strict=True) if body in moved))
 
 
-def placed(model: Any, configuration: Floats) -> tuple[Floats, Floats]:
+def body_poses(model: Any, configuration: Floats) -> tuple[Floats, Floats]:
     """Return positions (frames, bodies, 3), m, and quaternions (frames, bodies, 4)."""
     import mujoco
 
@@ -119,7 +119,7 @@ def _solids(model: Any, anatomy: Anatomy) -> tuple[list[Solid], list[int], list[
         kinds.mjGEOM_ELLIPSOID: ("ellipsoid", 3),
         kinds.mjGEOM_MESH: ("mesh", 0),
     }
-    legs = _legs(model, anatomy)
+    legs = _leg_names(model, anatomy)
     solids: list[Solid] = []
     owners: list[int] = []
     offsets: list[Floats] = []
@@ -129,7 +129,7 @@ def _solids(model: Any, anatomy: Anatomy) -> tuple[list[Solid], list[int], list[
         if not body or kind not in shapes or small:
             continue
         shape, count = shapes[kind]
-        name = _named(legs.get(body, ""), model.body(body).name)
+        name = _with_leg_name(legs.get(body, ""), model.body(body).name)
         size = tuple(model.geom_size[geom, :count].tolist())
         solids.append(Solid(name, shape, size, None if count else mesh_vertices(model, geom)))
         owners.append(body)
@@ -151,7 +151,7 @@ def _turn_to(along: Floats) -> Floats:
     return np.asarray(turn / np.linalg.norm(turn))
 
 
-def _legs(model: Any, anatomy: Anatomy) -> dict[int, str]:
+def _leg_names(model: Any, anatomy: Anatomy) -> dict[int, str]:
     """Return the leg's name for each body that belongs to a leg."""
     found = {model.joint(name).bodyid[0]: leg.name for leg in anatomy.legs for name in leg.joints}
     for body in range(1, model.nbody):  # parents before children
@@ -161,7 +161,7 @@ def _legs(model: Any, anatomy: Anatomy) -> dict[int, str]:
     return {int(body): name for body, name in found.items()}
 
 
-def _named(leg: str, name: str) -> str:
+def _with_leg_name(leg: str, name: str) -> str:
     """Return a name that starts with the name of its leg, if any."""
     return name if not leg or name.startswith(f"{leg} ") else f"{leg} {name}"
 
@@ -177,15 +177,15 @@ def _segments(
         The segments' names, their bodies, and their ends in the frames of these bodies,
         (segments, 2, 3) m.
     """
-    legs = _legs(model, anatomy)
-    home, turn = (of[0] for of in placed(model, model.qpos0[None]))
+    legs = _leg_names(model, anatomy)
+    home, turn = (of[0] for of in body_poses(model, model.qpos0[None]))
     # For each body, the body to which it is rigidly fixed: itself if it has a joint.
     rigid = list(range(model.nbody))
     for body in range(TRUNK + 1, model.nbody):
         if not model.body_jntnum[body]:
             rigid[body] = rigid[model.body_parentid[body]]
 
-    def seen(point: Floats, body: int, frame: int) -> Floats:
+    def in_frame(point: Floats, body: int, frame: int) -> Floats:
         """Return a point of a body in the frame of the body to which it is rigidly fixed."""
         away = home[body] + rotated(turn[body], point) - home[frame]
         return rotated(conjugate(turn[frame]), away)
@@ -196,10 +196,10 @@ def _segments(
     ends = []
     for body, anchor in anchors.items():
         parent = rigid[model.body_parentid[body]]
-        ends.append((parent, body, seen(anchor, body, parent)))
+        ends.append((parent, body, in_frame(anchor, body, parent)))
     for leg in anatomy.legs:
         foot = model.body(leg.foot).id
-        ends.append((rigid[foot], foot, seen(np.array(leg.point), foot, rigid[foot])))
+        ends.append((rigid[foot], foot, in_frame(np.array(leg.point), foot, rigid[foot])))
     children = Counter(body for body, _, _ in ends)
     corners = {body: _corners(model, body) for body in (TRUNK, *hinged)}
     for body in hinged:
@@ -216,12 +216,12 @@ def _segments(
     for body, points in boxes.items():
         found += [(model.body(body).name, body, one, other) for one, other in _edges(points)]
     for body, beyond, end in ends:
-        begin = np.clip(end, *_box(boxes[body])) if body in boxes else anchors[body]
-        if body not in lost and np.linalg.norm(end - begin) > NEAR * anatomy.length:
+        start = np.clip(end, *_box(boxes[body])) if body in boxes else anchors[body]
+        if body not in lost and np.linalg.norm(end - start) > NEAR * anatomy.length:
             name = "hip" if body == TRUNK and beyond in legs else model.body(body).name
-            found.append((_named(legs.get(beyond, ""), name), body, begin, end))
-    names, bodies, begins, far = zip(*found, strict=True)
-    return names, list(bodies), np.stack([np.array(begins), np.array(far)], axis=1)
+            found.append((_with_leg_name(legs.get(beyond, ""), name), body, start, end))
+    names, bodies, starts, far = zip(*found, strict=True)
+    return names, list(bodies), np.stack([np.array(starts), np.array(far)], axis=1)
 
 
 def _tip(anchor: Floats, middle: Floats, corners: Floats) -> Floats:

@@ -7,8 +7,8 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.anatomy import Anatomy, Floats, Leg, Side, name_legs
-from gaitsim_robot.chain import posed
-from gaitsim_robot.limbs import Limb, Tree, in_order
+from gaitsim_robot.chain import pose_data
+from gaitsim_robot.limbs import Limb, Tree, leg_order
 from gaitsim_robot.standing import Stand
 
 LOW = 0.6  # smallest depth that a leg can reach, as a share of the lowest limb's
@@ -46,7 +46,7 @@ class Finder:
         first: GaitsimError | None = None
         for note, turn in TURNS.items():
             try:
-                return self._find(_turned(self.rest, turn), (note,) if note else ())
+                return self._find(_rotate_trunk(self.rest, turn), (note,) if note else ())
             except GaitsimError as error:
                 first = first or error
             if self.given:
@@ -78,46 +78,46 @@ class Finder:
         front = _front(limbs, default=-1 if notes else 1)
         if front:
             angle = -front / 2
-            rest = _turned(rest, (np.cos(angle), 0.0, 0.0, np.sin(angle)))
+            rest = _rotate_trunk(rest, (np.cos(angle), 0.0, 0.0, np.sin(angle)))
             limbs = self._legs(self._tree(rest))
             notes = (*notes, FACING)
         sides = [_side(limb, limbs) for limb in limbs]
-        order = in_order(limbs, sides)
+        order = leg_order(limbs, sides)
         limbs, sides = [limbs[index] for index in order], [sides[index] for index in order]
         stand = Stand(self.model, limbs, _partners(limbs, sides))
         for joint, angle in (self.stance or {}).items():
             rest[self.model.joint(joint).qposadr[0]] = angle
-        standing, found_instead = self._stand(stand, rest)
-        notes += found_instead
+        standing, note = self._stand(stand, rest)
+        notes += note
         return self._anatomy(stand, sides, standing, notes)
 
     def _tree(self, rest: Floats) -> Tree:
-        return Tree(self.model, posed(self.model, rest))
+        return Tree(self.model, pose_data(self.model, rest))
 
     def _legs(self, tree: Tree) -> list[Limb]:
         if self.feet:
             return tree.limbs_to([self.model.body(name).id for name in self.feet])
         limbs = tree.limbs()
-        alike = _without_loners(limbs)
-        if not self.given and _lies_on_its_side(alike):
+        limbs_in_pairs = _with_counterparts(limbs)
+        if not self.given and _lies_on_its_side(limbs_in_pairs):
             raise GaitsimError("the robot lies on its side", remedy="make z point up in the file")
         centre = tree.data.subtree_com[1]
-        depth = [centre[2] - limb.tips[:, 2].min() for limb in alike]
+        depth = [centre[2] - limb.tips[:, 2].min() for limb in limbs_in_pairs]
         deepest = max(depth, default=0.0)
         hangs = [
-            centre[2] - min(other.tips[0, 2] for other in alike if _alike(limb, other))
-            for limb in alike
+            centre[2] - min(other.tips[0, 2] for other in limbs_in_pairs if _are_alike(limb, other))
+            for limb in limbs_in_pairs
         ]
         # Arms of an upright robot could reach the ground, but do not do so in the pose at zero.
         hanging = LOW * max(hangs, default=0.0)
         legs = [
             limb
-            for limb, deep, hang in zip(alike, depth, hangs, strict=True)
+            for limb, deep, hang in zip(limbs_in_pairs, depth, hangs, strict=True)
             if deep >= LOW * deepest > 0
             and np.ptp(limb.tips[:, 2]) > LIFT * deepest
             and (hanging < UPRIGHT * deepest or hang > hanging)
         ]
-        legs = _without_loners(legs)
+        legs = _with_counterparts(legs)
         if len(legs) < 2 or _are_arms(legs, centre[2]):
             names = [self.model.body(limb.foot).name for limb in limbs]
             raise GaitsimError(
@@ -175,7 +175,7 @@ class Finder:
             )
         of_legs = {joint for leg in legs for joint in leg.joints}
         held = [model.joint(index).name for index in range(1, model.njnt)]
-        trunk = points[stand.surfaces.of(np.flatnonzero(model.body_weldid == 1)), 0]
+        trunk = points[stand.surfaces.points_on(np.flatnonzero(model.body_weldid == 1)), 0]
         if len(legs) == 2 and not all(min(leg.sole) > 0 for leg in legs):
             notes = (*notes, "two feet without soles: the robot stands only while it balances")
         hips = np.array([limb.hip[0] for limb in stand.limbs])
@@ -192,10 +192,10 @@ class Finder:
         )
 
 
-def _without_loners(legs: list[Limb]) -> list[Limb]:
-    """Remove limbs that resemble no other limb, such as an arm on the back of a quadruped."""
+def _with_counterparts(legs: list[Limb]) -> list[Limb]:
+    """Return the limbs that resemble another one, unlike an arm on the back of a quadruped."""
     return [
-        limb for limb in legs if any(_alike(limb, other) for other in legs if other is not limb)
+        limb for limb in legs if any(_are_alike(limb, other) for other in legs if other is not limb)
     ]
 
 
@@ -213,14 +213,14 @@ def _are_arms(limbs: Sequence[Limb], height: float) -> bool:
 def _lies_on_its_side(limbs: Sequence[Limb]) -> bool:
     """Return whether hips are next to each other along z instead of y."""
     for limb in limbs:
-        hips = [other.hip for other in limbs if _alike(limb, other)]
+        hips = [other.hip for other in limbs if _are_alike(limb, other)]
         spread = np.ptp(hips, axis=0) / limb.length
         if spread[2] > 0.3 and spread[1] < 0.1:
             return True
-    return _paired(limbs, 2) > _paired(limbs, 1)
+    return _count_mirrored(limbs, 2) > _count_mirrored(limbs, 1)
 
 
-def _alike(limb: Limb, other: Limb) -> bool:
+def _are_alike(limb: Limb, other: Limb) -> bool:
     same = len(other.joints) == len(limb.joints)
     return same and abs(other.length - limb.length) < ALIKE * limb.length
 
@@ -228,9 +228,10 @@ def _alike(limb: Limb, other: Limb) -> bool:
 def _front(limbs: Sequence[Limb], default: int) -> float:
     """Return the heading of the robot, rad from x.
 
-    Two feet point forward. A robot with more legs that faces along y faces along `default` · y.
+    The feet of a robot with two legs point forward. A robot with more legs that faces along y
+    faces along `default` · y.
     """
-    along_y = _faces_y(limbs)
+    along_y = _faces_along_y(limbs)
     axis, sign = (1, float(default)) if along_y else (0, 1.0)
     for joint, least in ((-1, 0.02), (0, 0.08)) if len(limbs) == 2 else ():
         toes = [(one.chain.tip - one.chain.anchors[joint])[axis] / one.length for one in limbs]
@@ -240,21 +241,21 @@ def _front(limbs: Sequence[Limb], default: int) -> float:
     return float(sign * np.pi / 2 if along_y else (1 - sign) * np.pi / 2)
 
 
-def _faces_y(limbs: Sequence[Limb]) -> bool:
+def _faces_along_y(limbs: Sequence[Limb]) -> bool:
     """Return whether the robot faces along y, so that its legs form pairs along x."""
     if len(limbs) == 2:
         # Knees turn about the lateral axis, also in a planar robot whose legs are in line.
         knees = np.abs([limb.chain.axes[limb.knee % len(limb.joints)] for limb in limbs])
         return bool(knees[:, 0].mean() > knees[:, 1].mean())
-    along_x, along_y = (_paired(limbs, axis) for axis in (0, 1))
+    along_x, along_y = (_count_mirrored(limbs, axis) for axis in (0, 1))
     if along_x != along_y:
         return along_x > along_y
     spread = np.ptp([limb.hip for limb in limbs], axis=0)
     return bool(spread[1] > LONGER * spread[0])
 
 
-def _paired(limbs: Sequence[Limb], axis: int) -> int:
-    """Return how many limbs have a mirror image along an axis among the others."""
+def _count_mirrored(limbs: Sequence[Limb], axis: int) -> int:
+    """Return the number of limbs that have a mirror image along an axis among the others."""
     if not limbs:
         return 0
     size = float(np.mean([limb.length for limb in limbs]))
@@ -292,7 +293,7 @@ def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
     return partners
 
 
-def _turned(rest: Floats, turn: Sequence[float]) -> Floats:
+def _rotate_trunk(rest: Floats, turn: Sequence[float]) -> Floats:
     """Return a pose with the trunk rotated by a quaternion in the world's frame."""
     import mujoco
 

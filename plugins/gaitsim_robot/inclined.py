@@ -12,7 +12,7 @@ from gaitsim_robot.simulation import Simulation
 FAR = 1e3  # m, distance to the edge of a slope
 
 
-def on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
+def place_on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
     """Rotate a skeleton by the slope about the start, and add the ground.
 
     Args:
@@ -37,7 +37,7 @@ def on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
         contacts=rotated(turn, np.asarray(skeleton.contacts)),
         centre=rotated(turn, np.asarray(skeleton.centre)),
         poses=poses,
-        ground=_inclined(turn, bumps),
+        ground=_inclined_terrain(turn, bumps),
     )
 
 
@@ -48,7 +48,7 @@ def _turn(slope: float, side_slope: float) -> Floats:
     return product(along, np.array([np.cos(left), np.sin(left), 0.0, 0.0]))
 
 
-def _inclined(turn: Floats, bumps: Terrain | None) -> Terrain:
+def _inclined_terrain(turn: Floats, bumps: Terrain | None) -> Terrain:
     """Return a slope as terrain, with vertical bumps."""
     lattice = bumps or Terrain(np.zeros((2, 2)), 2 * FAR, (-FAR, -FAR))
     normal = rotated(turn, np.array([0.0, 0.0, 1.0]))

@@ -17,7 +17,7 @@ Indices = NDArray[np.intp]
 FINGERS = 0.35  # share of a limb's length; branches closer to its end are fingers or toes
 HIP = 0.25  # share of a limb's length within which several joints form one hip
 ANKLE = 0.3  # share of a limb's length, largest height of an ankle above a level sole
-SAMPLES = 512
+SAMPLES = 512  # poses that sample the reach of a limb
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,13 +92,13 @@ class Tree:
         ends: list[int] = []
         for child in self.children[1]:
             self._collect(child, ends)
-        return self._built(ends)
+        return self._create_limbs(ends)
 
     def limbs_to(self, bodies: list[int]) -> list[Limb]:
         """Return the limbs that end at given bodies."""
-        return self._built([int(self.weld[body]) for body in bodies])
+        return self._create_limbs([int(self.weld[body]) for body in bodies])
 
-    def _built(self, ends: list[int]) -> list[Limb]:
+    def _create_limbs(self, ends: list[int]) -> list[Limb]:
         paths = [self._path(end) for end in ends]
         shared = {
             group
@@ -108,7 +108,7 @@ class Tree:
             if group in other
         }
         limbs = [
-            self._limb([group for group in path if group not in shared], end)
+            self._create_limb([group for group in path if group not in shared], end)
             for path, end in zip(paths, ends, strict=True)
         ]
         return [limb for limb in limbs if limb is not None]
@@ -149,7 +149,7 @@ class Tree:
             float(np.linalg.norm(self._anchor(child) - anchor)) + self._depth(child)
             for child in self.children[group]
         ]
-        own = self.points[self.surfaces.of(np.flatnonzero(self.weld == group))]
+        own = self.points[self.surfaces.points_on(np.flatnonzero(self.weld == group))]
         if len(own):
             deepest.append(float(np.linalg.norm(own - anchor, axis=1).max()))
         return max(deepest, default=0.0)
@@ -159,7 +159,7 @@ class Tree:
         inside = [one for one in self.parent if group in self._path(one)]
         return np.flatnonzero(np.isin(self.weld, inside))
 
-    def _limb(self, path: list[int], end: int) -> Limb | None:
+    def _create_limb(self, path: list[int], end: int) -> Limb | None:
         model, data = self.model, self.data
         joints = [
             joint
@@ -169,11 +169,11 @@ class Tree:
             )
         ]
         foot = self._below(end)
-        of_foot = self.surfaces.of(foot)
+        of_foot = self.surfaces.points_on(foot)
         if not joints or not len(of_foot):
             return None
-        while len(joints) > 1 and self._rolls(joints[-1], of_foot):
-            joints.pop()  # a wheel at the end of a leg is held still
+        while len(joints) > 1 and self._is_wheel(joints[-1], of_foot):
+            joints.pop()  # the joint of a wheel does not belong to the leg
         anchors = data.xanchor[joints]
         tip, radius, body, sole = self._tip(anchors, of_foot)
         segments = np.linalg.norm(np.diff(np.vstack([anchors, tip]), axis=0), axis=1)
@@ -185,7 +185,7 @@ class Tree:
             anchors[hip].copy(), hip + 1, _farthest(chain, hip),
         )  # fmt: skip
 
-    def _rolls(self, joint: int, of_foot: Indices) -> bool:
+    def _is_wheel(self, joint: int, of_foot: Indices) -> bool:
         """Return whether the foot is a wheel about this joint, with equal radius at all angles."""
         axis, anchor = self.data.xaxis[joint], self.data.xanchor[joint]
         lever = self.points[of_foot] - anchor
@@ -221,7 +221,7 @@ class Tree:
         return tip, float(radius[ball]), int(bodies[ball]), np.zeros(2)
 
 
-def in_order(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
+def leg_order(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
     """Return the indices of legs in the order L1 R1 L2 R2 …, middle legs last."""
     rank: dict[int, tuple[int, int, int]] = {}
     for column, side in enumerate(("left", "right", "middle")):

@@ -11,16 +11,16 @@ from typing import Any
 from gaitsim.errors import nearest
 from gaitsim.legged import SERVOS, Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats, find_anatomy
-from gaitsim_robot.conditions import in_world
+from gaitsim_robot.conditions import apply_world
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.ground import corners_for
 from gaitsim_robot.importing import import_robot
-from gaitsim_robot.quiet import silence
+from gaitsim_robot.quiet import disable_log
 from gaitsim_robot.servos import ServoName, joint_servos
 from gaitsim_robot.simulation import Simulation, build
 from gaitsim_robot.symmetry import Symmetry
-from gaitsim_robot.text import compiled, trust
+from gaitsim_robot.text import compile_model, trust
 
 SPEED_SHARE = 0.8  # speed limit of commands as a share of a servo's no-load speed
 BUNDLED = ("quadruped", "hexapod", "spider-physics")
@@ -42,7 +42,7 @@ def robot_text(model: str, folder: Path | None) -> str:
     if model in BUNDLED:
         return model
     if model.lstrip().startswith("<"):
-        compiled(model)
+        compile_model(model)
         return model
     if folder is None or not model:
         raise RobotError(
@@ -58,17 +58,17 @@ def robot_text(model: str, folder: Path | None) -> str:
             remedy=nearest(model, BUNDLED),
         )
     status = path.stat()
-    return _imported(path.absolute(), status.st_mtime_ns, status.st_size)
+    return _import_text(path.absolute(), status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=4)
-def _imported(path: Path, _changed: int, _size: int) -> str:
+def _import_text(path: Path, _changed: int, _size: int) -> str:
     # Cached, as a form in the terminal UI checks its options at every keystroke.
     return import_robot(path).text
 
 
 @lru_cache(maxsize=16)
-def bundled(name: str) -> str:
+def bundled_text(name: str) -> str:
     """Return the text of a bundled robot."""
     text = (files("gaitsim_robot") / "models" / f"{name}.xml").read_text(encoding="utf-8")
     trust(text)  # avoids a child process at every start
@@ -76,15 +76,17 @@ def bundled(name: str) -> str:
 
 
 @lru_cache(maxsize=16)
-def anatomy_of(text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...]) -> Anatomy:
+def load_anatomy(
+    text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...]
+) -> Anatomy:
     """Return the anatomy of a robot's text, given the options `feet` and `stance` (degrees)."""
     pose = {joint: math.radians(angle) for joint, angle in stance}
-    return find_anatomy(compiled(text), feet, pose or None)
+    return find_anatomy(compile_model(text), feet, pose or None)
 
 
-def ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
+def joint_ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
     """Return the smallest and largest angle of each leg joint, rad."""
-    model = compiled(text)
+    model = compile_model(text)
     return tuple(
         (float(low), float(high))
         for low, high in (model.joint(name).range for name in anatomy.joints)
@@ -93,18 +95,18 @@ def ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
 
 def standing_angles(text: str, anatomy: Anatomy) -> Floats:
     """Return the angle of each leg joint in the standing pose, (joints,) rad."""
-    model = compiled(text)
+    model = compile_model(text)
     return anatomy.stance[[model.joint(name).qposadr[0] for name in anatomy.joints]]
 
 
-Compiled = tuple[str, Anatomy, ServoOptions, float, float, float, tuple[Damage, ...]]
+CompilationInput = tuple[str, Anatomy, ServoOptions, float, float, float, tuple[Damage, ...]]
 """Input of the compilation: text, anatomy, servos, time step, friction, gravity and damage."""
 
-_compiling = RLock()  # keeps threads from compiling the same world at the same time
+_compilation = RLock()  # keeps threads from compiling the same world at the same time
 
 
-def simulation_of(
-    compiled: Compiled, world: tuple[tuple[str, float], ...], seconds: float
+def load_simulation(
+    compiled: CompilationInput, world: tuple[tuple[str, float], ...], seconds: float
 ) -> Simulation:
     """Return a robot in a world.
 
@@ -114,12 +116,16 @@ def simulation_of(
         seconds: duration for which uneven ground is large enough, s.
     """
     corners = corners_for(seconds) if dict(world).get("unevenness") else 0
-    with _compiling:
-        return _in_world(compiled, world, corners) if world else _nominal(*compiled)
+    with _compilation:
+        return (
+            _simulation_in_world(compiled, world, corners)
+            if world
+            else _nominal_simulation(*compiled)
+        )
 
 
 @lru_cache(maxsize=64)  # a report of adaptations alternates between many damaged robots
-def _nominal(
+def _nominal_simulation(
     text: str,
     anatomy: Anatomy,
     servo: ServoOptions,
@@ -129,8 +135,8 @@ def _nominal(
     damage: tuple[Damage, ...],
     corners: int = 0,
 ) -> Simulation:
-    servos = servos_of(text, anatomy, servo)
-    spec = specification(text)
+    servos = load_servos(text, anatomy, servo)
+    spec = load_specification(text)
     return build(
         spec,
         anatomy,
@@ -144,12 +150,14 @@ def _nominal(
 
 
 @lru_cache(maxsize=32)  # 0.3 MB for each bundled robot; a run uses fewer worlds
-def _in_world(compiled: Compiled, world: tuple[tuple[str, float], ...], corners: int) -> Simulation:
-    nominal = _nominal(*compiled, corners) if corners else _nominal(*compiled)
-    return in_world(nominal, dict(world))
+def _simulation_in_world(
+    compiled: CompilationInput, world: tuple[tuple[str, float], ...], corners: int
+) -> Simulation:
+    nominal = _nominal_simulation(*compiled, corners) if corners else _nominal_simulation(*compiled)
+    return apply_world(nominal, dict(world))
 
 
-def own_latency(servo: ServoOptions) -> float:
+def servo_latency(servo: ServoOptions) -> float:
     """Return the latency of servos, s."""
     name, _, _, latency, _ = servo
     if latency is not None:
@@ -157,11 +165,11 @@ def own_latency(servo: ServoOptions) -> float:
     return SERVOS[name].latency if name in SERVOS else 0.0
 
 
-def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Servo]:
+def load_servos(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Servo]:
     """Return the servo of each driven joint by the joint's name."""
     name, torque_limit, speed_limit, latency, stiffness = servo
     return joint_servos(
-        compiled(text),
+        compile_model(text),
         anatomy,
         name,
         torque_limit=torque_limit,
@@ -172,7 +180,7 @@ def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Ser
 
 
 @lru_cache(maxsize=16)
-def encoding_of(
+def load_encoding(
     simulation: Simulation, kind: Kind, symmetry: Symmetry, fastest: float, heading: float
 ) -> Encoding:
     """Return the encoding of a robot, whose commands stay below the speed of its servos."""
@@ -182,9 +190,9 @@ def encoding_of(
     )
 
 
-def specification(text: str) -> Any:
+def load_specification(text: str) -> Any:
     """Return MuJoCo's specification of a robot's text."""
     import mujoco
 
-    silence()
+    disable_log()
     return mujoco.MjSpec.from_string(text)

@@ -97,7 +97,7 @@ def numbers(text: str | None, count: int, default: str, where: str) -> Floats:
         raise RobotError(
             f"invalid value {(text or '')[:80]!r}",
             where=where,
-            allowed=f"{count} number{'s' if count > 1 else ''} of at most {LARGEST:,.0f}",
+            allowed=f"{count} number{'s' if count > 1 else ''} within ±{LARGEST:,.0f}",
         )
     return values
 

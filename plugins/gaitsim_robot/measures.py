@@ -1,4 +1,4 @@
-"""Measures that describe a robot's walk to people."""
+"""Measures that describe a robot's walk."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -39,15 +39,17 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
             f"displacement in trunk lengths of {float(motion['length'][0]):.3g} m",
         ),
         "speed": Measure(
-            ratio(displacement, lasted), "m/s", "displacement over the time before the fall"
+            ratio(displacement, lasted), "m/s", "displacement divided by the time until the fall"
         ),
-        "lasted": Measure(lasted, "s", "time before the fall, or the whole rollout"),
+        "lasted": Measure(lasted, "s", "time until the fall, or the length of the rollout"),
         "cost of transport": Measure(
             ratio(energy, motion["weight"] * displacement, math.inf),
             "",
             "work over weight times displacement",
         ),
-        "mean power": Measure(ratio(energy, lasted), "W", "work of the servos over time"),
+        "mean power": Measure(
+            ratio(energy, lasted), "W", "work of the servos divided by the time until the fall"
+        ),
         "peak torque": Measure(
             ratio(torque, motion["stall_torque"]).max(axis=1),
             "",
@@ -56,7 +58,7 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
         "slip ratio": Measure(
             ratio(total(motion["slip"]), path, math.inf),
             "",
-            "slide of the stance feet over the trunk's path",
+            "slide of the stance feet divided by the trunk's path",
         ),
         **stepping(
             motion["stance"],

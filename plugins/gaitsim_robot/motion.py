@@ -9,7 +9,7 @@ from gaitsim_robot.rollout import Record, RollOut, roll_out
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
 
-def walked(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -> Motion:
+def walk(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -> Motion:
     """Return the motion of robots whose servos follow commands.
 
     Args:

@@ -37,14 +37,14 @@ from gaitsim_robot.importing import import_robot
 from gaitsim_robot.loading import (
     BUNDLED,
     ServoOptions,
-    anatomy_of,
-    bundled,
-    encoding_of,
-    own_latency,
-    ranges,
+    bundled_text,
+    joint_ranges,
+    load_anatomy,
+    load_encoding,
+    load_servos,
+    load_simulation,
     robot_text,
-    servos_of,
-    simulation_of,
+    servo_latency,
     standing_angles,
 )
 from gaitsim_robot.measures import measures
@@ -68,8 +68,9 @@ class Robot(Organism):
     )
     symmetry: Symmetry = option(
         "none",
-        "legs that share genes: in alternating and trot, left and right and neighbours on a side "
-        "take turns; in bound, front and back take turns; in wave, steps run from back to front",
+        "symmetry of the gait: with alternating and trot, each leg takes turns with its neighbours "
+        "and with the opposite leg; with bound, front and back legs take turns; with wave, steps "
+        "run from back to front",
     )
     fastest_stride: float = option(
         2.5, "upper bound of the frequency gene, in strides per second", unit="Hz", gt=0.5, le=5
@@ -101,28 +102,28 @@ class Robot(Organism):
     servo: ServoName = option(
         "model",
         "servo of the joints: model has the limits in the robot's file, ideal has almost no "
-        "limits; the others are hobby servos with figures from their data sheets",
+        "limits; the others are hobby servos with values from their data sheets",
     )
     torque_limit: float | None = option(
-        None, "largest torque of a servo, instead of its own", unit="N m", gt=0, le=1e5
+        None, "largest torque of a servo; by default, the servo's own", unit="N m", gt=0, le=1e5
     )
     speed_limit: float | None = option(
         None,
-        "speed at which a servo has no torque left, instead of its own",
+        "speed at which a servo has no torque left; by default, the servo's own",
         unit="rad/s",
         gt=0,
         le=100,
     )
     latency: float | None = option(
         None,
-        "delay from a command to the servo's torque, instead of its own",
+        "delay from a command to the servo's torque; by default, the servo's own",
         unit="s",
         ge=0,
         le=0.2,
     )
     stiffness: float | None = option(
         None,
-        "torque of a servo per position error, instead of its own",
+        "torque of a servo per position error; by default, the servo's own",
         unit="N m/rad",
         gt=0,
         le=1e6,
@@ -142,7 +143,7 @@ class Robot(Organism):
 
     @field_validator("model")
     @classmethod
-    def _imported(cls, model: str, info: ValidationInfo) -> str:
+    def _import_model(cls, model: str, info: ValidationInfo) -> str:
         try:
             return robot_text(model, folder_of(info))
         except GaitsimError as error:
@@ -168,9 +169,9 @@ class Robot(Organism):
 
     @property
     def text(self) -> str:
-        """The robot's text."""
+        """Text of the robot, an MJCF document."""
         if self.model in BUNDLED:
-            return bundled(self.model)
+            return bundled_text(self.model)
         return self.model
 
     @property
@@ -181,7 +182,7 @@ class Robot(Organism):
     @property
     def anatomy(self) -> Anatomy:
         """Legs, feet and standing pose of the intact robot."""
-        return anatomy_of(self.text, self.feet, tuple(self.stance.items()))
+        return load_anatomy(self.text, self.feet, tuple(self.stance.items()))
 
     @property
     def simulation(self) -> Simulation:
@@ -189,7 +190,7 @@ class Robot(Organism):
         return self._simulation(self._damage, self.world)
 
     def _simulation(self, damage: tuple[Damage, ...], world: Mapping[str, float]) -> Simulation:
-        return simulation_of(
+        return load_simulation(
             (self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage),
             tuple(sorted(world.items())),
             self.duration,
@@ -199,7 +200,7 @@ class Robot(Organism):
     def _damage(self) -> tuple[Damage, ...]:
         if not self.damage:
             return ()
-        limits = dict(zip(self.anatomy.joints, ranges(self.text, self.anatomy), strict=True))
+        limits = dict(zip(self.anatomy.joints, joint_ranges(self.text, self.anatomy), strict=True))
         return parse_damage(self.damage, self.leg_joints(), limits=limits)
 
     @property
@@ -208,7 +209,7 @@ class Robot(Organism):
 
     def describe(self) -> Facts:
         """Describe mass, legs, servos, standing pose, damage and world."""
-        from gaitsim_robot.describing import facts
+        from gaitsim_robot.describing import describe_robot
 
         conditions = self.conditions()
         world = {
@@ -217,14 +218,16 @@ class Robot(Organism):
             else f"{value:g}"
             for name, value in self.world.items()
         }
-        return facts(self.simulation, servos_of(self.text, self.anatomy, self._servo), world)
+        return describe_robot(
+            self.simulation, load_servos(self.text, self.anatomy, self._servo), world
+        )
 
     @classmethod
     def library(cls) -> Facts:
         """Describe the bundled robots and servos."""
-        from gaitsim_robot.describing import library
+        from gaitsim_robot.describing import describe_library
 
-        return library({name: cls(model=name).anatomy for name in BUNDLED})
+        return describe_library({name: cls(model=name).anatomy for name in BUNDLED})
 
     @classmethod
     def read_file(cls, path: Path, roots: Sequence[Path] = ()) -> BodyFile:
@@ -248,13 +251,13 @@ class Robot(Organism):
         # The intact robot in its nominal world, as damage and worlds do not change the meaning of
         # a genome.
         heading = math.radians(self.heading)
-        return encoding_of(
+        return load_encoding(
             self._simulation((), {}), self.encoding, self.symmetry, self.fastest_stride, heading
         )
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk, each individual in its own simulation."""
-        return self._walked(self._encoding.commands(genomes, self.frames))
+        return self._walk(self._encoding.commands(genomes, self.frames))
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with the given servo commands, clipped to the limits of the joints.
@@ -267,8 +270,8 @@ class Robot(Organism):
             ValueError: the shape is wrong, or angles are not finite.
         """
         check_joint_angles(joint_angles, len(self.anatomy.joints))
-        lower, upper = np.array(ranges(self.text, self.anatomy)).T
-        return self._walked(np.clip(joint_angles.astype(np.float64), lower, upper))
+        lower, upper = np.array(joint_ranges(self.text, self.anatomy)).T
+        return self._walk(np.clip(joint_angles.astype(np.float64), lower, upper))
 
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the leg joints as in the file, leg by leg."""
@@ -282,16 +285,16 @@ class Robot(Organism):
         """Return the joints of each leg by its name: L1, R1 …, or M1 … in the middle."""
         return {leg.name: leg.joints for leg in self.anatomy.legs}
 
-    def _walked(self, angles: Array) -> Motion:
+    def _walk(self, angles: Array) -> Motion:
         from gaitsim_robot import bullet, rollout
-        from gaitsim_robot.motion import walked
+        from gaitsim_robot.motion import walk
 
         engines = {"mujoco": rollout.roll_out, "bullet": bullet.roll_out}
-        return walked(self.simulation, angles, engines[self.engine])
+        return walk(self.simulation, angles, engines[self.engine])
 
     def conditions(self) -> Mapping[str, Condition]:
         """Return the conditions: ground, masses, servos, initial pose and pushes."""
-        return robot_conditions(self.friction, own_latency(self._servo))
+        return robot_conditions(self.friction, servo_latency(self._servo))
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return displacement, speed, duration, effort, slip, steps and posture."""

@@ -1,7 +1,7 @@
-"""Switch off MuJoCo's log."""
+"""Disable MuJoCo's log."""
 
 
-def silence() -> None:
+def disable_log() -> None:
     """Keep MuJoCo from printing warnings and from writing them to the working directory.
 
     gaitsim reports unstable robots as failed individuals, with a reason.

@@ -43,29 +43,29 @@ def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | No
         )
         links += found
         names[body] = found[-1].name
-    shown = figure(model, anatomy, damage)
+    drawing = figure(model, anatomy, damage)
 
-    def moved(bodies: Sequence[int]) -> Floats:
+    def shifts_of(bodies: Sequence[int]) -> Floats:
         return np.array([shifts[body] for body in bodies]).reshape(-1, 3)
 
-    def on(bodies: Sequence[int]) -> tuple[str, ...]:
+    def links_of(bodies: Sequence[int]) -> tuple[str, ...]:
         return tuple(names[body] for body in bodies)
 
-    poses = shown.offsets.copy()
-    poses[:, :3] -= moved(shown.owners)
+    poses = drawing.offsets.copy()
+    poses[:, :3] -= shifts_of(drawing.owners)
     return Rig(
         tuple(links),
         anatomy.joints,
-        shown.names,
-        shown.segments - moved(shown.bodies)[:, None],
-        on(shown.bodies),
-        shown.soles - moved(shown.feet),
-        on(shown.feet),
+        drawing.names,
+        drawing.segments - shifts_of(drawing.bodies)[:, None],
+        links_of(drawing.bodies),
+        drawing.soles - shifts_of(drawing.feet),
+        links_of(drawing.feet),
         tuple(leg.name for leg in anatomy.legs),
-        shown.solids,
-        poses if shown.solids else None,
-        on(shown.owners),
-        shown.damaged,
+        drawing.solids,
+        poses if drawing.solids else None,
+        links_of(drawing.owners),
+        drawing.damaged,
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.commands import arriving
+from gaitsim_robot.commands import delayed_commands
 from gaitsim_robot.settling import TIPPED
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
@@ -69,13 +69,13 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
 
     model = simulation.model
     population, frames = commands.shape[:2]
-    record = empty(simulation, population, frames)
+    record = empty_record(simulation, population, frames)
     data = mujoco.MjData(model)
     state = np.tile(simulation.start, (population, 1))
     active = np.arange(population)
     for first, last, push in segments(simulation, frames):
         state[:, 1 + model.nq : 4 + model.nq] += push
-        control = arriving(simulation, commands, first, last)
+        control = delayed_commands(simulation, commands, first, last)
         states, sensors = rollout.rollout(model, data, state, control)
         upright = record_segment(simulation, record, active, first, last, state, states, sensors)
         active, state = active[upright], np.ascontiguousarray(states[upright, -2])
@@ -94,7 +94,7 @@ def segments(simulation: Simulation, frames: int) -> Iterator[tuple[int, int, Fl
         yield first, last, push if first == pushed else np.zeros(3)
 
 
-def empty(simulation: Simulation, population: int, frames: int) -> Record:
+def empty_record(simulation: Simulation, population: int, frames: int) -> Record:
     """Return an empty record."""
     model, joints, feet = simulation.model, len(simulation.dof), len(simulation.anatomy.legs)
     return Record(

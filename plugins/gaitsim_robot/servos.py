@@ -2,7 +2,7 @@
 
 A servo drives its joint with the torque `stiffness · (command − angle) − damping · speed` of a DC
 motor, whose largest torque decreases linearly from the stall torque at rest to 0 at the no-load
-speed. It is implemented as MuJoCo's `dcmotor`; `commands.arriving` delays its commands.
+speed. It is implemented as MuJoCo's `dcmotor`; `commands.delayed_commands` delays its commands.
 
 The damping of a hobby servo is that of its motor, stall torque / no-load speed, as its electronics
 apply a voltage proportional to the error, and back-EMF damps the motion. Gear friction, backlash
@@ -63,12 +63,12 @@ def joint_servos(
     servos = {}
     for joint in (*anatomy.joints, *anatomy.held):
         if name == "model":
-            servo = _of_file(model, joint, weight, torque_limit, speed_limit)
+            servo = _servo_from_text(model, joint, weight, torque_limit, speed_limit)
         elif name == "ideal":
-            servo = _unknown(name, LIFT * weight, FASTEST, weight, "no real servo")
+            servo = _assumed_servo(name, LIFT * weight, FASTEST, weight, "no real servo")
         else:
             servo = SERVOS[name]
-        servos[joint] = _changed(servo, torque_limit, speed_limit, latency, stiffness)
+        servos[joint] = _with_overrides(servo, torque_limit, speed_limit, latency, stiffness)
     return servos
 
 
@@ -122,7 +122,7 @@ def set_limits(model: Any, servos: Mapping[str, Servo]) -> None:
             model.actuator_forcerange[actuator] = -servo.stall_torque, servo.stall_torque
 
 
-def _changed(
+def _with_overrides(
     servo: Servo,
     torque_limit: float | None,
     speed_limit: float | None,
@@ -142,14 +142,14 @@ def _changed(
     )
 
 
-def _of_file(
+def _servo_from_text(
     model: Any, joint: str, weight: float, torque_limit: float | None, speed_limit: float | None
 ) -> Servo:
     """Return the servo of a joint with the limits in the robot's text."""
     index = model.joint(joint).id
     torque = model.jnt_actfrcrange[index, 1] if model.jnt_actfrclimited[index] else 0.0
     speed = model.jnt_user[index, 0] if model.nuser_jnt else 0.0
-    return _unknown(
+    return _assumed_servo(
         "model",
         min(torque_limit or torque or SHARE * weight, LIFT * weight),
         min(speed_limit or speed or SPEED, FASTEST),
@@ -158,7 +158,7 @@ def _of_file(
     )
 
 
-def _unknown(name: str, torque: float, speed: float, weight: float, source: str) -> Servo:
+def _assumed_servo(name: str, torque: float, speed: float, weight: float, source: str) -> Servo:
     """Return a servo for which only the limits are known."""
     stiffness = max(torque / BAND, HOLD * weight)
     damping = max(torque / speed, DAMPING_TIME * stiffness)

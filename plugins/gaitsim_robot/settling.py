@@ -11,12 +11,12 @@ from gaitsim_robot.sums import ratio
 TIPPED = 0.5  # cosine of the trunk's tilt, 60°, beyond which the robot has fallen
 SUNK = 0.8  # share of the standing height; a robot with a lower trunk does not stand
 SETTLE = 1.0  # s, duration of standing before the start
-STILL = 0.2  # standing heights per second; a falling trunk is faster than this after a second
-STRONG = 100.0  # factor for the torque of servos that reveal the torque required for standing
+STILL = 0.2  # standing heights per second; after a second, a falling trunk is faster
+STRONG = 100.0  # factor on the torque of servos, to measure the torque that standing requires
 _VOLTAGE = 7  # index of the largest voltage in the gains of MuJoCo's dcmotor
 
 
-def stand(
+def settle(
     model: Any, stance: Floats, rest: Floats, belly: int, height: float
 ) -> tuple[Floats, bool, Floats]:
     """Let a robot stand for a while.
@@ -34,20 +34,20 @@ def stand(
     """
     import mujoco
 
-    settled, stands = _settled(model, stance, rest, belly, height)
+    settled, stands = _simulate_standing(model, stance, rest, belly, height)
     needed = settled.actuator_force
     if not stands:
         strong = copy.copy(model)
         strong.actuator_forcerange *= STRONG
         strong.actuator_gainprm[:, _VOLTAGE] *= STRONG
-        needed = _settled(strong, stance, rest, belly, height)[0].actuator_force
+        needed = _simulate_standing(strong, stance, rest, belly, height)[0].actuator_force
     start = _at_rest(model, settled.qpos if stands else stance, rest)
     state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
     mujoco.mj_getState(model, start, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     return state, stands, ratio(np.abs(needed), model.actuator_forcerange[:, 1])
 
 
-def _settled(
+def _simulate_standing(
     model: Any, stance: Floats, rest: Floats, belly: int, height: float
 ) -> tuple[Any, bool]:
     """Return the robot after standing for a while, and whether it still stands.

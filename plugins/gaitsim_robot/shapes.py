@@ -35,7 +35,7 @@ class Surfaces:
         placed: Floats = data.geom_xpos[self.geoms] + turned
         return placed
 
-    def of(self, bodies: NDArray[np.intp]) -> NDArray[np.intp]:
+    def points_on(self, bodies: NDArray[np.intp]) -> NDArray[np.intp]:
         """Return the indices of the points on given bodies."""
         return np.flatnonzero(np.isin(self.bodies, bodies))
 
@@ -46,18 +46,18 @@ def surfaces(model: Any) -> Surfaces:
     for geom in range(model.ngeom):
         if not (model.geom_contype[geom] | model.geom_conaffinity[geom]) & 1:
             continue  # bit 1 is that of the ground
-        points, ball = surface(model, geom)
+        points, ball = geom_surface(model, geom)
         geoms.append(np.full(len(points), geom, np.intp))
         local.append(points)
         radius.append(np.full(len(points), ball))
     if not geoms:
         empty = np.zeros(0, np.intp)
         return Surfaces(empty, empty, np.zeros((0, 3)), np.zeros(0))
-    of = np.concatenate(geoms)
-    return Surfaces(of, model.geom_bodyid[of], np.vstack(local), np.concatenate(radius))
+    owners = np.concatenate(geoms)
+    return Surfaces(owners, model.geom_bodyid[owners], np.vstack(local), np.concatenate(radius))
 
 
-def surface(model: Any, geom: int) -> tuple[Floats, float]:
+def geom_surface(model: Any, geom: int) -> tuple[Floats, float]:
     """Return the points of a geom's surface in its frame, (points, 3) m, and their radius, m."""
     import mujoco
 

@@ -11,11 +11,11 @@ from gaitsim.contracts import Terrain
 from gaitsim.contracts.quaternions import conjugate, product
 from gaitsim.legged import Damage, Servo, drawn_push
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.chain import posed
-from gaitsim_robot.damaged import impair
+from gaitsim_robot.chain import pose_data
+from gaitsim_robot.damaged import apply_damage
 from gaitsim_robot.ground import GROUND, add_ground
 from gaitsim_robot.servos import add_servos
-from gaitsim_robot.settling import stand
+from gaitsim_robot.settling import settle
 
 FRAME_RATE = 50.0  # Hz, for both commands and recorded frames
 NEAR = 0.01  # × length of the trunk; bodies this close in the standing pose never collide
@@ -146,7 +146,7 @@ def build(
     _exclude_overlaps(spec, anatomy)
     height = float(anatomy.stance[2])
     if damage:
-        anatomy, servos = impair(spec, anatomy, servos, damage)
+        anatomy, servos = apply_damage(spec, anatomy, servos, damage)
     add_servos(spec, servos)
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:
@@ -155,15 +155,15 @@ def build(
     for leg in anatomy.legs:
         foot = spec.body(leg.foot)
         foot.add_site(name=f"world: foot {leg.name}", pos=leg.point)
-        _contact(spec, f"load {leg.name}", foot.name, ("FOUND", "FORCE"), _NETFORCE)
-        _contact(spec, f"slide {leg.name}", foot.name, ("LINVEL",), _MAXFORCE)
+        _add_contact_sensor(spec, f"load {leg.name}", foot.name, ("FOUND", "FORCE"), _NETFORCE)
+        _add_contact_sensor(spec, f"slide {leg.name}", foot.name, ("LINVEL",), _MAXFORCE)
         spec.add_sensor(
             name=f"foot {leg.name}",
             type=mujoco.mjtSensor.mjSENS_FRAMEPOS,
             objtype=mujoco.mjtObj.mjOBJ_SITE,
             objname=f"world: foot {leg.name}",
         )
-    _contact(spec, "belly", trunk.name, ("FOUND",), _NETFORCE)
+    _add_contact_sensor(spec, "belly", trunk.name, ("FOUND",), _NETFORCE)
     for joint in anatomy.joints:
         spec.add_sensor(
             name=f"torque {joint}",
@@ -187,7 +187,7 @@ def build(
     )
     ctrl = np.array([model.actuator(name).id for name in anatomy.joints], np.intp)
     belly = int(model.sensor("belly").adr[0])
-    start, stands, effort = stand(model, anatomy.stance, rest, belly, height)
+    start, stands, effort = settle(model, anatomy.stance, rest, belly, height)
     return Simulation(
         model,
         anatomy,
@@ -214,7 +214,9 @@ def build(
 _MAXFORCE, _NETFORCE = 2, 3
 
 
-def _contact(spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: int) -> None:
+def _add_contact_sensor(
+    spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: int
+) -> None:
     """Add a sensor for the contacts between a body and the ground."""
     import mujoco
 
@@ -241,7 +243,7 @@ def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
     for geom in near.geoms:
         geom.margin = NEAR * anatomy.length
     model = near.compile()
-    data = posed(model, anatomy.stance)
+    data = pose_data(model, anatomy.stance)
     mujoco.mj_collision(model, data)
     pairs = {
         tuple(sorted(model.geom_bodyid[[contact.geom1, contact.geom2]])) for contact in data.contact

@@ -9,14 +9,14 @@ from gaitsim.contracts import Motion, Skeleton
 from gaitsim.contracts.quaternions import product, rotated
 from gaitsim.legged import Damage
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.figure import TRUNK, figure, placed
-from gaitsim_robot.inclined import on_ground
+from gaitsim_robot.figure import TRUNK, body_poses, figure
+from gaitsim_robot.inclined import place_on_ground
 from gaitsim_robot.simulation import Simulation
 
 
 def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleton:
     """Return the body of one individual over time, on the ground of its world."""
-    level = drawn(
+    level = robot_skeleton(
         simulation.model,
         simulation.anatomy,
         motion["configuration"][individual],
@@ -25,10 +25,10 @@ def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleto
         simulation.start[1:3],
         simulation.damage,
     )
-    return on_ground(level, simulation)
+    return place_on_ground(level, simulation)
 
 
-def drawn(
+def robot_skeleton(
     model: Any,
     anatomy: Anatomy,
     configuration: Floats,
@@ -48,26 +48,26 @@ def drawn(
         start: x and y of the point that becomes the origin, (2,) m.
         damage: damage of the robot; lost legs are omitted.
     """
-    places, turns = placed(model, configuration)
+    places, turns = body_poses(model, configuration)
     places[..., :2] -= start
-    shown = figure(model, anatomy, damage)
-    bodies, owners, feet = list(shown.bodies), list(shown.owners), list(shown.feet)
+    drawing = figure(model, anatomy, damage)
+    bodies, owners, feet = list(drawing.bodies), list(drawing.owners), list(drawing.feet)
     poses = np.concatenate(
         [
-            places[:, owners] + rotated(turns[:, owners], shown.offsets[:, :3]),
-            product(turns[:, owners], shown.offsets[:, 3:]),
+            places[:, owners] + rotated(turns[:, owners], drawing.offsets[:, :3]),
+            product(turns[:, owners], drawing.offsets[:, 3:]),
         ],
         axis=-1,
     )
     return Skeleton(
-        places[:, bodies, None] + rotated(turns[:, bodies, None], shown.segments),
-        shown.names,
+        places[:, bodies, None] + rotated(turns[:, bodies, None], drawing.segments),
+        drawing.names,
         frame_rate,
-        contacts=places[:, feet] + rotated(turns[:, feet], shown.soles),
+        contacts=places[:, feet] + rotated(turns[:, feet], drawing.soles),
         touching=touching,
         contact_names=tuple(leg.name for leg in anatomy.legs),
         centre=places[:, TRUNK],
-        solids=shown.solids,
-        poses=poses if shown.solids else None,
-        damaged=shown.damaged,
+        solids=drawing.solids,
+        poses=poses if drawing.solids else None,
+        damaged=drawing.damaged,
     )

@@ -26,7 +26,7 @@ CLEARANCE = 0.1  # leg lengths, smallest height of the trunk, its arms and its h
 GRAZE = 0.01  # leg lengths, smallest height of knees, and of all parts in a given pose
 MARGIN = 0.2  # share of the support, distance of the centre of mass from its edges in found poses
 LEVEL = 0.03  # rad, largest angle between a sole and the ground
-STARTS = 24
+STARTS = 24  # initial poses from which inverse kinematics starts
 
 
 class Stand:
@@ -45,7 +45,7 @@ class Stand:
         self.data = mujoco.MjData(model)
         self.surfaces = surfaces(model)
         self.reach = float(np.mean([limb.length for limb in limbs]))
-        self.of_feet = [self.surfaces.of(limb.bodies) for limb in limbs]
+        self.of_feet = [self.surfaces.points_on(limb.bodies) for limb in limbs]
         feet = np.concatenate(self.of_feet)
         self.others = np.setdiff1d(np.arange(len(self.surfaces.geoms)), feet)
         parts = np.concatenate([limb.parts for limb in limbs])
@@ -64,7 +64,7 @@ class Stand:
         """Return the pose with its lowest foot on the ground z = 0."""
         points = self.pose(qpos)
         grounded = qpos.copy()
-        grounded[2] -= min(self._lows(points))
+        grounded[2] -= min(self._lowest_heights(points))
         return grounded
 
     def contacts(self, qpos: Floats) -> list[Floats]:
@@ -84,7 +84,7 @@ class Stand:
             bent: whether to require bent knees, level soles and larger margins.
         """
         points = self.pose(qpos)
-        lows = self._lows(points)
+        lows = self._lowest_heights(points)
         if max(lows) - min(lows) > UNEVEN * self.reach:
             return f"the heights of its feet differ by {1000 * (max(lows) - min(lows)):.0f} mm"
         clear = points[self.others, 2] - self.surfaces.radius[self.others] - min(lows)
@@ -124,16 +124,16 @@ class Stand:
             rest: pose that joints outside the legs keep and that legs stay close to, (nq,).
         """
         problem = ""
-        orders = (SPRAWLED, UPRIGHT) if self._sprawled() else (UPRIGHT, SPRAWLED)
+        orders = (SPRAWLED, UPRIGHT) if self._is_sprawled() else (UPRIGHT, SPRAWLED)
         for outward, down in (*orders[0], *orders[1]):
             found = self._attempt(rest, outward, down)
-            trouble = self.problem(found, True)
-            if not trouble:
+            reason = self.problem(found, True)
+            if not reason:
                 return self.on_ground(found), ""
-            problem = problem or trouble
+            problem = problem or reason
         return None, problem
 
-    def _sprawled(self) -> bool:
+    def _is_sprawled(self) -> bool:
         """Return whether the legs reach sideways in their reference pose."""
         sideways = [
             (limb.chain.tip[1] - limb.hip[1]) * np.sign(limb.hip[1]) / limb.length
@@ -148,19 +148,21 @@ class Stand:
         for index, (limb, target) in enumerate(zip(self.limbs, targets, strict=True)):
             partner = self.partners[index]
             if 0 <= partner < index:
-                angles = mirrored(self.limbs[partner].chain, limb.chain, self._of(partner, qpos))
+                angles = mirror_angles(
+                    self.limbs[partner].chain, limb.chain, self._leg_angles(partner, qpos)
+                )
                 angles = limb.chain.solve(target, angles, limb.chain.zero, limb.weights)
             else:
-                angles = self._best(limb, target, rest)
+                angles = self._best_angles(limb, target, rest)
             qpos[self._addresses(limb)] = angles
         for _ in range(4):
-            qpos = self._corrected(qpos, targets, ground)
+            qpos = self._correct(qpos, targets, ground)
         return qpos
 
-    def _corrected(self, qpos: Floats, targets: list[Floats], ground: float) -> Floats:
+    def _correct(self, qpos: Floats, targets: list[Floats], ground: float) -> Floats:
         """Move the feet exactly to the ground and below the centre of mass."""
         points = self.pose(qpos)
-        lows = self._lows(points)
+        lows = self._lowest_heights(points)
         centre = self.data.subtree_com[1] - np.mean(
             [(foot.min(axis=0) + foot.max(axis=0)) / 2 for foot in self.contacts(qpos)], axis=0
         )
@@ -185,7 +187,7 @@ class Stand:
         across = direction / norm * outward * limb.length if norm else direction
         return np.array([*(limb.hip[:2] + across), ground + limb.radius])
 
-    def _best(self, limb: Limb, target: Floats, rest: Floats) -> Floats:
+    def _best_angles(self, limb: Limb, target: Floats, rest: Floats) -> Floats:
         """Return the angles that move a foot to a target with the knee on the better side."""
         chain, width = limb.chain, np.maximum(limb.chain.upper - limb.chain.lower, 1e-6)
         near = np.linalg.norm((limb.tips - target) * limb.weights[:3], axis=1) / limb.length
@@ -200,24 +202,24 @@ class Stand:
         cost = 100 * np.linalg.norm(error, axis=1)
         cost += (np.maximum(0.05 - margin, 0) * 10).sum(axis=1)
         cost += 0.5 * (((angles - self._angles(limb, rest)) / width) ** 2).mean(axis=1)
-        cost += [self._awkward(limb, one, rest) for one in angles]
+        cost += [self._awkwardness(limb, one, rest) for one in angles]
         best: Floats = angles[int(np.argmin(cost))]
         return best
 
-    def _awkward(self, limb: Limb, angles: Floats, rest: Floats) -> float:
+    def _awkwardness(self, limb: Limb, angles: Floats, rest: Floats) -> float:
         """Return a cost for parts of the leg below its foot and for a knee on the worse side."""
         qpos = rest.copy()
         qpos[self._addresses(limb)] = angles
         points = self.pose(qpos)
         tip = limb.chain.place(angles)[2] - limb.radius + qpos[2]
-        parts = self.surfaces.of(limb.parts)
+        parts = self.surfaces.points_on(limb.parts)
         low = (points[parts, 2] - self.surfaces.radius[parts]).min(initial=tip)
         knees = self.data.xanchor[limb.joints] - self.data.xanchor[limb.joints[0]]
         forward = knees[:, 0].mean() / limb.length * (-1 if len(self.limbs) == 2 else 1)
         up = knees[:, 2].mean() / limb.length
         return float(20 * max(0.0, tip - low) / limb.length + 0.1 * forward - 0.1 * up)
 
-    def _lows(self, points: Floats) -> list[float]:
+    def _lowest_heights(self, points: Floats) -> list[float]:
         return [
             float((points[of_foot, 2] - self.surfaces.radius[of_foot]).min())
             for of_foot in self.of_feet
@@ -230,11 +232,11 @@ class Stand:
         angles: Floats = qpos[self._addresses(limb)]
         return angles
 
-    def _of(self, index: int, qpos: Floats) -> Floats:
+    def _leg_angles(self, index: int, qpos: Floats) -> Floats:
         return self._angles(self.limbs[index], qpos)
 
 
-def mirrored(chain: Any, other: Any, angles: Floats) -> Floats:
+def mirror_angles(chain: Any, other: Any, angles: Floats) -> Floats:
     """Return the angles of `other` that mirror those of `chain`, within the limits."""
     count = min(len(chain.zero), len(other.zero))
     signs = ((chain.axes * [-1, 1, -1])[:count] * other.axes[:count]).sum(axis=1)

@@ -12,7 +12,7 @@ ITERATIONS = 12
 SLOWEST_RETURN = -0.5  # stride lengths per swing, lower bound of the speed at the ends of a swing
 
 
-def path(phase: Floats, duty: Floats) -> tuple[Floats, Floats]:
+def foot_path(phase: Floats, duty: Floats) -> tuple[Floats, Floats]:
     """Return the forward position of a foot, in strides, and its height, in lifts.
 
     In stance, the foot moves backward at constant speed. In swing, its position follows a cubic
@@ -31,7 +31,7 @@ def path(phase: Floats, duty: Floats) -> tuple[Floats, Floats]:
     return np.asarray(ahead), np.sin(math.pi * swing) ** 2
 
 
-def cycle(chain: Chain, targets: Floats, level: bool) -> Floats:
+def cycle_angles(chain: Chain, targets: Floats, level: bool) -> Floats:
     """Return joint angles that move a leg's foot to the targets, or close to them.
 
     Args:
@@ -52,7 +52,7 @@ def fastest_turn(angles: Floats) -> Floats:
     return fastest * SAMPLES
 
 
-def interpolated(angles: Floats, phase: Floats) -> Floats:
+def interpolate_cycle(angles: Floats, phase: Floats) -> Floats:
     """Return the angles of a cycle at any phase, interpolated with periodic cubics.
 
     Source: E. Catmull, R. Rom, A class of local interpolating splines (1974).

@@ -20,7 +20,7 @@ from hashlib import sha256
 from typing import Any
 from xml.etree.ElementTree import Element
 
-from gaitsim_robot.child import in_child
+from gaitsim_robot.child import run_in_child
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.markup import parse
 
@@ -94,7 +94,7 @@ def check_text(text: str) -> None:
     bodies = _check(root)
     trunks = root.findall("worldbody/body")
     if len(trunks) != 1 or len(bodies) > BODIES:
-        raise _wrong(
+        raise _invalid(
             f"the robot's text has {len(trunks)} trunks and {len(bodies)} bodies",
             f"one trunk, with at most {BODIES} bodies",
         )
@@ -102,31 +102,31 @@ def check_text(text: str) -> None:
         _check_body(body, body is trunks[0])
     for tag, most in (("geom", GEOMS), ("mesh", GEOMS), ("joint", BODIES)):
         if (count := sum(1 for _ in root.iter(tag))) > most:
-            raise _wrong(f"the robot's text has {count} elements <{tag}>", f"at most {most}")
+            raise _invalid(f"the robot's text has {count} elements <{tag}>", f"at most {most}")
     if len(root.findall("keyframe/key")) > 1:
-        raise _wrong("the robot's text has several keyframes", "one keyframe, 'stand'")
+        raise _invalid("the robot's text has several keyframes", "one keyframe, 'stand'")
 
 
 def _check(root: Element) -> list[Element]:
     """Check elements and attributes; return the bodies."""
     bodies: list[Element] = []
-    waiting: list[tuple[Element, tuple[str, ...]]] = [(root, (root.tag,))]
-    while waiting:
-        element, path = waiting.pop()
+    pending: list[tuple[Element, tuple[str, ...]]] = [(root, (root.tag,))]
+    while pending:
+        element, path = pending.pop()
         kinds = _ELEMENTS.get(path)
         if kinds is None:
-            raise _wrong(f"the robot's text must not contain {' / '.join(path)[:100]!r}")
+            raise _invalid(f"the robot's text must not contain {' / '.join(path)[:100]!r}")
         if element.tag == "body":
             bodies.append(element)
         for key, value in element.attrib.items():
             if key not in kinds or not _valid(value, kinds[key]):
-                raise _wrong(
+                raise _invalid(
                     f"invalid attribute {key[:40]}={value[:60]!r} of {element.tag!r}",
                     ", ".join(kinds),
                 )
         for child in element:
             nested = child.tag == "body" and path[-1] in ("worldbody", "body")
-            waiting.append((child, ("body",) if nested else (*path, child.tag)))
+            pending.append((child, ("body",) if nested else (*path, child.tag)))
     return bodies
 
 
@@ -146,25 +146,25 @@ def _check_body(body: Element, trunk: bool) -> None:
     name = body.get("name", "")
     inertial, joints = body.findall("inertial"), body.findall("joint")
     if not name or len(inertial) != 1 or float(inertial[0].get("mass", "0")) <= 0:
-        raise _wrong(f"body {name!r} has no name or no mass", "a name and one <inertial>")
+        raise _invalid(f"body {name!r} has no name or no mass", "a name and one <inertial>")
     if len(body.findall("freejoint")) != trunk or bool(joints) == trunk:
-        raise _wrong(
+        raise _invalid(
             f"body {name!r} has the wrong joints",
             "a free joint for the trunk, and hinges for all other bodies",
         )
     for joint in joints:
         if not joint.get("name") or "range" not in joint.attrib:
-            raise _wrong(f"a joint of body {name!r} has no name or no range")
+            raise _invalid(f"a joint of body {name!r} has no name or no range")
         for key in ("range", "actuatorfrcrange"):
             lower, upper = map(float, joint.get(key, "-1 1").split())
             if lower >= upper:
-                raise _wrong(f"the {key} {joint.get(key)!r} of a joint is not in ascending order")
+                raise _invalid(f"the {key} {joint.get(key)!r} of a joint is not in ascending order")
     for mesh in body.findall("geom"):
         if (mesh.get("type") == "mesh") != ("mesh" in mesh.attrib):
-            raise _wrong(f"a geom of body {name!r} has the wrong mesh")
+            raise _invalid(f"a geom of body {name!r} has the wrong mesh")
 
 
-def _wrong(what: str, allowed: str = "") -> RobotError:
+def _invalid(what: str, allowed: str = "") -> RobotError:
     return RobotError(
         what,
         where=WHERE,
@@ -182,7 +182,7 @@ def trust(text: str) -> None:
 
 
 @lru_cache(maxsize=8)
-def compiled(text: str) -> Any:
+def compile_model(text: str) -> Any:
     """Return the compiled model (`mujoco.MjModel`) of a robot's text, without ground or servos.
 
     A text that this process did not import is first compiled in a child process.
@@ -192,7 +192,7 @@ def compiled(text: str) -> Any:
     """
     check_text(text)
     if sha256(text.encode()).digest() not in _trusted:
-        in_child("gaitsim_robot.text:compile_text", {"text": text}, where=WHERE)
+        run_in_child("gaitsim_robot.text:compile_text", {"text": text}, where=WHERE)
         trust(text)
     import mujoco
 
@@ -200,7 +200,7 @@ def compiled(text: str) -> Any:
 
 
 def compile_text(text: str) -> dict[str, Any]:
-    """Compile a checked text in a child process, whose tasks return a dictionary.
+    """Compile a checked text, as a task of a child process, which returns a dictionary.
 
     Raises:
         RobotError: MuJoCo cannot compile it.
@@ -210,5 +210,5 @@ def compile_text(text: str) -> dict[str, Any]:
     try:
         mujoco.MjModel.from_xml_string(text)
     except ValueError as error:
-        raise _wrong(f"MuJoCo cannot compile it: {' '.join(str(error).split())[:300]}") from None
+        raise _invalid(f"MuJoCo cannot compile it: {' '.join(str(error).split())[:300]}") from None
     return {}

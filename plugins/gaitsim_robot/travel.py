@@ -28,7 +28,9 @@ class Travel(Fitness):
     target_speed: float = option(
         0.0, "speed up to which distance counts; 0 for no limit", unit="m/s", ge=0
     )
-    speed_weight: float = option(1.0, "penalty per metre beyond the target speed's distance", ge=0)
+    speed_weight: float = option(
+        1.0, "penalty per metre beyond the distance at the target speed", ge=0
+    )
     drift_weight: float = option(
         1.0, "penalty per metre of mean distance from the target line", ge=0
     )
@@ -56,7 +58,7 @@ class Travel(Fitness):
     )
     rough_weight: float = option(
         20.0,
-        "penalty per radian of root mean square joint motion above that, in body lengths",
+        "penalty per radian of root mean square joint motion above that frequency, in body lengths",
         unit="1/rad",
         ge=0,
     )
@@ -88,7 +90,7 @@ class Travel(Fitness):
         distance, aside = self._along(torso)
         goal = self.target_speed * seconds or math.inf
         yaw = motion["orientation"][..., 2]
-        prices = {
+        penalties = {
             "drift": self.drift_weight * mean(np.abs(aside)),
             "turn": self.turn_weight * length * rms(yaw - yaw[:, :1]),
             "fall": self.fall_weight * length * _fallen(motion["lasted"], seconds),
@@ -98,10 +100,10 @@ class Travel(Fitness):
             "slip": self.slip_weight * total(motion["slip"]),
         }
         if self.target_speed:
-            prices["speed"] = self.speed_weight * np.maximum(distance - goal, 0.0)
+            penalties["speed"] = self.speed_weight * np.maximum(distance - goal, 0.0)
         return {
             "forward": np.minimum(distance, goal),
-            **{name: -price for name, price in prices.items()},
+            **{name: -penalty for name, penalty in penalties.items()},
         }
 
     def _along(self, torso: Array) -> tuple[Floats, Floats]:

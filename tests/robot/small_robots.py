@@ -7,13 +7,13 @@ FOOT = "</body></worldbody></mujoco>"
 
 
 def box(length: float, width: float, height: float, mass: float) -> str:
-    """A geom of a trunk."""
+    """Return a box for a trunk."""
     sizes = f"{length / 2} {width / 2} {height / 2}"
     return f'<geom type="box" size="{sizes}" mass="{mass}"/>'
 
 
 def leg(name: str, x: float, y: float, *, knee: str = "-2.5 0", turn: float = 0.0) -> str:
-    """A leg of roll, pitch and knee that hangs straight down, 0.4 m long."""
+    """Return a leg with roll, pitch and knee that hangs straight down, 0.4 m long."""
     return (
         f'<body name="{name}_hip" pos="{x} {y} 0" euler="0 0 {turn}">'
         f'<joint name="{name}_roll" axis="1 0 0" range="-0.8 0.8"/>'
@@ -27,7 +27,7 @@ def leg(name: str, x: float, y: float, *, knee: str = "-2.5 0", turn: float = 0.
 
 
 def spread_leg(name: str, x: float, y: float, heading: float) -> str:
-    """A leg of coxa, femur and tibia that points outward in the direction `heading`, rad."""
+    """Return a leg with coxa, femur and tibia that points in the direction `heading`, rad."""
     return (
         f'<body name="{name}_coxa" pos="{x} {y} 0" euler="0 0 {heading}">'
         f'<joint name="{name}_yaw" axis="0 0 1" range="-0.8 0.8"/>'
@@ -41,7 +41,7 @@ def spread_leg(name: str, x: float, y: float, heading: float) -> str:
 
 
 def human_leg(name: str, y: float) -> str:
-    """A leg of six joints with a flat foot, 0.8 m long."""
+    """Return a leg with six joints and a flat foot, 0.8 m long."""
     return (
         f'<body name="{name}_yaw" pos="0 {y} -0.1"><joint name="{name}_hip_yaw" axis="0 0 1" '
         'range="-0.8 0.8"/><inertial pos="0 0 0" mass="0.5" diaginertia="1e-3 1e-3 1e-3"/>'
@@ -60,7 +60,7 @@ def human_leg(name: str, y: float) -> str:
 
 
 def arm(name: str, y: float) -> str:
-    """An arm of two joints that hangs from a shoulder 0.4 m above the hips."""
+    """Return an arm with two joints that hangs from a shoulder 0.4 m above the hips."""
     return (
         f'<body name="{name}_upper_arm" pos="0 {y} 0.4"><joint name="{name}_shoulder" '
         'axis="0 1 0" range="-3 3"/><geom type="capsule" fromto="0 0 0 0 0 -0.25" size="0.03" '
@@ -85,7 +85,7 @@ CORNERS = {"FL": (0.2, 0.1), "FR": (0.2, -0.1), "RL": (-0.2, 0.1), "RR": (-0.2, 
 
 
 def robot(*parts: str) -> str:
-    """A robot whose trunk has these parts."""
+    """Return a robot whose trunk has these parts."""
     return HEAD + "".join(parts) + FOOT
 
 

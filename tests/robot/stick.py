@@ -11,7 +11,7 @@ from gaitsim_robot.simulation import build
 
 
 def servoed_stick(servo, *, dt, inertia):
-    """A body of some inertia that turns about the vertical, driven by a servo."""
+    """Return a body, driven by a servo, that turns about the vertical, and its data."""
     spec = mujoco.MjSpec()
     spec.option.timestep = dt
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -23,7 +23,7 @@ def servoed_stick(servo, *, dt, inertia):
 
 
 def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None):
-    """The bundled quadruped, scaled; its mass goes with the cube of its size."""
+    """Return the bundled quadruped, scaled; its mass is proportional to the cube of its size."""
     text = (files("gaitsim_robot") / "models" / "quadruped.xml").read_text(encoding="utf-8")
     spec = mujoco.MjSpec.from_string(text)
     for body in spec.bodies[1:]:
@@ -54,13 +54,13 @@ def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None):
 def standing_quadruped(
     servo, *, size=1.0, limits=True, torque=None, speed=None, dt=0.004, friction=0.8, **options
 ):
-    """The quadruped on its ground, and its servos."""
+    """Return the simulation of the quadruped on its ground, and its servos."""
     spec = quadruped_spec(size, limits=limits, torque=torque, speed=speed)
     return simulation_of(spec, servo, dt=dt, friction=friction, **options)
 
 
 def simulation_of(spec, servo, *, dt=0.004, friction=0.8, **options):
-    """Any robot on its ground, and its servos."""
+    """Return the simulation of a robot on its ground, and its servos."""
     model = spec.copy().compile()
     anatomy = find_anatomy(model)
     servos = joint_servos(model, anatomy, servo, **options)
@@ -68,12 +68,12 @@ def simulation_of(spec, servo, *, dt=0.004, friction=0.8, **options):
 
 
 def trot(simulation, frames):
-    """Commands of a trot of the quadruped, 1.5 strides a second, (1, frames, joints) rad."""
+    """Return commands for a trot of 1.5 strides per second, (1, frames, joints) rad."""
     commands = np.repeat(simulation.rest[simulation.ctrl][None, None], frames, axis=1)
     time = np.arange(frames) / 50
-    begun = np.minimum(time / 0.5, 1.0)
+    ramp = np.minimum(time / 0.5, 1.0)
     for leg, offset in enumerate((0.0, np.pi, np.pi, 0.0)):
         phase = 3 * np.pi * time + offset
-        commands[0, :, 3 * leg + 1] += 0.3 * begun * np.cos(phase)
-        commands[0, :, 3 * leg + 2] -= 0.3 * begun * np.maximum(0, np.sin(phase))
+        commands[0, :, 3 * leg + 1] += 0.3 * ramp * np.cos(phase)
+        commands[0, :, 3 * leg + 2] -= 0.3 * ramp * np.maximum(0, np.sin(phase))
     return commands

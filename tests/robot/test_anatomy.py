@@ -1,4 +1,4 @@
-"""Legs, feet, sides and the standing pose, of robots whose anatomy is plain to see."""
+"""Legs, feet, sides and the standing pose of robots with a simple anatomy."""
 
 import mujoco
 import numpy as np
@@ -27,7 +27,7 @@ def feet(anatomy):
     return {leg.name: leg.foot for leg in anatomy.legs}
 
 
-def test_legs_are_named_front_to_back_and_an_arm_is_no_leg():
+def test_legs_are_named_front_to_back_without_an_arm():
     anatomy = found(QUADRUPED)
     assert feet(anatomy) == {"L1": "FL_shank", "R1": "FR_shank", "L2": "RL_shank", "R2": "RR_shank"}
     assert anatomy.legs[0].joints == ("FL_roll", "FL_pitch", "FL_knee")
@@ -35,7 +35,7 @@ def test_legs_are_named_front_to_back_and_an_arm_is_no_leg():
     assert anatomy.length == pytest.approx(0.4)
 
 
-def test_six_legs_that_sprawl():
+def test_six_sprawling_legs_are_found():
     anatomy = found(HEXAPOD)
     assert list(feet(anatomy)) == ["L1", "R1", "L2", "R2", "L3", "R3"]
     assert [leg.foot for leg in anatomy.legs[::2]] == ["l0_tibia", "l1_tibia", "l2_tibia"]
@@ -55,14 +55,14 @@ def test_a_robot_that_faces_y_is_turned():
     assert anatomy.notes
 
 
-def test_a_robot_that_is_drawn_y_up_is_turned_upright():
+def test_a_robot_whose_file_is_y_up_is_turned_upright():
     lying = HUMANOID.replace("<freejoint/>", '<freejoint/><frame euler="-1.5708 0 0">')
     anatomy = found(lying.replace("</body></worldbody>", "</frame></body></worldbody>"))
     assert feet(anatomy) == feet(found(HUMANOID))
     assert anatomy.stance[2] == pytest.approx(found(HUMANOID).stance[2], abs=1e-3)
 
 
-def test_two_feet_point_ahead():
+def test_the_feet_of_a_biped_point_forward():
     backward = HUMANOID.replace("<freejoint/>", '<freejoint/><frame euler="0 0 3.14159265">')
     anatomy = found(backward.replace("</body></worldbody>", "</frame></body></worldbody>"))
     assert feet(anatomy) == feet(found(HUMANOID))
@@ -104,7 +104,7 @@ def test_the_robot_stands_for_two_seconds(text):
 
 
 @pytest.mark.parametrize("text", KINDS.values(), ids=KINDS)
-def test_the_standing_pose_keeps_the_limits_with_bent_knees(text):
+def test_the_standing_pose_has_bent_knees_within_the_limits(text):
     model = mujoco.MjModel.from_xml_string(text)
     anatomy = find_anatomy(model)
     angles = anatomy.stance[7:]
@@ -117,12 +117,12 @@ def test_the_standing_pose_keeps_the_limits_with_bent_knees(text):
 
 
 @pytest.mark.parametrize("text", [ARM, WHEELS], ids=["an arm", "wheels"])
-def test_what_has_no_legs_is_refused(text):
+def test_robots_without_legs_are_refused(text):
     with pytest.raises(GaitsimError, match="no legs"):
         found(text)
 
 
-def test_feet_by_name():
+def test_feet_can_be_named():
     names = ["FL_shank", "FR_shank", "RL_shank", "RR_shank"]
     assert feet(found(QUADRUPED, feet=names)) == feet(found(QUADRUPED))
     with pytest.raises(GaitsimError, match="FL_shin") as failure:
@@ -132,7 +132,7 @@ def test_feet_by_name():
         found(QUADRUPED, feet=["FL_shank", "FL_shank"])
 
 
-def test_a_standing_pose_by_joints():
+def test_a_standing_pose_can_be_given_by_joint_angles():
     bent = {f"{leg}_{joint}": angle for leg in ("FL", "FR", "RL", "RR")
             for joint, angle in (("pitch", 0.6), ("knee", -1.2))}  # fmt: skip
     anatomy = found(QUADRUPED, stance=bent)

@@ -9,11 +9,11 @@ import pytest
 from stick import simulation_of, standing_quadruped, trot
 
 from gaitsim_robot.bullet.body import Body
-from gaitsim_robot.bullet.client import connected
+from gaitsim_robot.bullet.client import open_client
 from gaitsim_robot.bullet.rollout import roll_out
 from gaitsim_robot.bullet.servos import Drives
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.motion import walked
+from gaitsim_robot.motion import walk
 from gaitsim_robot.organism import Robot
 
 GRAVITY = 9.81
@@ -34,8 +34,8 @@ def rest(simulation, frames=FRAMES):
     return np.tile(simulation.rest[simulation.ctrl], (1, frames, 1))
 
 
-def mean_height(body):
-    """Of the centre of mass, m."""
+def centre_of_mass(body):
+    """Return the centre of mass, (3,) m."""
     data = mujoco.MjData(body.model)
     data.qpos[:] = body.state()[0]
     mujoco.mj_kinematics(body.model, data)
@@ -44,13 +44,13 @@ def mean_height(body):
 
 
 @pytest.mark.parametrize("name", ["quadruped", "spider-physics"])
-def test_masses_inertias_and_frames_are_those_of_the_compiled_robot(bullet, name):
+def test_masses_inertias_and_frames_equal_those_of_the_compiled_robot(bullet, name):
     simulation = Robot(model=name).simulation
     model = simulation.model
     data = mujoco.MjData(model)
     data.qpos[:] = simulation.start[1 : 1 + model.nq]
     mujoco.mj_forward(model, data)
-    with connected(0.002) as client:
+    with open_client(0.002) as client:
         body = Body(client, simulation)
         np.testing.assert_allclose(body.state()[0], data.qpos, atol=1e-12)
         for index, link in enumerate(body.links):
@@ -68,7 +68,7 @@ def test_masses_inertias_and_frames_are_those_of_the_compiled_robot(bullet, name
 
 
 @pytest.mark.parametrize("servo", ["sts3215", "model", "ideal"])
-def test_servos_have_the_torque_of_mujocos_actuators(servo):
+def test_servos_have_the_torques_of_mujocos_actuators(servo):
     simulation, _ = standing_quadruped(servo)
     model, data = simulation.model, mujoco.MjData(simulation.model)
     drives, random = Drives(model, np.arange(1, model.njnt)), np.random.default_rng(0)
@@ -85,7 +85,7 @@ def test_servos_have_the_torque_of_mujocos_actuators(servo):
     assert np.ptp(shares) > 0.99
 
 
-def test_in_the_air_joints_with_armature_move_as_in_mujoco_while_the_robot_falls_freely(bullet):
+def test_a_falling_robot_moves_its_joints_as_in_mujoco(bullet):
     dt, steps = 1e-4, 2000
     simulation, _ = standing_quadruped("sts3215", dt=dt)
     model, data = simulation.model, mujoco.MjData(simulation.model)
@@ -93,16 +93,16 @@ def test_in_the_air_joints_with_armature_move_as_in_mujoco_while_the_robot_falls
     data.qpos[:] = simulation.start[1 : 1 + model.nq]
     data.ctrl[:] = simulation.rest + np.linspace(-0.3, 0.3, model.nu)
     drives = Drives(model, np.arange(1, model.njnt))
-    with connected(dt) as client:
+    with open_client(dt) as client:
         body = Body(client, simulation)
-        first = mean_height(body)
+        first = centre_of_mass(body)
         for _ in range(steps):
             _, torque = drives.torques(data.ctrl, *body.angles())
             client.setJointMotorControlArray(
                 body.number, body.moving, client.TORQUE_CONTROL, forces=torque.tolist()
             )
             client.stepSimulation()
-        fallen, (qpos, qvel) = first - mean_height(body), body.state()
+        fallen, (qpos, qvel) = first - centre_of_mass(body), body.state()
     mujoco.mj_step(model, data, steps)
     np.testing.assert_allclose(fallen, [0, 0, GRAVITY * (steps * dt) ** 2 / 2], atol=2e-4)
     moved = np.abs(data.qpos[7:] - simulation.start[8 : 1 + model.nq]).max()
@@ -112,8 +112,8 @@ def test_in_the_air_joints_with_armature_move_as_in_mujoco_while_the_robot_falls
     np.testing.assert_allclose(qvel[6:], data.qvel[6:], atol=0.01 * np.abs(data.qvel[6:]).max())
 
 
-def test_a_robot_that_rests_bears_its_weight_and_its_servos_sag_as_in_mujoco(bullet, simulation):
-    motion = walked(simulation, rest(simulation), roll_out)
+def test_at_rest_the_ground_carries_the_weight_and_servos_sag_as_in_mujoco(bullet, simulation):
+    motion = walk(simulation, rest(simulation), roll_out)
     weight = simulation.anatomy.mass * GRAVITY
     assert motion["load"][0, -1, :, 2].sum() == pytest.approx(weight, rel=1e-3)
     assert motion["lasted"][0] == 1.0
@@ -131,9 +131,9 @@ def test_feet_slide_by_coulomb_friction_on_level_ground_and_on_a_slope(bullet, f
     down = np.sin(np.radians(slope)) - friction * np.cos(np.radians(slope))
     expected = -GRAVITY * down if slope else -GRAVITY * friction
     if slope and down < 0:
-        expected = 0.0  # it stands
+        expected = 0.0  # friction holds the robot
     frames = 21
-    with connected(0.001) as client:
+    with open_client(0.001) as client:
         body = Body(client, simulation)
         drives = Drives(body.model, body.joints)
         if not slope:
@@ -151,25 +151,25 @@ def test_feet_slide_by_coulomb_friction_on_level_ground_and_on_a_slope(bullet, f
     assert lost == pytest.approx(expected, rel=0.02, abs=0.02)
 
 
-def test_a_trot_goes_about_as_far_as_in_mujoco_with_the_same_bits_alone_and_in_threads(
+def test_a_trot_resembles_that_in_mujoco_and_has_the_same_bits_alone_and_in_threads(
     bullet, simulation
 ):
     commands = np.repeat(trot(simulation, 101), 2, axis=0)
     commands[1, 20:, 0] += 3.0
-    together = walked(simulation, commands, roll_out)
-    other = walked(simulation, commands)
+    together = walk(simulation, commands, roll_out)
+    other = walk(simulation, commands)
     far, as_far = (motion["torso"][0, -1, 0] for motion in (together, other))
     assert far == pytest.approx(as_far, rel=0.3)
     assert far > 0.2
     assert together["energy"][0, -1] == pytest.approx(other["energy"][0, -1], rel=0.2)
     with ThreadPoolExecutor(2) as threads:
         play = [commands[[1]], commands[[0]]]
-        second, first = threads.map(lambda one: walked(simulation, one, roll_out), play)
+        second, first = threads.map(lambda one: walk(simulation, one, roll_out), play)
     for name in together:
         np.testing.assert_array_equal(np.concatenate([first[name], second[name]]), together[name])
 
 
-def test_a_damaged_robot_keeps_its_stuck_joint_and_its_lost_leg(bullet):
+def test_a_stuck_joint_does_not_move_and_a_lost_leg_carries_no_load(bullet):
     robot = Robot(damage=("L1 lost", "R2 knee stuck -60"), duration=0.5, engine="bullet")
     simulation = robot.simulation
     angles = np.tile(simulation.rest[simulation.ctrl], (1, 11, 1))
@@ -180,12 +180,12 @@ def test_a_damaged_robot_keeps_its_stuck_joint_and_its_lost_leg(bullet):
     assert motion["load"][0, :, 1:].any()
 
 
-def test_nothing_is_printed(bullet, capfd, simulation):
-    walked(simulation, rest(simulation, 3), roll_out)
+def test_the_engine_prints_nothing(bullet, capfd, simulation):
+    walk(simulation, rest(simulation, 3), roll_out)
     assert capfd.readouterr() == ("", "")
 
 
-def test_without_pybullet_one_message_says_how_to_install_it(monkeypatch):
+def test_the_error_for_a_missing_pybullet_shows_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "pybullet", None)
     robot = Robot(engine="bullet")
     with pytest.raises(RobotError, match="PyBullet is not installed") as raised:
@@ -195,10 +195,10 @@ def test_without_pybullet_one_message_says_how_to_install_it(monkeypatch):
     assert Robot().threads
 
 
-def test_what_bullet_does_not_simulate_is_refused(bullet):
+def test_robots_with_parts_that_bullet_does_not_simulate_are_refused(bullet):
     spec = mujoco.MjSpec.from_string(Robot().text)
     mimic = spec.add_equality(name1="L1 knee", name2="R1 knee")
     mimic.type, mimic.objtype = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtObj.mjOBJ_JOINT
     simulation, _ = simulation_of(spec, "sts3215")
     with pytest.raises(RobotError, match="does not simulate mimic joints"):
-        walked(simulation, rest(simulation, 3), roll_out)
+        walk(simulation, rest(simulation, 3), roll_out)

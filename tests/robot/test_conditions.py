@@ -1,4 +1,4 @@
-"""Robots in worlds: what each condition changes, against closed forms and MuJoCo's own compiler."""
+"""Effects of worlds on robots, against closed forms and MuJoCo's own compiler."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -11,9 +11,9 @@ from stick import quadruped_spec, simulation_of, standing_quadruped
 from gaitsim.contracts import Terrain
 from gaitsim.errors import GaitsimError
 from gaitsim_robot import loading
-from gaitsim_robot.commands import arriving
-from gaitsim_robot.conditions import downward, in_world, robot_conditions
-from gaitsim_robot.motion import walked
+from gaitsim_robot.commands import delayed_commands
+from gaitsim_robot.conditions import apply_world, downward, robot_conditions
+from gaitsim_robot.motion import walk
 from gaitsim_robot.organism import Robot
 
 GRAVITY = 9.81
@@ -22,11 +22,11 @@ FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 
 def standing(world, seconds=2.0, **options):
-    """A quadruped whose servos hold the standing pose in a world, and its motion."""
-    simulation = in_world(standing_quadruped("ideal", **options)[0], world)
+    """Return a quadruped that holds the standing pose in a world, and its motion."""
+    simulation = apply_world(standing_quadruped("ideal", **options)[0], world)
     commands = simulation.anatomy.stance[simulation.qpos]
     frames = round(seconds * 50) + 1
-    return simulation, walked(simulation, np.tile(commands, (1, frames, 1)))
+    return simulation, walk(simulation, np.tile(commands, (1, frames, 1)))
 
 
 def genomes(robot, count):
@@ -37,7 +37,7 @@ def genomes(robot, count):
 @pytest.mark.parametrize("slope", ["slope", "side_slope"])
 def test_a_robot_slides_on_slopes_steeper_than_its_friction_and_stands_on_others(slope):
     friction, steep, flat = 0.2, 16.0, 7.0  # atan(0.2) = 11.3°
-    simulation = in_world(standing_quadruped("ideal")[0], {slope: steep, "friction": friction})
+    simulation = apply_world(standing_quadruped("ideal")[0], {slope: steep, "friction": friction})
     data = mujoco.MjData(simulation.model)
     mujoco.mj_setState(simulation.model, data, simulation.start, FULL)
     data.ctrl[:] = simulation.rest
@@ -47,17 +47,17 @@ def test_a_robot_slides_on_slopes_steeper_than_its_friction_and_stands_on_others
         mujoco.mj_step(simulation.model, data, 50)
         mujoco.mj_subtreeVel(simulation.model, data)
         speeds.append(data.subtree_linvel[1, axis])
-    # A block's, downhill.
+    # The acceleration of a sliding block, downhill.
     angle = math.radians(steep)
     expected = -GRAVITY * (math.sin(angle) - friction * math.cos(angle)) * 0.2
     assert np.diff(speeds) == pytest.approx(expected, rel=0.08)
     _, motion = standing({slope: flat, "friction": friction})
     assert motion["lasted"] == 2.0
     moved = np.linalg.norm(motion["torso"][0, -1] - motion["torso"][0, 0])
-    assert moved < 0.02  # friction creeps in MuJoCo
+    assert moved < 0.02  # contacts with friction creep in MuJoCo
 
 
-def test_gravity_on_a_slope_is_that_of_a_turned_ground():
+def test_a_slope_rotates_gravity_opposite_to_the_ground():
     from scipy.spatial.transform import Rotation
 
     ground = Rotation.from_euler("YX", [-12, 7], degrees=True)
@@ -75,10 +75,9 @@ def test_the_load_on_the_feet_is_the_weight_of_all_masses():
     assert light.anatomy.mass == pytest.approx(0.8 * own)
 
 
-def test_a_changed_robot_is_the_one_that_mujoco_compiles():
-    """Masses, inertias, friction, torques and speeds are those of a specification altered first."""
+def test_a_robot_in_a_world_equals_one_compiled_from_a_modified_specification():
     world = {"mass": 1.3, "friction": 0.45, "servo_torque": 0.8, "servo_speed": 0.7}
-    found = in_world(standing_quadruped("sts3215")[0], world).model
+    found = apply_world(standing_quadruped("sts3215")[0], world).model
     spec = quadruped_spec()
     for body in spec.bodies[1:]:
         body.mass *= 1.3
@@ -103,51 +102,51 @@ def test_a_changed_robot_is_the_one_that_mujoco_compiles():
         np.testing.assert_allclose(getattr(found, name), getattr(model, name), rtol=1e-9)
 
 
-def test_latency_is_the_robot_s_option_latency_and_delays_its_commands():
+def test_the_condition_latency_equals_the_option_and_delays_commands():
     robot = Robot(duration=1, servo="sts3215")
     some = genomes(robot, 3)
-    told = robot.model_copy(update={"world": {"latency": 0.05}}).move(some)
+    by_world = robot.model_copy(update={"world": {"latency": 0.05}}).move(some)
     option = Robot(duration=1, servo="sts3215", latency=0.05).move(some)
     for name in option:
-        np.testing.assert_array_equal(told[name], option[name])
+        np.testing.assert_array_equal(by_world[name], option[name])
     simulation, _ = standing_quadruped("sts3215", dt=0.004)
-    late = in_world(simulation, {"latency": 0.044})
+    late = apply_world(simulation, {"latency": 0.044})
     commands = np.random.default_rng(1).random((2, 21, len(simulation.ctrl)))
-    before, after = (arriving(one, commands, 0, 20) for one in (simulation, late))
+    before, after = (delayed_commands(one, commands, 0, 20) for one in (simulation, late))
     np.testing.assert_array_equal(after[:, 6:], before[:, :-6])  # 20 and 44 ms
 
 
-def test_offsets_shift_the_joints_of_a_robot_in_the_air_and_keep_their_limits():
+def test_offsets_shift_the_joints_of_a_floating_robot_within_their_limits():
     world = {"joint_offset": 2.0, "seed": 3}
-    simulation = in_world(standing_quadruped("ideal", friction=0.8)[0], world)
+    simulation = apply_world(standing_quadruped("ideal", friction=0.8)[0], world)
     model, data = simulation.model, mujoco.MjData(simulation.model)
     mujoco.mj_setState(model, data, simulation.start, FULL)
     model.opt.gravity[:] = 0
     data.qpos[2] += 1
     commands = np.tile(simulation.anatomy.stance[simulation.qpos], (1, 51, 1))
-    data.ctrl[:] = arriving(simulation, commands, 0, 50)[0, -1]
+    data.ctrl[:] = delayed_commands(simulation, commands, 0, 50)[0, -1]
     mujoco.mj_step(model, data, 500)
     off = data.qpos[simulation.qpos] - commands[0, 0]
     assert off == pytest.approx(simulation.offset, abs=1e-3)
     assert 0.2 < np.degrees(off).std() / 2 < 2
     lower, upper = model.actuator_ctrlrange[simulation.ctrl].T
-    beyond = arriving(simulation, np.tile(upper, (1, 3, 1)), 0, 2)[..., simulation.ctrl]
+    beyond = delayed_commands(simulation, np.tile(upper, (1, 3, 1)), 0, 2)[..., simulation.ctrl]
     assert (beyond <= upper).all()
     assert (beyond < upper).any()
     assert (beyond >= lower).all()
-    other = in_world(standing_quadruped("ideal")[0], {**world, "seed": 4})
+    other = apply_world(standing_quadruped("ideal")[0], {**world, "seed": 4})
     assert not np.isclose(other.offset, simulation.offset).any()
 
 
 @pytest.mark.parametrize("name", CONDITIONS)
-def test_a_nominal_value_changes_nothing(name):
+def test_a_nominal_value_does_not_change_any_bit(name):
     robot = Robot(duration=0.5, servo="sts3215", friction=0.7)
     some = genomes(robot, 2)
-    told = {name: robot.conditions()[name].nominal}
+    world = {name: robot.conditions()[name].nominal}
     for damage in ((), ("L1 lost",)):
         body = robot.model_copy(update={"damage": damage})
         nominal = body.move(some)
-        motion = body.model_copy(update={"world": told}).move(some)
+        motion = body.model_copy(update={"world": world}).move(some)
         for channel in nominal:
             np.testing.assert_array_equal(motion[channel], nominal[channel])
 
@@ -156,10 +155,11 @@ def test_a_robot_in_a_world_has_the_same_bits_in_every_thread_and_chunk():
     world = {name: one.low + 0.3 * (one.high - one.low) for name, one in CONDITIONS.items()}
     robot = Robot(model="hexapod", duration=1.0, servo="sts3215", world={**world, "seed": 8})
     some = genomes(robot, 6)
-    before = loading._in_world.cache_info().misses
+    before = loading._simulation_in_world.cache_info().misses
     with ThreadPoolExecutor(3) as threads:
         parts = list(threads.map(robot.move, np.split(some, 3)))
-    assert loading._in_world.cache_info().misses == before + 1  # no thread compiles it again
+    # Only one of the threads compiles the robot.
+    assert loading._simulation_in_world.cache_info().misses == before + 1
     together = robot.move(some)
     played = robot.play(together["joint_angles"])
     for name in together:
@@ -169,7 +169,7 @@ def test_a_robot_in_a_world_has_the_same_bits_in_every_thread_and_chunk():
     np.testing.assert_array_equal(played["torso"][whole], together["torso"][whole])
 
 
-def test_damage_and_a_world_go_together():
+def test_damage_and_a_world_can_be_combined():
     robot = Robot(model="hexapod", servo="sts3215", damage=("L2 lost",), world={"mass": 1.2})
     intact = Robot(model="hexapod", servo="sts3215", damage=("L2 lost",))
     mass = robot.simulation.anatomy.mass
@@ -181,7 +181,7 @@ def test_damage_and_a_world_go_together():
     assert "World" not in intact.describe()
 
 
-def test_a_weak_battery_shows_in_the_share_of_torque_that_standing_takes():
+def test_weaker_servos_need_a_larger_share_of_their_torque_for_standing():
     nominal, weak = (
         Robot(servo="sts3215", world=world).simulation.effort.max()
         for world in ({}, {"servo_torque": 0.7})
@@ -193,7 +193,7 @@ def test_a_weak_battery_shows_in_the_share_of_torque_that_standing_takes():
     ("world", "message"),
     [({"wind": 1.0}, "wind"), ({"slope": 50.0}, "-45 to 45 °"), ({"mass": 0.0}, "0.1 to 10")],
 )
-def test_a_world_that_no_robot_can_be_in_is_refused(world, message):
+def test_invalid_worlds_are_refused(world, message):
     with pytest.raises(GaitsimError, match=message) as caught:
         Robot(world=world)
     assert caught.value.key == "world"
@@ -202,10 +202,10 @@ def test_a_world_that_no_robot_can_be_in_is_refused(world, message):
 def test_a_push_changes_the_velocity_of_the_whole_robot():
     world = {"push": 0.4, "seed": 6}
     nominal, pushed = (
-        walked(one, np.tile(one.anatomy.stance[one.qpos], (1, 101, 1)))
-        for one in (in_world(standing_quadruped("ideal")[0], told) for told in ({}, world))
+        walk(robot, np.tile(robot.anatomy.stance[robot.qpos], (1, 101, 1)))
+        for robot in (apply_world(standing_quadruped("ideal")[0], one) for one in ({}, world))
     )
-    simulation = in_world(standing_quadruped("ideal")[0], world)
+    simulation = apply_world(standing_quadruped("ideal")[0], world)
     frame, velocity = simulation.push(101)
     assert np.hypot(*velocity[:2]) == pytest.approx(0.4)
     difference = pushed["torso_velocity"][0] - nominal["torso_velocity"][0]
@@ -215,7 +215,7 @@ def test_a_push_changes_the_velocity_of_the_whole_robot():
     assert moved @ velocity[:2] > 0.001
 
 
-def test_a_pose_off_at_the_start_is_on_the_ground_and_returns_to_the_standing_pose():
+def test_a_robot_with_initial_errors_starts_on_the_ground_and_returns_to_its_pose():
     world = {"initial_pose": 4.0, "seed": 2}
     robot = Robot(model="hexapod", servo="sts3215", damage=("R1 femur stuck 20",), world=world)
     nominal = robot.model_copy(update={"world": {}}).simulation
@@ -232,16 +232,16 @@ def test_a_pose_off_at_the_start_is_on_the_ground_and_returns_to_the_standing_po
     assert motion["lasted"] == 2.0
 
 
-def test_commands_that_arrive_seldom_are_held():
-    simulation = in_world(standing_quadruped("sts3215", latency=0)[0], {"command_rate": 10})
+def test_commands_at_a_low_rate_are_held():
+    simulation = apply_world(standing_quadruped("sts3215", latency=0)[0], {"command_rate": 10})
     commands = np.cumsum(np.full((1, 21, 12), 0.01), axis=1)
-    told = arriving(simulation, commands, 0, 20)[0, :, simulation.ctrl[0]]
-    np.testing.assert_allclose(told[:-1], np.repeat(0.01 + 0.05 * np.arange(4), 25))
-    ends = [arriving(simulation, commands, *span)[0] for span in ((0, 7), (7, 20))]
-    np.testing.assert_array_equal(ends[1], arriving(simulation, commands, 0, 20)[0, 35:])
+    commanded = delayed_commands(simulation, commands, 0, 20)[0, :, simulation.ctrl[0]]
+    np.testing.assert_allclose(commanded[:-1], np.repeat(0.01 + 0.05 * np.arange(4), 25))
+    ends = [delayed_commands(simulation, commands, *span)[0] for span in ((0, 7), (7, 20))]
+    np.testing.assert_array_equal(ends[1], delayed_commands(simulation, commands, 0, 20)[0, 35:])
 
 
-def test_uneven_ground_is_where_mujoco_has_it_and_bears_the_robot():
+def test_uneven_ground_has_the_heights_of_mujoco_and_carries_the_robot():
     world = {"unevenness": 0.02, "seed": 1}
     robot = Robot(model="hexapod", servo="sts3215", symmetry="alternating", duration=4, world=world)
     simulation = robot.simulation
@@ -274,13 +274,13 @@ def test_uneven_ground_is_where_mujoco_has_it_and_bears_the_robot():
     assert load[standing] == pytest.approx(motion["weight"][standing], rel=0.03)
 
 
-def test_pictures_show_the_feet_on_the_slope_and_its_bumps():
+def test_skeletons_have_their_feet_on_slopes_and_bumps():
     world = {"slope": 8.0, "side_slope": -5.0, "unevenness": 0.01, "seed": 1}
     robot = Robot(model="hexapod", servo="sts3215", symmetry="alternating", duration=2)
     some = genomes(robot, 1)
-    told: dict[str, float]
-    for told in ({}, {"slope": 8.0}, world):
-        body = robot.model_copy(update={"world": told})
+    conditions: dict[str, float]
+    for conditions in ({}, {"slope": 8.0}, world):
+        body = robot.model_copy(update={"world": conditions})
         motion = body.move(some)
         skeleton = body.skeleton(motion, 0)
         ground = skeleton.ground
@@ -289,7 +289,7 @@ def test_pictures_show_the_feet_on_the_slope_and_its_bumps():
         assert np.abs(above[skeleton.touching]).max() < 0.02
         moved = skeleton.path[-1] - skeleton.path[0]
         along = motion["torso"][0, -1] - motion["torso"][0, 0]
-        down = downward(told.get("slope", 0.0), told.get("side_slope", 0.0))
+        down = downward(conditions.get("slope", 0.0), conditions.get("side_slope", 0.0))
         assert moved[2] == pytest.approx(-along @ down)
         assert np.linalg.norm(moved) == pytest.approx(np.linalg.norm(along))
         solids = skeleton.poses[..., :3]

@@ -9,8 +9,8 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.legged import SERVOS
-from gaitsim_robot.loading import servos_of, specification
-from gaitsim_robot.motion import walked
+from gaitsim_robot.loading import load_servos, load_specification
+from gaitsim_robot.motion import walk
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.simulation import build
 
@@ -21,7 +21,7 @@ FRAMES = 101
 
 
 def swaying(robot):
-    """Commands that move all joints about standing, (1, FRAMES, joints) rad."""
+    """Return commands that swing all joints around the standing pose, (1, FRAMES, joints) rad."""
     simulation, time = robot.simulation, np.arange(FRAMES)[:, None] / 50
     joints = len(simulation.ctrl)
     sway = 0.2 * np.minimum(time, 1) * np.sin(2 * np.pi * time + np.arange(joints))
@@ -29,9 +29,9 @@ def swaying(robot):
     return (intact + sway)[None]
 
 
-def by_hand(robot, missing, alter):
-    """The simulation of a robot whose specification is altered by hand, without some joints."""
-    spec = specification(robot.text)
+def altered_simulation(robot, missing, alter):
+    """Return a simulation from an altered specification, which lacks some joints."""
+    spec = load_specification(robot.text)
     alter(spec)
     anatomy = robot.anatomy
     model = robot.simulation.model
@@ -46,7 +46,7 @@ def by_hand(robot, missing, alter):
         stance=stance,
         mass=robot.simulation.anatomy.mass,
     )
-    servos = servos_of(robot.text, robot.anatomy, (robot.servo, None, None, None, None))
+    servos = load_servos(robot.text, robot.anatomy, (robot.servo, None, None, None, None))
     servos = {name: servo for name, servo in servos.items() if name not in missing}
     spec.delete(spec.keys[0])
     return build(spec, anatomy, servos, dt=robot.dt, friction=robot.friction, gravity=GRAVITY)
@@ -72,13 +72,13 @@ def weld_femur(spec):
         ("L2 femur stuck 25", ("L2 femur",), weld_femur),
     ],
 )
-def test_a_damaged_robot_moves_as_one_without_the_leg_or_the_joint(damage, missing, alter):
+def test_a_damaged_robot_moves_like_one_without_the_leg_or_joint(damage, missing, alter):
     robot = Robot(**HEXAPOD, damage=(damage,))
     commands = swaying(robot)
     found = robot.play(commands)
-    reference = by_hand(robot, missing, alter)
+    reference = altered_simulation(robot, missing, alter)
     kept = [name not in missing for name in robot.joint_names()]
-    expected = walked(reference, commands[..., kept])
+    expected = walk(reference, commands[..., kept])
     assert robot.simulation.stands
     assert reference.stands
     assert found["lasted"] == expected["lasted"] == 2.0
@@ -91,7 +91,7 @@ def test_a_damaged_robot_moves_as_one_without_the_leg_or_the_joint(damage, missi
     assert not found["torque"][0][:, [not one for one in kept]].any()
 
 
-def test_a_lost_leg_weighs_nothing_and_bears_nothing():
+def test_a_lost_leg_has_no_weight_and_carries_no_load():
     robot = Robot(**HEXAPOD, damage=("L2 lost",))
     simulation, intact = robot.simulation, Robot(**HEXAPOD)
     rest = np.repeat(simulation.rest[simulation.ctrl][None, None], 251, axis=1)
@@ -113,7 +113,7 @@ def test_a_lost_leg_weighs_nothing_and_bears_nothing():
     ("damage", "options"),
     [("weak 0.5", {"torque_limit": 0.5}), ("slow 0.5", {"speed_limit": 0.5})],
 )
-def test_weak_and_slow_joints_have_servos_of_less_torque_or_speed(damage, options):
+def test_weak_and_slow_joints_have_servos_with_less_torque_or_speed(damage, options):
     every = Robot(servo="ax-12a").joint_names()
     (name, share), servo = *options.items(), SERVOS["ax-12a"]
     limit = share * (servo.stall_torque if name == "torque_limit" else servo.no_load_speed)
@@ -136,8 +136,8 @@ def test_joints_without_force_or_speed_are_limp_or_stuck():
     assert [*robot.describe()["Damage"]] == [*robot.damage]
 
 
-def test_a_leg_that_is_lost_lets_go_of_a_mimic_joint_and_a_closed_linkage():
-    spec = specification(Robot().text)
+def test_a_lost_leg_deactivates_mimic_joints_and_closed_linkages():
+    spec = load_specification(Robot().text)
     for side in "LR":
         spec.body(f"{side}1 shank").add_site(name=f"{side}1 toe", pos=[0, 0, -0.1])
     spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1="L1 knee", name2="R1 knee")
@@ -149,16 +149,16 @@ def test_a_leg_that_is_lost_lets_go_of_a_mimic_joint_and_a_closed_linkage():
     )
     damage = ("L1 lost", "R2 knee stuck -60")
     robot = Robot(damage=damage)
-    args = robot.anatomy, servos_of(robot.text, robot.anatomy, ("model", None, None, None, None))
+    args = robot.anatomy, load_servos(robot.text, robot.anatomy, ("model", None, None, None, None))
     linked = build(
         spec, *args, dt=0.004, friction=0.8, gravity=GRAVITY, damage=robot.simulation.damage
     )
     commands = swaying(robot)
-    found, expected = walked(linked, commands), robot.play(commands)
+    found, expected = walk(linked, commands), robot.play(commands)
     np.testing.assert_array_equal(found["configuration"], expected["configuration"])
 
 
-def test_a_skeleton_leaves_lost_legs_out_and_names_what_damaged_joints_move():
+def test_a_skeleton_omits_lost_legs_and_names_the_parts_that_damaged_joints_move():
     robot = Robot(**HEXAPOD, damage=("L1 lost", "R1 femur stuck"))
     skeleton = robot.skeleton(robot.play(swaying(robot)), 0)
     drawn = [*skeleton.names, *(solid.name for solid in skeleton.solids)]
@@ -186,7 +186,7 @@ def test_a_robot_from_a_file_can_be_damaged_until_it_falls():
         ("L1 knee stuck 60", "-137.5° to -11.46°"),
     ],
 )
-def test_damage_of_parts_that_are_not_there_is_refused(damage, named):
+def test_invalid_damage_is_refused(damage, named):
     with pytest.raises(GaitsimError) as caught:
         Robot(damage=(damage,))
     assert caught.value.key == "damage"

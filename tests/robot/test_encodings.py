@@ -1,4 +1,4 @@
-"""Commands to the servos: kinematics against MuJoCo's, limits and symmetries of any genome."""
+"""Commands to the servos: kinematics against MuJoCo, limits, and symmetries."""
 
 import math
 from dataclasses import replace
@@ -16,7 +16,7 @@ from gaitsim_robot.anatomy import find_anatomy
 from gaitsim_robot.chain import _jacobian
 from gaitsim_robot.encodings import Encoding
 from gaitsim_robot.simulation import FRAME_RATE
-from gaitsim_robot.steps import SAMPLES, cycle
+from gaitsim_robot.steps import SAMPLES, cycle_angles
 
 ROBOTS = {"quadruped": QUADRUPED, "facing y": FACING_Y, "hexapod": HEXAPOD, "humanoid": HUMANOID}
 KINDS = ("steps", "sine", "cpg")
@@ -38,7 +38,7 @@ def genomes(coder, count, seed=0):
 
 
 def genome(coder, **values):
-    """A genome of these values; 0, or the nearest that is allowed, elsewhere."""
+    """Return a genome with these values; other genes are 0, or the nearest allowed value."""
     genes = [
         np.clip(np.full(len(group.parts), values.get(group.name, 0.0)), group.lower, group.upper)
         for group in coder.groups
@@ -47,7 +47,7 @@ def genome(coder, **values):
 
 
 def feet(coder, angles):
-    """Where MuJoCo has the feet at angles of the leg joints, (frames, legs, 3) m."""
+    """Return the feet at angles of the leg joints, computed by MuJoCo, (frames, legs, 3) m."""
     model, anatomy = coder.model, coder.anatomy
     data = mujoco.MjData(model)
     address = [model.joint(name).qposadr[0] for name in anatomy.joints]
@@ -63,7 +63,7 @@ def feet(coder, angles):
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_forward_kinematics_are_those_of_mujoco(robot):
+def test_forward_kinematics_agree_with_mujoco(robot):
     coder = encoding(robot)
     lower, upper = coder._limits
     angles = lower + np.random.default_rng(1).random((5, len(lower))) * (upper - lower)
@@ -74,7 +74,7 @@ def test_forward_kinematics_are_those_of_mujoco(robot):
         first += len(chain.zero)
 
 
-def test_the_jacobian_is_the_slope_of_the_kinematics():
+def test_the_jacobian_is_the_derivative_of_the_kinematics():
     chain = encoding("humanoid").chains[0]
     angles = chain.zero + 0.1
     nudge = 1e-6 * np.eye(len(angles))
@@ -84,12 +84,12 @@ def test_the_jacobian_is_the_slope_of_the_kinematics():
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_inverse_kinematics_reach_what_is_in_reach(robot):
+def test_inverse_kinematics_reach_all_targets_within_reach(robot):
     coder = encoding(robot)
     for leg, chain in zip(coder.anatomy.legs, coder.chains, strict=True):
         near = np.random.default_rng(2).uniform(-0.2, 0.2, (50, SAMPLES, len(chain.zero)))
         targets = chain.place(np.clip(chain.zero + near, chain.lower, chain.upper))
-        found = cycle(chain, targets, level=False)
+        found = cycle_angles(chain, targets, level=False)
         error = np.linalg.norm(chain.place(found) - targets, axis=-1)
         assert error.max() < 1e-4, leg.name
 
@@ -127,7 +127,9 @@ def test_a_sole_stays_level():
     seed=st.integers(0, 2**32 - 1),
     corners=st.booleans(),
 )
-def test_commands_keep_limits_and_speed_whatever_the_genome(robot, kind, symmetry, seed, corners):
+def test_commands_of_any_genome_respect_the_limits_and_the_top_speed(
+    robot, kind, symmetry, seed, corners
+):
     coder = encoding(robot, kind, symmetry)
     space = genome_space(coder.groups)
     drawn = genomes(coder, 3, seed)
@@ -146,7 +148,7 @@ def test_commands_keep_limits_and_speed_whatever_the_genome(robot, kind, symmetr
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("robot", ["hexapod", "humanoid"])
-def test_how_a_population_is_cut_changes_no_bit(robot, kind):
+def test_chunks_do_not_change_any_bit(robot, kind):
     coder = encoding(robot, kind)
     drawn = genomes(coder, 7)
     whole = coder.commands(drawn, 80)
@@ -165,12 +167,12 @@ def test_how_a_population_is_cut_changes_no_bit(robot, kind):
         ("wave", [-0.5, 0, -0.25, 0.25, 0, 0.5]),
     ],
 )
-def test_mirrored_legs_do_the_same_at_their_time(kind, symmetry, lags):
+def test_mirrored_legs_make_the_same_steps_with_the_lags_of_the_symmetry(kind, symmetry, lags):
     coder = encoding("hexapod", kind, symmetry)
     step = {"stride": 0.03, "lift": 0.02, "duty": 0.6, "shift": 0.01}
     wave = {"amplitude": 0.2, "offset": 0.1, "delay": 0.3}
     drawn = genome(coder, frequency=0.5, lag=math.pi / 2, **step, **wave)
-    path = feet(coder, coder.commands(drawn, 301)[0])  # 100 frames a cycle
+    path = feet(coder, coder.commands(drawn, 301)[0])  # 100 frames per cycle
     for leg in range(6):
         later = round(100 * (lags[leg] - lags[leg % 2])) % 100
         ahead = path[100 + later : 200 + later, leg % 2, 2]
@@ -195,7 +197,7 @@ def test_a_step_has_its_length_height_and_stance():
     assert np.abs(left[:, 1]).max() < 1e-3
 
 
-def test_genes_are_few_with_a_symmetry():
+def test_symmetries_reduce_the_number_of_genes():
     coders = {name: encoding("quadruped", "steps", name) for name in SYMMETRIES}
     counts = {name: len(genome_space(coder.groups).lower) for name, coder in coders.items()}
     assert counts == {"none": 17, "alternating": 7, "trot": 7, "bound": 7, "wave": 8}

@@ -1,4 +1,4 @@
-"""From a robot's file to a run that does without it."""
+"""From a robot's file to a run that no longer needs the file."""
 
 import json
 from importlib.resources import files
@@ -14,7 +14,7 @@ SMALL = ("--population", 4, "--set", "organism.duration=1")
 
 @pytest.fixture
 def robot(tmp_path):
-    """A robot's file in the test's folder."""
+    """Return the path of a robot's file in the test's folder."""
     path = tmp_path / "my_robot.xml"
     path.write_bytes((MODELS / "quadruped.xml").read_bytes())
     return path
@@ -38,14 +38,14 @@ def test_a_check_shows_what_was_found(gaitsim, robot, tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "<mujoco/>", "<robot name='r'><link name='a'/></robot>"])
-def test_what_is_no_robot_is_one_message(gaitsim, robot, text):
+def test_invalid_robots_are_reported_with_their_file(gaitsim, robot, text):
     robot.write_text(text)
     assert "my_robot.xml" in gaitsim("run", "my_robot.xml", code=2).stderr
     assert "my_robot.xml" in gaitsim("robots", "check", "my_robot.xml", code=1).stderr
 
 
 @pytest.mark.slow  # 6 s
-def test_a_run_never_needs_the_file_again(gaitsim, program, robot, tmp_path):
+def test_a_run_does_not_need_the_file_after_its_start(gaitsim, program, robot, tmp_path):
     gaitsim("run", "my_robot.xml", "--generations", 2, *SMALL, "--workers", 1)
     gaitsim("run", "my_robot.xml", "--generations", 4, *SMALL, "--out", "runs/whole")
     robot.unlink()
@@ -61,5 +61,5 @@ def test_a_run_never_needs_the_file_again(gaitsim, program, robot, tmp_path):
     names = half.experiment.organism.joint_names()
     assert (tmp_path / "gait.csv").read_text().splitlines()[0].split(",")[1:] == list(names)
     gaitsim("run", "runs/whole/experiment.toml", "--generations", 2, "--dask", "local")
-    said = gaitsim("differences", "my_robot", "whole").stdout
-    assert len(said) < 20_000
+    output = gaitsim("differences", "my_robot", "whole").stdout
+    assert len(output) < 20_000

@@ -1,4 +1,4 @@
-"""URDF and MJCF files of our own become the robot's text; hostile ones one message."""
+"""Import of URDF and MJCF files: conversion, repairs, and errors for invalid or hostile files."""
 
 import os
 import shutil
@@ -21,7 +21,7 @@ DOG = FIXTURES / "dog_description" / "urdf" / "dog.urdf"
 
 
 def read(path, roots=()):
-    """Import in this process, as the child does."""
+    """Import a file in this process instead of a child process."""
     result = convert(str(path), [str(root) for root in roots])
     model = mujoco.MjModel.from_xml_string(result["text"])
     return model, " | ".join(result["repairs"]), result["text"]
@@ -36,7 +36,7 @@ def test_a_urdf_of_a_package_keeps_mass_joints_and_feet():
     # Sum of the file's masses: 2 + 0.5 of the trunk and its sensor, 4 × (0.3 + 0.1).
     assert model.body_mass.sum() == pytest.approx(4.1, rel=1e-6)
     assert model.body_mass[body(model, "trunk")] == pytest.approx(2.5, rel=1e-6)
-    # Two masses on a line: the mean, and Steiner's theorem.
+    # The centre of the two masses.
     assert model.body_ipos[body(model, "trunk")] == pytest.approx([0.04, 0, 0.01], abs=1e-6)
     joints = [model.joint(index).name for index in range(1, model.njnt)]
     assert joints == [
@@ -52,7 +52,7 @@ def test_a_urdf_of_a_package_keeps_mass_joints_and_feet():
     assert model.eq_data[0, :2] == pytest.approx([0.1, -1.0])
 
 
-def test_joints_of_one_name_are_told_apart(tmp_path):
+def test_duplicate_joint_names_are_made_unique(tmp_path):
     package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
     file = package / "urdf" / "dog.urdf"
     file.write_text(file.read_text().replace('"FR_hip"', '"FL_hip"'))
@@ -60,7 +60,7 @@ def test_joints_of_one_name_are_told_apart(tmp_path):
     assert "joint 'FL_hip' renamed to 'FL_hip 2'" in repairs
 
 
-def test_no_joint_has_the_name_of_a_formula(tmp_path):
+def test_joint_names_that_look_like_formulas_are_changed(tmp_path):
     package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
     file = package / "urdf" / "dog.urdf"
     file.write_text(file.read_text().replace('"FR_hip"', '"=@cmd|calc"'))
@@ -68,7 +68,7 @@ def test_no_joint_has_the_name_of_a_formula(tmp_path):
     assert "joint '=@cmd|calc' renamed to 'cmd|calc'" in repairs
 
 
-def test_a_footprint_on_the_ground_leaves_the_trunk_its_frame(tmp_path):
+def test_a_footprint_does_not_change_the_frame_of_the_trunk(tmp_path):
     package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
     file = package / "urdf" / "dog.urdf"
     floating = '<joint name="floating" type="floating">'
@@ -83,7 +83,7 @@ def test_a_footprint_on_the_ground_leaves_the_trunk_its_frame(tmp_path):
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_meshes_become_hulls_of_few_vertices(tmp_path, turned):
-    """In a file that says y up: as it is, or turned where the centre of mass says so."""
+    """The file declares y up; its meshes are rotated only if that fits the centres of mass."""
     package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
     if turned:
         mesh = package / "meshes" / "shank.dae"
@@ -94,20 +94,22 @@ def test_meshes_become_hulls_of_few_vertices(tmp_path, turned):
     shank = model.body("FL_shank")
     kinds = model.geom_type[shank.geomadr[0] :][: shank.geomnum[0]]
     assert kinds.tolist() == [mujoco.mjtGeom.mjGEOM_MESH]
-    # A box of 20 × 20 × 200 mm, in COLLADA's millimetres and moved by its nodes.
+    # A box of 20 × 20 × 200 mm; COLLADA's file is in millimetres, and its nodes move the box.
     vertices = model.mesh_vert[: model.mesh_vertnum[0]]
     assert np.sort(np.ptp(vertices, axis=0)) == pytest.approx([0.02, 0.02, 0.2], abs=1e-5)
     assert model.mesh_vertnum.max() <= 64
     assert model.geom_pos[shank.geomadr[0]] == pytest.approx([0, 0, -0.1], abs=1e-5)
 
 
-def test_dynamics_are_those_of_mujocos_own_urdf_reader(tmp_path):
-    """Mass matrix and gravity of the legs, against MuJoCo's reader, whose trunk is fixed."""
+def test_dynamics_agree_with_mujocos_urdf_reader(tmp_path):
+    """Compare the mass matrix and gravity of the legs; MuJoCo's reader fixes the trunk."""
     document = ElementTree.parse(DOG).getroot()
     for link in document.iter("link"):
         for seen in [*link.findall("visual"), *link.findall("collision")]:
             link.remove(seen)
-    for joint in document.iter("joint"):  # MuJoCo's reader knows no floating joint with a range
+    for joint in document.iter(
+        "joint"
+    ):  # MuJoCo's reader does not support floating joints with a range
         joint.set("type", joint.get("type").replace("floating", "fixed"))
     theirs = mujoco.MjModel.from_xml_string(ElementTree.tostring(document, "unicode"))
     ours, _, _ = read(DOG)
@@ -170,7 +172,7 @@ def crab(tmp_path):
     return path
 
 
-def test_an_mjcf_keeps_its_robot_alone(crab):
+def test_only_the_robot_of_an_mjcf_file_is_kept(crab):
     model, repairs, text = read(crab)
     names = [model.joint(index).name for index in range(model.njnt)]
     assert names == ["crab", "hip"]
@@ -186,7 +188,7 @@ def test_an_mjcf_keeps_its_robot_alone(crab):
     assert "floor" not in text
     for lost in ("eye.obj", "'ball'", "tendons", "'knob', 'ankle'", "now free: 'x', 'pitch'"):
         assert lost in repairs
-    # Contact bits: all touch the ground (bit 1); among one another as in the file.
+    # All shapes touch the ground (contact bit 1); they collide with each other as in the file.
     ground, bits = 1, list(zip(model.geom_contype, model.geom_conaffinity, strict=True))
     assert all(contype & ground for contype, _ in bits)
     assert all(not conaffinity & ground for _, conaffinity in bits)
@@ -305,7 +307,7 @@ BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/
         ("<mujoco><asset><model file='other.xml'/></asset></mujoco>", "attaches another model"),
     ],
 )  # fmt: skip
-def test_what_is_not_a_robot_is_one_message(tmp_path, text, what):
+def test_invalid_files_are_refused_with_a_reason(tmp_path, text, what):
     folder = tmp_path / "mine"
     folder.mkdir()
     (tmp_path / "secret.xml").write_text(FLOOR)
@@ -329,7 +331,7 @@ def test_files_outside_the_folder_are_refused_unless_allowed(tmp_path):
         assert "missing" not in read(path, [other])[1]
 
 
-def test_odd_and_huge_files_are_refused(tmp_path):
+def test_special_and_huge_files_are_refused(tmp_path):
     huge = tmp_path / "huge.urdf"
     with huge.open("wb") as file:
         file.truncate(100 * 2**20)
@@ -340,7 +342,7 @@ def test_odd_and_huge_files_are_refused(tmp_path):
             read(path)
 
 
-def test_the_child_brings_back_the_robot_and_its_errors(crab, tmp_path):
+def test_the_child_process_returns_the_robot_or_its_error(crab, tmp_path):
     imported = import_robot(crab)
     assert imported.name == "crab"
     assert imported.text == read(crab)[2]
@@ -357,7 +359,7 @@ def test_the_child_brings_back_the_robot_and_its_errors(crab, tmp_path):
         ("signal:pause", {}, "took more than"),
     ],
 )
-def test_crashes_hangs_and_memory_bombs_are_one_message(monkeypatch, task, argument, what):
+def test_crashes_hangs_and_memory_bombs_are_reported_as_errors(monkeypatch, task, argument, what):
     monkeypatch.setattr(child, "SECONDS", 2 if what.startswith("took") else 60)
     with pytest.raises(RobotError, match=what):
-        child.in_child(task, argument, where="a file")
+        child.run_in_child(task, argument, where="a file")

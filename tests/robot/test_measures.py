@@ -1,4 +1,4 @@
-"""Measures of the robot against motions with known ones."""
+"""Measures of robots, for motions with known measures."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ TIME = np.arange(FRAMES) / RATE
 
 
 def measured(**changed):
-    """Measures of two robots: one at rest, and one that differs as given."""
+    """Return the measures of a robot at rest, with some channels replaced."""
     channels = {
         "torso": np.zeros((FRAMES, 3)),
         "orientation": np.zeros((FRAMES, 3)),
@@ -55,7 +55,7 @@ TIPPED[:, 0], TIPPED[:, 1], TIPPED[:, 2] = np.pi / 3, np.pi / 3, TIME
             {"cost of transport": 2.0, "mean power": 20.0, "slip ratio": 0.2},
         ),
         ({"torque": np.outer(TIME, [0.8, 0.9])}, {"peak torque": 0.8}),
-        # Two rotations of 60° tilt by the angle whose cosine is 1/4.
+        # Two rotations of 60° result in a tilt whose cosine is 1/4.
         ({"orientation": TIPPED}, {"tilt": np.degrees(np.arccos(0.25)), "yaw": np.degrees(2)}),
         (
             {

@@ -1,4 +1,4 @@
-"""The bundled robots: what their comments promise, by MuJoCo's own reading of them."""
+"""The bundled robots have the properties that the comments in their files state."""
 
 from copy import copy
 from pathlib import Path
@@ -73,7 +73,7 @@ def test_the_physics_twin_has_the_joints_limits_and_masses_of_the_spider():
         ]
 
 
-def test_the_physics_twin_places_its_feet_as_the_independent_model_of_the_tests():
+def test_the_physics_twin_has_the_feet_of_the_independent_model():
     twin, rng = MODELS["spider-physics"], np.random.default_rng(0)
     poses = rng.uniform(-body.ANGLE_LIMIT, body.ANGLE_LIMIT, (20, 24))
     at_origin = [placed(twin, [0, 0, 0, 1, 0, 0, 0, *pose]) for pose in poses]
@@ -82,7 +82,7 @@ def test_the_physics_twin_places_its_feet_as_the_independent_model_of_the_tests(
     )
 
 
-def test_the_physics_twin_has_the_inertia_of_the_independent_model_of_the_tests():
+def test_the_physics_twin_has_the_inertia_of_the_independent_model():
     reference, twin = copy(rigid_body._model()), MODELS["spider-physics"]
     reference.dof_armature[:] = 0.0
     pose = np.random.default_rng(1).uniform(-0.5, 0.5, 24)

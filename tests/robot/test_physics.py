@@ -11,7 +11,7 @@ from stick import quadruped_spec, simulation_of, standing_quadruped, trot
 
 from gaitsim.contracts.quaternions import conjugate, product
 from gaitsim_robot.ground import GROUND
-from gaitsim_robot.motion import orientation, walked
+from gaitsim_robot.motion import orientation, walk
 from gaitsim_robot.organism import Robot
 
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -33,7 +33,7 @@ def energies(model, data):
 
 
 def servo_work(model, data, steps):
-    """Signed work of all servos over steps, by the trapezoid of speeds before and after."""
+    """Return the signed work of all servos, from the mean speed in each step."""
     work = 0.0
     for _ in range(steps):
         before = data.actuator_velocity.copy()
@@ -44,17 +44,17 @@ def servo_work(model, data, steps):
     return work
 
 
-def test_a_robot_that_rests_bears_its_weight_on_its_feet():
+def test_at_rest_the_feet_carry_the_weight():
     simulation, _ = standing_quadruped("sts3215")
     rest = np.repeat(simulation.rest[simulation.ctrl][None, None], 251, axis=1)
-    motion = walked(simulation, rest)
+    motion = walk(simulation, rest)
     load = motion["load"][0, -1, :, 2].sum()
     assert load == pytest.approx(simulation.anatomy.mass * GRAVITY, rel=0.01)
     assert np.abs(motion["foot_positions"][0, :, :, 2]).max() < 1e-3
     assert np.linalg.norm(motion["torso"][0, -1] - motion["torso"][0, 0]) < 5e-4
 
 
-def test_in_the_air_the_work_of_the_servos_is_the_gain_in_energy():
+def test_without_contact_the_work_of_the_servos_equals_the_gain_in_energy():
     simulation, _ = standing_quadruped("sts3215", dt=5e-4)
     data = started(simulation)
     data.qpos[2] += 10.0
@@ -68,7 +68,7 @@ def test_in_the_air_the_work_of_the_servos_is_the_gain_in_energy():
     assert gain > 0.1
 
 
-def test_a_robot_that_rises_gains_what_its_servos_give_less_what_contacts_take():
+def test_a_rising_robot_gains_the_work_of_its_servos_minus_the_loss_in_contacts():
     simulation, _ = standing_quadruped("sts3215", dt=0.001)
     data = started(simulation)
     data.ctrl[:] = simulation.rest
@@ -104,11 +104,11 @@ def com_speed(model, data):
     return data.subtree_linvel[1, 0]
 
 
-def test_halving_the_time_step_changes_how_far_a_trot_goes_by_less_than_a_tenth():
+def test_halving_the_time_step_changes_the_distance_of_a_trot_by_less_than_a_tenth():
     far = []
     for dt in (0.004, 0.002):
         simulation, _ = standing_quadruped("sts3215", dt=dt)
-        motion = walked(simulation, trot(simulation, 251))
+        motion = walk(simulation, trot(simulation, 251))
         assert motion["lasted"] == 5.0
         far.append(motion["torso"][0, -1, 0])
     assert far[0] > 0.8
@@ -118,7 +118,7 @@ def test_halving_the_time_step_changes_how_far_a_trot_goes_by_less_than_a_tenth(
 def test_work_is_torque_times_speed():
     simulation, _ = standing_quadruped("sts3215", dt=0.002, latency=0)
     commands = trot(simulation, 101)
-    motion = walked(simulation, commands)
+    motion = walk(simulation, commands)
     data, work = started(simulation), 0.0
     for frame in commands[0, :-1]:
         data.ctrl[simulation.ctrl] = frame
@@ -135,17 +135,17 @@ def test_an_individual_has_the_same_bits_among_others_alone_and_in_another_threa
     random = np.random.default_rng(0)
     steady = trot(simulation, 151)
     commands = steady + random.uniform(0, [[[0.1]], [[2.0]]] * 4, (8, *steady.shape[1:]))
-    together = walked(simulation, commands)
+    together = walk(simulation, commands)
     assert (together["lasted"] == 3.0).any()
     assert (together["lasted"] < 3.0).any()
     assert together["torque"].max() <= stall
     with ThreadPoolExecutor(2) as threads:
-        alone = list(threads.map(lambda one: walked(simulation, commands[[one]]), range(8)))
+        alone = list(threads.map(lambda one: walk(simulation, commands[[one]]), range(8)))
     for name, values in ((name, together[name]) for name in together):
         np.testing.assert_array_equal(np.concatenate([one[name] for one in alone]), values)
 
 
-def test_a_robot_that_becomes_unstable_is_a_failure_that_leaves_others_and_the_folder_as_they_are(
+def test_an_unstable_robot_fails_without_affecting_others_or_writing_files(
     tmp_path, monkeypatch, capfd
 ):
     monkeypatch.chdir(tmp_path)
@@ -184,7 +184,7 @@ def test_bodies_that_overlap_in_the_standing_pose_never_collide_and_others_do():
     assert any(name.endswith(("thigh", "shank")) for name in touching)
 
 
-def test_a_robot_too_weak_to_stand_starts_in_its_standing_pose_and_says_what_standing_takes():
+def test_a_robot_too_weak_to_stand_starts_in_its_pose_and_reports_the_torque_needed():
     strong, _ = standing_quadruped("sts3215")
     weak, _ = standing_quadruped("sts3215", torque_limit=0.1)
     assert strong.stands
@@ -195,7 +195,7 @@ def test_a_robot_too_weak_to_stand_starts_in_its_standing_pose_and_says_what_sta
     np.testing.assert_allclose(0.1 * weak.effort, 1.912 * strong.effort, atol=0.1)
 
 
-def test_orientation_counts_from_the_standing_pose():
+def test_orientation_is_relative_to_the_standing_pose():
     upright = Rotation.from_euler("zyx", [0.4, -1.1, 1.5])
     angles = np.array([[0.1, -0.2, 0.3], [0.5, 0.4, -1.2], [-0.3, 0.9, -0.4]])  # roll, pitch, yaw
     turned = Rotation.from_euler("ZYX", angles[:, ::-1]) * upright
@@ -206,9 +206,7 @@ def test_orientation_counts_from_the_standing_pose():
 
 def test_a_robot_that_faces_y_in_its_file_stands_upright():
     simulation, _ = simulation_of(mujoco.MjSpec.from_string(FACING_Y), "model")
-    motion = walked(
-        simulation, np.repeat(simulation.rest[simulation.ctrl][None, None], 101, axis=1)
-    )
+    motion = walk(simulation, np.repeat(simulation.rest[simulation.ctrl][None, None], 101, axis=1))
     assert simulation.stands
     assert motion["lasted"][0] == 2.0
     assert np.abs(motion["orientation"]).max() < 0.05

@@ -1,4 +1,4 @@
-"""The presets of the bundled robots find walks."""
+"""The presets of the bundled robots find gaits that walk."""
 
 import pytest
 

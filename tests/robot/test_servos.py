@@ -9,14 +9,14 @@ import pytest
 from stick import servoed_stick, standing_quadruped
 
 from gaitsim.legged import SERVOS
-from gaitsim_robot.commands import arriving
+from gaitsim_robot.commands import delayed_commands
 from gaitsim_robot.servos import ServoName
 
 EVERY = [*SERVOS.values()]
 
 
 @pytest.mark.parametrize("servo", EVERY, ids=lambda servo: servo.name)
-def test_a_free_servo_speeds_up_as_a_motor_does(servo):
+def test_an_unloaded_servo_accelerates_like_a_dc_motor(servo):
     inertia = 0.01
     model, data = servoed_stick(servo, dt=2e-4, inertia=inertia)
     data.ctrl[:] = 1e3
@@ -38,7 +38,7 @@ def test_a_blocked_servo_holds_its_stall_torque(servo):
 
 
 @pytest.mark.parametrize("servo", EVERY, ids=lambda servo: servo.name)
-def test_a_held_load_bends_a_servo_by_its_stiffness(servo):
+def test_a_constant_load_deflects_a_servo_by_torque_over_stiffness(servo):
     load = servo.stall_torque / 4
     model, data = servoed_stick(servo, dt=0.004, inertia=0.01)
     data.qfrc_applied[:] = load
@@ -51,18 +51,18 @@ def test_a_held_load_bends_a_servo_by_its_stiffness(servo):
 def test_a_command_takes_effect_after_the_latency(latency, dt):
     simulation, _ = standing_quadruped("sts3215", dt=dt, latency=latency)
     commands = np.tile(simulation.rest[simulation.ctrl] + 0.1, (1, 11, 1))
-    told = arriving(simulation, commands, 0, 10)[0]
+    commanded = delayed_commands(simulation, commands, 0, 10)[0]
     late = math.ceil(latency / dt - 1e-9)
-    assert told.shape == (10 * simulation.steps + 1, simulation.model.nu)
-    np.testing.assert_array_equal(told[:late], np.tile(simulation.rest, (late, 1)))
+    assert commanded.shape == (10 * simulation.steps + 1, simulation.model.nu)
+    np.testing.assert_array_equal(commanded[:late], np.tile(simulation.rest, (late, 1)))
     np.testing.assert_array_equal(
-        told[late:, simulation.ctrl], commands[:1, 0].repeat(len(told) - late, 0)
+        commanded[late:, simulation.ctrl], commands[:1, 0].repeat(len(commanded) - late, 0)
     )
 
 
 @pytest.mark.parametrize("servo", EVERY, ids=lambda servo: servo.name)
 @pytest.mark.parametrize("inertia", [1e-6, 0.01])
-def test_no_servo_is_faster_than_without_load_or_unstable_at_the_usual_time_step(servo, inertia):
+def test_servos_are_stable_and_never_exceed_their_no_load_speed(servo, inertia):
     model, data = servoed_stick(servo, dt=0.004, inertia=inertia)
     random = np.random.default_rng(0)
     for _ in range(50):
@@ -75,7 +75,7 @@ def test_no_servo_is_faster_than_without_load_or_unstable_at_the_usual_time_step
 
 @pytest.mark.parametrize("servo", ["model", "ideal"])
 @pytest.mark.parametrize("size", [0.55, 1.0, 4.45])
-def test_robots_of_0_3_to_150_kg_stand_still_on_servos_of_unknown_limits(size, servo):
+def test_robots_of_0_3_to_150_kg_stand_with_servos_of_unknown_limits(size, servo):
     simulation, _ = standing_quadruped(servo, size=size, limits=False)
     data = mujoco.MjData(simulation.model)
     mujoco.mj_setState(
@@ -90,7 +90,7 @@ def test_robots_of_0_3_to_150_kg_stand_still_on_servos_of_unknown_limits(size, s
 
 
 @pytest.mark.parametrize("name", get_args(ServoName))
-def test_no_servo_gives_more_than_its_torque_at_its_speed(name):
+def test_servos_never_exceed_their_torque_at_a_given_speed(name):
     simulation, servos = standing_quadruped(name)
     model, data = simulation.model, mujoco.MjData(simulation.model)
     mujoco.mj_setState(model, data, simulation.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
@@ -114,12 +114,12 @@ def test_no_servo_gives_more_than_its_torque_at_its_speed(name):
     assert largest > 0.5
 
 
-def test_limits_of_the_robot_s_text_are_those_of_its_servos():
+def test_servos_have_the_limits_of_the_robot_s_text():
     _, servos = standing_quadruped("model")
     assert {(servo.stall_torque, servo.no_load_speed) for servo in servos.values()} == {(1.9, 5.45)}
 
 
-def test_options_replace_what_a_servo_has():
+def test_options_replace_the_values_of_a_servo():
     options = {"torque_limit": 1.0, "speed_limit": 4.0, "latency": 0.01, "stiffness": 8.0}
     for name in get_args(ServoName):
         _, servos = standing_quadruped(name, **options)
@@ -128,7 +128,7 @@ def test_options_replace_what_a_servo_has():
             assert (servo.latency, servo.stiffness) == (0.01, 8.0)
 
 
-def test_limits_that_no_robot_of_its_weight_needs_are_lowered():
+def test_unrealistically_high_limits_are_lowered():
     _, servos = standing_quadruped("model", torque=1e4, speed=1e3)
     weight = 9.81 * 1.7
     for servo in servos.values():
@@ -136,11 +136,11 @@ def test_limits_that_no_robot_of_its_weight_needs_are_lowered():
         assert servo.no_load_speed == 50.0
 
 
-def test_goal_positions_are_those_of_the_data_sheets():
+def test_goal_positions_agree_with_the_data_sheets():
     turns = {name: servo.travel for name, servo in SERVOS.items() if servo.ticks}
     assert {name: round(math.degrees(turn)) for name, turn in turns.items()} == {
         "ax-12a": 300,  # 0 to 1023 over 300°
-        "sts3215": 360,  # 0 to 4095, 4096 a turn
+        "sts3215": 360,  # 0 to 4095, with 4096 per turn
         "xl430-w250": 360,
     }
     assert SERVOS["ax-12a"].tick * 1023 == pytest.approx(turns["ax-12a"])

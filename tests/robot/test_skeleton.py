@@ -1,4 +1,4 @@
-"""The robot's skeleton, against MuJoCo's own places of geoms, joints and feet."""
+"""The robot's skeleton, against the positions of geoms, joints and feet in MuJoCo."""
 
 import mujoco
 import numpy as np
@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitsim_robot.anatomy import find_anatomy
 from gaitsim_robot.organism import BUNDLED, Robot
-from gaitsim_robot.skeleton import drawn
+from gaitsim_robot.skeleton import robot_skeleton
 
 START = np.array([0.25, -0.5, 0.0])
 
@@ -17,14 +17,14 @@ def model(request):
     return mujoco.MjModel.from_xml_string(Robot(model=request.param).text)
 
 
-def test_solids_segments_and_feet_are_where_mujoco_has_them(model):
+def test_solids_segments_and_feet_have_the_positions_of_mujoco(model):
     anatomy = find_anatomy(model)
     rng = np.random.default_rng(1)
     configuration = np.repeat(anatomy.stance[None], 3, axis=0)
     configuration[1:, 7:] += rng.normal(0, 0.3, (2, model.nq - 7))
     configuration[2, 3:7] = Rotation.from_euler("xyz", [0.3, -0.4, 2.0]).as_quat()[[3, 0, 1, 2]]
     touching = np.ones((3, len(anatomy.legs)), bool)
-    skeleton = drawn(model, anatomy, configuration, touching, 50.0, START[:2])
+    skeleton = robot_skeleton(model, anatomy, configuration, touching, 50.0, START[:2])
     assert len(skeleton.solids) == model.ngeom
     assert np.ptp(np.linalg.norm(np.diff(skeleton.segments, axis=2), axis=-1), axis=0).max() < 1e-9
     data = mujoco.MjData(model)
@@ -51,8 +51,10 @@ def test_a_limb_without_geoms_is_a_rod_from_joint_to_joint():
     model = mujoco.MjModel.from_xml_string(Robot(model="quadruped").text)
     anatomy = find_anatomy(model)
     thigh = model.body("L1 thigh").id
-    model.geom_bodyid[model.geom_bodyid == thigh] = 0  # what belongs to the world is not drawn
-    skeleton = drawn(model, anatomy, anatomy.stance[None], np.ones((1, 4), bool), 50.0, np.zeros(2))
+    model.geom_bodyid[model.geom_bodyid == thigh] = 0  # geoms of the world are not drawn
+    skeleton = robot_skeleton(
+        model, anatomy, anatomy.stance[None], np.ones((1, 4), bool), 50.0, np.zeros(2)
+    )
     (rod,) = (i for i, solid in enumerate(skeleton.solids) if solid.name == "L1 thigh")
     ends = skeleton.segments[0, skeleton.names.index("L1 thigh")]
     assert np.allclose(skeleton.poses[0, rod, :3], ends.mean(axis=0))

@@ -1,11 +1,11 @@
-"""The robot's text is a strict whitelist, whoever wrote it."""
+"""Validation of the robot's text, which allows only listed elements, attributes and values."""
 
 from importlib.resources import files
 
 import pytest
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.text import check_text, compiled
+from gaitsim_robot.text import check_text, compile_model
 
 TEXT = """<mujoco model="one">
  <compiler angle="radian"/>
@@ -23,9 +23,9 @@ TEXT = """<mujoco model="one">
 
 
 def test_robots_texts_pass_and_compile():
-    assert compiled(TEXT).nq == 8
-    assert compiled(TEXT) is compiled(TEXT)
-    # A declaration does not make gaitsim read other characters than MuJoCo.
+    assert compile_model(TEXT).nq == 8
+    assert compile_model(TEXT) is compile_model(TEXT)
+    # gaitsim ignores the declared encoding, as MuJoCo does.
     check_text(f'<?xml version="1.0" encoding="cp037"?>{TEXT}')
     for name in ("quadruped", "hexapod", "spider-physics"):
         check_text((files("gaitsim_robot") / "models" / f"{name}.xml").read_text("utf-8"))
@@ -55,8 +55,8 @@ def test_robots_texts_pass_and_compile():
         ('<freejoint name="trunk"/>', ""),
         ('<body name="leg">', '<body name="leg" mocap="true">'),
         ('<body name="leg">', '<body name="leg"><frame/>'),
-        ('name="leg"', 'name="trunk"'),  # MuJoCo refuses this one
-        ('diaginertia="1 1 1"', 'diaginertia="1 1 9"'),  # and this one
+        ('name="leg"', 'name="trunk"'),  # rejected by MuJoCo
+        ('diaginertia="1 1 1"', 'diaginertia="1 1 9"'),  # rejected by MuJoCo
         ('<geom type="sphere" size="0.1"/>', '<geom type="sphere" size="0.1"/>' * 2001),
         (TEXT, f'<?xml version="1.0" encoding="utf-16"?>{TEXT}'.encode("utf-16").decode("latin1")),
         (TEXT, ""),
@@ -66,4 +66,4 @@ def test_robots_texts_pass_and_compile():
 )
 def test_anything_else_is_refused(old, new):
     with pytest.raises(RobotError):
-        compiled(TEXT.replace(old, new, 1))
+        compile_model(TEXT.replace(old, new, 1))

@@ -1,4 +1,4 @@
-"""The fitness `travel`: what each term charges, and that it judges any dynamic body."""
+"""The fitness `travel`: its terms, and its use with any dynamic body."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ LENGTH, WEIGHT, STALL = 0.4, 20.0, 2.0
 
 
 def motion(**changed):
-    """One robot that stands still, but for what is changed."""
+    """Return the motion of a robot that stands still, with some channels replaced."""
     channels = {
         "torso": np.zeros((FRAMES, 3)),
         "orientation": np.zeros((FRAMES, 3)),
@@ -30,7 +30,7 @@ def motion(**changed):
 
 
 def straight(x, y=0.0):
-    """The path of a torso at constant velocity to a point."""
+    """Return the path of a torso that moves to a point at constant velocity."""
     return TIME[:, None] / TIME[-1] * np.array([x, y, 0.0])
 
 
@@ -62,7 +62,7 @@ YAW[:, 2] = 0.5 * TIME / TIME[-1]  # 0.5 rad at the end: a root mean square of 0
         ("slip", {}, {"slip": np.full(FRAMES, 0.01)}, -0.5 * 5.01),
     ],
 )
-def test_each_term_follows_its_definition_and_leaves_the_others_alone(
+def test_each_term_follows_its_definition_and_does_not_affect_others(
     term, options, changed, expected
 ):
     terms = Travel(**options).terms(motion(**changed))
@@ -73,7 +73,7 @@ def test_each_term_follows_its_definition_and_leaves_the_others_alone(
 
 
 def test_a_gait_of_one_hertz_is_hardly_rough():
-    """Butterworth's gain of fourth order at a fifth of the cutoff is 1/√(1 + 5⁸) = 0.0016."""
+    """A fourth-order Butterworth filter has the gain 1/√(1 + 5⁸) = 0.0016 at 1/5 of its cutoff."""
     terms = Travel().terms(motion(joint_positions=sine(0.5, 1.0)))
     assert -0.02 < float(terms["roughness"][0]) < 0
 
@@ -87,7 +87,7 @@ def test_distance_beyond_the_target_speed_does_not_pay():
     assert scores == pytest.approx({1.5: 1.5, 2.0: 2.0, 3.0: 1.0})
 
 
-def test_what_a_body_does_not_know_has_no_price():
+def test_unknown_quantities_are_not_penalised():
     loaded = {"torque": np.full((FRAMES, 4), 9.0), "energy": 60 * TIME}
     unknown = {"stall_torque": np.zeros(4), "weight": np.array(0.0)}
     terms = Travel().terms(motion(**loaded, **unknown))
@@ -102,11 +102,11 @@ def test_without_weights_the_score_is_the_distance():
     assert sum(float(values[0]) for values in terms.values()) == pytest.approx(2.0)
 
 
-def test_the_terms_of_a_population_are_those_of_its_members_to_the_bit():
+def test_the_terms_of_an_individual_do_not_depend_on_the_population():
     rng = np.random.default_rng(0)
     shapes = {name: values.shape[1:] for name, values in motion().items()}
     channels = {name: rng.random((9, *shape)) for name, shape in shapes.items()}
-    # A body may give any layout of memory.
+    # Bodies may return arrays with any memory layout.
     channels["torque"] = np.asfortranarray(channels["torque"])
     whole = Travel().terms(Motion(RATE, channels))
     for part in (slice(4, 5), slice(2, 9)):
@@ -116,7 +116,7 @@ def test_the_terms_of_a_population_are_those_of_its_members_to_the_bit():
             assert np.array_equal(values, whole[name][part]), name
 
 
-def test_the_walker_is_judged_by_it():
+def test_the_walker_can_be_evaluated():
     settings = {"fitness.plugin": "travel", "organism.duration": 1, "evolution.population": 4}
     experiment = load_experiment("walker", settings)
     walker = experiment.organism

@@ -9,9 +9,9 @@ import numpy as np
 from gaitsim.contracts.quaternions import conjugate, product, rotated
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.bullet.client import Client
-from gaitsim_robot.bullet.multibody import RATIO, TRUNK, links_of
+from gaitsim_robot.bullet.multibody import RATIO, TRUNK, create_links
 from gaitsim_robot.ground import GROUND
-from gaitsim_robot.shapes import surface
+from gaitsim_robot.shapes import geom_surface
 from gaitsim_robot.simulation import Simulation
 
 STRONG = 1e9  # N m, largest torque of gears
@@ -39,7 +39,7 @@ class Body:
     def __init__(self, client: Client, simulation: Simulation) -> None:
         self.client, self.simulation = client, simulation
         model = self.model = simulation.model
-        self.links = links_of(simulation)
+        self.links = create_links(simulation)
         self.moving = [index for index, link in enumerate(self.links) if link.joint >= 0]
         self.joints = np.array([self.links[index].joint for index in self.moving], np.intp)
         self._angles, self._speeds = model.jnt_qposadr[self.joints], model.jnt_dofadr[self.joints]
@@ -49,11 +49,11 @@ class Body:
         # Bullet multiplies the frictions of both bodies, whereas MuJoCo uses the larger one.
         client.changeDynamics(self.ground, BASE, lateralFriction=1.0)
         with TemporaryDirectory() as folder:  # a body of several shapes needs its meshes as files
-            self.number = self._created(folder)
-        self._change_dynamics()
-        self._gear()
-        self._choose_contacts()
-        self._stand()
+            self.number = self._create(folder)
+        self._set_dynamics()
+        self._connect_gears()
+        self._enable_contacts()
+        self._set_pose()
 
     def state(self) -> tuple[Floats, Floats]:
         """Return the coordinates and speeds in MuJoCo's order, (nq,) and (nv,)."""
@@ -82,7 +82,7 @@ class Body:
         speed, spin = self.client.getBaseVelocity(self.number)
         self.client.resetBaseVelocity(self.number, (change + speed).tolist(), spin)
 
-    def _created(self, folder: str) -> int:
+    def _create(self, folder: str) -> int:
         client, model, links = self.client, self.model, self.links
         kinds = {
             "fixed": client.JOINT_FIXED,
@@ -133,7 +133,7 @@ class Body:
                     "lengths": 2 * size[1],
                 }
             else:  # a mesh or an ellipsoid, which collides with its convex hull
-                points = surface(model, geom)[0]
+                points = geom_surface(model, geom)[0]
                 path = Path(folder) / f"{geom}.obj"
                 path.write_text(_mesh(points[ConvexHull(points).vertices]), encoding="ascii")
                 shape |= {"shapeTypes": client.GEOM_MESH, "fileNames": str(path)}
@@ -152,7 +152,7 @@ class Body:
         collide = (model.geom_contype | model.geom_conaffinity) != 0
         return list(map(int, np.flatnonzero((model.geom_bodyid == body) & collide)))
 
-    def _change_dynamics(self) -> None:
+    def _set_dynamics(self) -> None:
         client, model = self.client, self.model
         # These values apply to the whole robot; all others in the same call only to the trunk.
         client.changeDynamics(
@@ -166,7 +166,7 @@ class Body:
             moments = link.inertia.moments if link else model.body_inertia[TRUNK]
             client.changeDynamics(self.number, index, localInertiaDiagonal=moments.tolist())
 
-    def _gear(self) -> None:
+    def _connect_gears(self) -> None:
         """Connect rotors to joints by gears, and set the friction and limits of joints."""
         client, model = self.client, self.model
         for index, link in enumerate(self.links):
@@ -197,7 +197,7 @@ class Body:
                 )
                 client.changeConstraint(gears, gearRatio=1 / RATIO, maxForce=STRONG, erp=0.0)
 
-    def _choose_contacts(self) -> None:
+    def _enable_contacts(self) -> None:
         """Enable collisions for the same pairs of bodies as in MuJoCo."""
         client, model = self.client, self.model
         bodies = [(BASE, TRUNK)]
@@ -206,14 +206,14 @@ class Body:
         excluded = {(one >> 16, one & 0xFFFF) for one in model.exclude_signature.tolist()}
         excluded |= {(other, one) for one, other in excluded}
         for position, (index, body) in enumerate(bodies):
-            meets = self._meet(self._geoms(body), ground)
+            meets = self._may_collide(self._geoms(body), ground)
             client.setCollisionFilterPair(self.number, self.ground, index, BASE, int(meets))
             for second, other in bodies[:position]:
-                meets = self._meet(self._geoms(body), self._geoms(other))
+                meets = self._may_collide(self._geoms(body), self._geoms(other))
                 meets &= (body, other) not in excluded and not self._related(body, other)
                 client.setCollisionFilterPair(self.number, self.number, index, second, int(meets))
 
-    def _meet(self, geoms: list[int], others: list[int]) -> bool:
+    def _may_collide(self, geoms: list[int], others: list[int]) -> bool:
         kinds, affine = self.model.geom_contype, self.model.geom_conaffinity
         meets = (kinds[geoms, None] & affine[others]) | (affine[geoms, None] & kinds[others])
         return bool(meets.any())
@@ -224,7 +224,7 @@ class Body:
         one, two = welded[body], welded[other]
         return bool(one == two or welded[parents[one]] == two or welded[parents[two]] == one)
 
-    def _stand(self) -> None:
+    def _set_pose(self) -> None:
         client, model = self.client, self.model
         qpos = self.simulation.start[1 : 1 + model.nq]
         zero = model.qpos0[self._angles]

@@ -13,7 +13,7 @@ _redirecting = Lock()  # all threads of the process share its streams
 
 
 class Client:
-    """A separate world. Attributes are PyBullet's functions for this world, and its constants."""
+    """A separate world, with PyBullet's functions applied to it, and constants, as attributes."""
 
     def __init__(self, module: ModuleType) -> None:
         self._module = module
@@ -27,18 +27,18 @@ class Client:
         def call(*values: Any, **options: Any) -> Any:
             return found(*values, physicsClientId=self._number, **options)
 
-        setattr(self, name, call)  # makes the next use faster
+        setattr(self, name, call)  # later uses skip __getattr__
         return call
 
 
 @contextmanager
-def connected(dt: float) -> Iterator[Client]:
+def open_client(dt: float) -> Iterator[Client]:
     """Yield an empty world with time step `dt`, s, and close it afterwards.
 
     Raises:
         RobotError: PyBullet is not installed.
     """
-    client = Client(imported())
+    client = Client(import_pybullet())
     try:
         with _silent(1):  # PyBullet prints the solver's name
             client.setPhysicsEngineParameter(
@@ -53,7 +53,7 @@ def connected(dt: float) -> Iterator[Client]:
         client.disconnect()
 
 
-def imported() -> ModuleType:
+def import_pybullet() -> ModuleType:
     """Return PyBullet.
 
     Raises:
@@ -66,8 +66,8 @@ def imported() -> ModuleType:
         raise RobotError(
             "PyBullet is not installed",
             key="engine",
-            allowed="mujoco without it",
-            remedy="pip install 'gaitsim[bullet]' (it has wheels for Python 3.11)",
+            allowed="mujoco, which does not need PyBullet",
+            remedy="pip install 'gaitsim[bullet]' (PyBullet has wheels for Python 3.11)",
         ) from None
     module: ModuleType = pybullet
     return module

@@ -22,9 +22,9 @@ from gaitsim_robot.errors import RobotError
 from gaitsim_robot.simulation import Simulation
 
 TRUNK = 1  # number of the trunk's body
-RATIO = 2000.0  # of the gears; so high that the rotor's own inertia is negligible, as in armature
+RATIO = 2000.0  # gear ratio, high enough that the rotor's own inertia is negligible
 LIGHT = 1e-6  # × mass of the robot, mass of links without a body; lighter limbs are lost legs
-ROTOR = 1e-9  # kg
+ROTOR = 1e-9  # kg, mass of a rotor
 NEAR = 1e-3  # m, radius of gyration of a link without a body
 
 ONE = np.array([1.0, 0.0, 0.0, 0.0])
@@ -62,7 +62,7 @@ class Link:
         joint: number of MuJoCo's joint; -1 for fixed links and rotors.
         body: number of MuJoCo's body; -1 for a rotor, and between two joints of a body.
         origin: origin of the body's frame in the link's frame, (3,) m.
-        geared: for a rotor, index of the link with whose joint it turns; -1 for other links.
+        geared: for a rotor, index of the link to whose joint it is geared; -1 for other links.
     """
 
     parent: int
@@ -77,8 +77,8 @@ class Link:
     geared: int = -1
 
 
-def links_of(simulation: Simulation) -> tuple[Link, ...]:
-    """Return all links except the trunk, in the order in which Bullet numbers them: depth first.
+def create_links(simulation: Simulation) -> tuple[Link, ...]:
+    """Return all links except the trunk, in Bullet's order: depth first.
 
     Raises:
         RobotError: the engine does not simulate some part of the robot.
@@ -99,9 +99,9 @@ def links_of(simulation: Simulation) -> tuple[Link, ...]:
             if joint >= 0:
                 place = place + rotated(turn, model.jnt_pos[joint] + origin)
                 origin = -model.jnt_pos[joint]
-                turn = product(turn, _locked(simulation, joint))
+                turn = product(turn, _locked_rotation(simulation, joint))
             owner = body if joint in (-1, first + count - 1) else -1
-            links += _joined(simulation, joint, link, place, turn, owner, origin, len(links))
+            links += _joint_links(simulation, joint, link, place, turn, owner, origin, len(links))
             link, place, turn = len(links) - 1, np.zeros(3), ONE
         carrier[body], origins[body] = link, origin
     return tuple(links)
@@ -113,7 +113,7 @@ def is_locked(simulation: Simulation, joint: int) -> bool:
     return bool(armature > 0.1 * LOCKED * anatomy.mass * anatomy.length**2)
 
 
-def _locked(simulation: Simulation, joint: int) -> Floats:
+def _locked_rotation(simulation: Simulation, joint: int) -> Floats:
     """Return a locked joint's rotation from the reference pose; the identity for other joints."""
     model = simulation.model
     if not is_locked(simulation, joint):
@@ -123,7 +123,7 @@ def _locked(simulation: Simulation, joint: int) -> Floats:
     return np.array([np.cos(half), *(np.sin(half) * model.jnt_axis[joint])])
 
 
-def _joined(
+def _joint_links(
     simulation: Simulation,
     joint: int,
     parent: int,

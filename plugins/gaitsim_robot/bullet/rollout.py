@@ -1,4 +1,4 @@
-"""Simulate a population of robots in PyBullet, one after the other, and record it as in MuJoCo."""
+"""Simulate populations of robots in PyBullet, and record them as in MuJoCo."""
 
 import math
 from typing import Any
@@ -7,10 +7,10 @@ import numpy as np
 
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.bullet.body import Body
-from gaitsim_robot.bullet.client import connected
+from gaitsim_robot.bullet.client import open_client
 from gaitsim_robot.bullet.servos import Drives
-from gaitsim_robot.commands import arriving
-from gaitsim_robot.rollout import Record, empty, record_segment, segments
+from gaitsim_robot.commands import delayed_commands
+from gaitsim_robot.rollout import Record, empty_record, record_segment, segments
 from gaitsim_robot.simulation import Simulation
 
 LONGEST_STEP = 0.002  # s
@@ -30,17 +30,17 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
             robot.
     """
     population, frames = commands.shape[:2]
-    record = empty(simulation, population, frames)
-    substeps = substeps_of(simulation)
+    record = empty_record(simulation, population, frames)
+    substeps = count_substeps(simulation)
     for individual in range(population):
-        with connected(simulation.model.opt.timestep / substeps) as client:
+        with open_client(simulation.model.opt.timestep / substeps) as client:
             walk = _Walk(Body(client, simulation), substeps)
             before = simulation.start
             for first, last, push in segments(simulation, frames):
                 if push.any():
                     walk.body.push(push)
-                states, sensors = walk.on(
-                    arriving(simulation, commands[[individual]], first, last)[0]
+                states, sensors = walk.advance(
+                    delayed_commands(simulation, commands[[individual]], first, last)[0]
                 )
                 upright = record_segment(
                     simulation,
@@ -58,7 +58,7 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     return record
 
 
-def substeps_of(simulation: Simulation) -> int:
+def count_substeps(simulation: Simulation) -> int:
     """Return the number of Bullet's steps per step of MuJoCo.
 
     Bullet integrates the springs and dampers of servos explicitly. A step is therefore at most
@@ -96,17 +96,18 @@ class _Walk:
         bodies = [link.body for link in body.links]
         feet = [self.model.body(leg.foot).id for leg in self.simulation.anatomy.legs]
         # A lost foot has no link.
-        self.foot_of = {bodies.index(foot): n for n, foot in enumerate(feet) if foot in bodies}
+        self.foot_index = {bodies.index(foot): n for n, foot in enumerate(feet) if foot in bodies}
         joints = [self.model.joint(name).id for name in self.simulation.anatomy.joints]
         places = {int(joint): n for n, joint in enumerate(body.joints)}
         self.known = np.array([n for n, joint in enumerate(joints) if joint in places], np.intp)
         self.driven = np.array([places[joint] for joint in joints if joint in places], np.intp)
 
-    def on(self, control: Floats) -> tuple[Floats, Floats]:
-        """Return the states after MuJoCo's steps, and the sensors at the start of the steps.
+    def advance(self, control: Floats) -> tuple[Floats, Floats]:
+        """Simulate some steps; return the states after them, and the sensors at their starts.
 
         Args:
-            control: commands to all servos, (steps + 1, servos) rad; the last is not simulated.
+            control: commands to all servos in each of MuJoCo's steps, (steps + 1, servos) rad; the
+                last is not simulated.
 
         Returns:
             (steps + 1, states) and (steps + 1, sensors). The last state repeats the one before.
@@ -115,7 +116,7 @@ class _Walk:
         count = len(control) - 1
         states = np.full((count + 1, len(simulation.start)), np.nan)
         sensors = np.zeros((count + 1, model.nsensordata))
-        self._see(sensors[0])
+        self._read_positions(sensors[0])
         for step in range(count):
             for _ in range(self.substeps):
                 self._step(control[step], sensors[step])
@@ -126,7 +127,7 @@ class _Walk:
             states[step, 0] = self.steps * model.opt.timestep
             states[step, 1 : 1 + len(state)] = state
             if (step + 1) % simulation.steps == 0:
-                self._see(sensors[step + 1])
+                self._read_positions(sensors[step + 1])
         states[-1] = states[-2]
         return states, sensors
 
@@ -142,9 +143,9 @@ class _Walk:
         strongest: dict[int, Any] = {}
         for contact in client.getContactPoints(body.number, body.ground):
             link, push = contact[3], contact[9]
-            if push <= 0 or link not in self.foot_of:
+            if push <= 0 or link not in self.foot_index:
                 continue
-            foot = self.foot_of[link]
+            foot = self.foot_index[link]
             force = push * np.array(contact[7])
             force += contact[10] * np.array(contact[11]) + contact[12] * np.array(contact[13])
             sensors[simulation.load[foot]] += force / self.substeps
@@ -156,10 +157,10 @@ class _Walk:
         for (link, contact), state in zip(strongest.items(), found, strict=True):
             arm = np.array(contact[5]) - state[0]
             speed = np.array(state[6]) + np.cross(state[7], arm)
-            slide = simulation.slide[self.foot_of[link]]
+            slide = simulation.slide[self.foot_index[link]]
             sensors[slide[1]] += math.hypot(speed[0], speed[1]) / self.substeps
 
-    def _see(self, sensors: Floats) -> None:
+    def _read_positions(self, sensors: Floats) -> None:
         """Write the positions of the feet and the trunk's contacts to the sensors."""
         import mujoco
 

@@ -44,12 +44,12 @@ class Drives:
             angles: angles of the joints, (joints,) rad.
             speeds: speeds of the joints, (joints,) rad/s.
         """
-        told = np.clip(control[self._servo], self._lower, self._upper)
-        asked = self._gain * (told - angles) - self._brake * speeds
+        commanded = np.clip(control[self._servo], self._lower, self._upper)
+        wanted = self._gain * (commanded - angles) - self._brake * speeds
         # A DC motor's torque decreases from stall to 0 at its top speed; braking is limited, too.
-        lost = self._slope * speeds
-        given = np.clip(asked, -self._stall - lost, self._stall - lost)
-        servo = np.clip(given, -self._stall, self._stall)
+        drop = self._slope * speeds
+        torque = np.clip(wanted, -self._stall - drop, self._stall - drop)
+        servo = np.clip(torque, -self._stall, self._stall)
         passive = self._spring * (angles - self._rest) + self._viscous * speeds
         return servo, servo - passive
 

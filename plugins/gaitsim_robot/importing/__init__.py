@@ -5,7 +5,7 @@ from pathlib import Path
 
 from gaitsim.contracts import BodyFile
 from gaitsim_robot import text as robot_text
-from gaitsim_robot.child import in_child
+from gaitsim_robot.child import run_in_child
 
 
 def import_robot(path: Path, roots: Sequence[Path] = ()) -> BodyFile:
@@ -19,6 +19,6 @@ def import_robot(path: Path, roots: Sequence[Path] = ()) -> BodyFile:
         RobotError: the file cannot be read, or is not a robot.
     """
     argument = {"path": str(path.absolute()), "roots": [str(root.absolute()) for root in roots]}
-    result = in_child("gaitsim_robot.importing.convert:convert", argument, where=str(path))
+    result = run_in_child("gaitsim_robot.importing.convert:convert", argument, where=str(path))
     robot_text.trust(result["text"])
     return BodyFile(result["name"], result["text"], tuple(result["repairs"]))

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import MODEL_BYTES, Files
-from gaitsim_robot.importing.tree import listed
+from gaitsim_robot.importing.tree import format_names
 from gaitsim_robot.markup import ELEMENTS, parse
 
 # Elements that do not affect a robot's mechanics, or that need files or plugins.
@@ -26,9 +26,9 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
     """
     seen: set[str] = set()
     count = 0
-    waiting = [root]
-    while waiting:
-        parent = waiting.pop()
+    pending = [root]
+    while pending:
+        parent = pending.pop()
         inlined: list[Element] = []
         for child in parent:
             if child.tag != "include":
@@ -56,12 +56,12 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
             inlined += part
         if any(child.tag == "include" for child in parent):
             parent[:] = inlined
-            waiting.append(parent)
+            pending.append(parent)
         else:
-            waiting += inlined
+            pending += inlined
 
 
-def take_files(root: Element, files: Files, where: str, repairs: list[str]) -> dict[str, bytes]:
+def resolve_files(root: Element, files: Files, where: str, repairs: list[str]) -> dict[str, bytes]:
     """Load the meshes, drop elements that need other files, and return the meshes by new names.
 
     Afterwards, the document refers only to the returned files.
@@ -69,7 +69,7 @@ def take_files(root: Element, files: Files, where: str, repairs: list[str]) -> d
     Raises:
         RobotError: a mesh is outside the allowed folders, or the document attaches another model.
     """
-    _drop(root, where, repairs)
+    _drop_unsupported(root, where, repairs)
     strip, folder = _compiler(root)
     loaded: dict[str, bytes] = {}
     missing: dict[str, str] = {}
@@ -88,7 +88,7 @@ def take_files(root: Element, files: Files, where: str, repairs: list[str]) -> d
         mesh.set("file", key)
         mesh.attrib.pop("content_type", None)
     if missing:
-        repairs.append(f"meshes not found: {listed(list(missing.values()))}")
+        repairs.append(f"meshes not found: {format_names(list(missing.values()))}")
         _remove(root, lambda element: element.tag == "mesh" and element.get("name") in missing)
         _remove(root, lambda element: element.get("mesh") in missing)
     for element in root.iter():
@@ -114,7 +114,7 @@ def _compiler(root: Element) -> tuple[bool, str]:
     return strip, folder
 
 
-def _drop(root: Element, where: str, repairs: list[str]) -> None:
+def _drop_unsupported(root: Element, where: str, repairs: list[str]) -> None:
     for element in root.iter():
         if (element.tag == "model" and element.get("file")) or element.tag == "attach":
             raise RobotError(

@@ -5,11 +5,11 @@ import math
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.tree import Body, Floats, Robot, listed
+from gaitsim_robot.importing.tree import Body, Floats, Robot, format_names
 from gaitsim_robot.markup import LARGEST
 from gaitsim_robot.text import BODIES
 
-ASSUMED = math.pi / 2  # rad, limit of a joint without limits
+ASSUMED = math.pi / 2  # rad, limit assumed for a joint without limits
 TURN = 2 * math.pi  # rad; a joint with a larger limit turns freely
 
 
@@ -24,12 +24,12 @@ def repair_joints(robot: Robot) -> None:
     root = robot.root
     kinds = {joint.kind for joint in root.joints}
     if root.joints and kinds != {"free"}:
-        names = listed([joint.name for joint in root.joints])
+        names = format_names([joint.name for joint in root.joints])
         robot.repairs.append(f"joints between the world and the robot, now free: {names}")
     root.joints = []
     fixed = [joint.name for joint in robot.joints if joint.kind != "hinge"]
     if fixed:
-        robot.repairs.append(f"joints fixed, because they are not hinges: {listed(fixed)}")
+        robot.repairs.append(f"joints fixed, because they are not hinges: {format_names(fixed)}")
     for body in root.walk():
         body.joints = [joint for joint in body.joints if joint.kind == "hinge"]
     _fuse(robot)
@@ -44,8 +44,8 @@ def repair_joints(robot: Robot) -> None:
             where=robot.name,
             allowed="at least one revolute or hinge joint",
         )
-    _limit(robot)
-    _couple(robot)
+    _assume_limits(robot)
+    _filter_couplings(robot)
 
 
 def _fuse(robot: Robot) -> None:
@@ -66,10 +66,10 @@ def _fuse(robot: Robot) -> None:
                 body.name = child.name
             else:
                 _rename(robot, child.name, body.name)
-            _add(body, child)
+            _merge(body, child)
         body.children = kept
     if fused:
-        robot.repairs.append(f"bodies fixed to others, joined with them: {fused}")
+        robot.repairs.append(f"bodies merged with those to which they are fixed: {fused}")
 
 
 def _rename(robot: Robot, old: str, new: str) -> None:
@@ -77,7 +77,7 @@ def _rename(robot: Robot, old: str, new: str) -> None:
     robot.excludes = [(first, second) for first, second in pairs if first != second]
 
 
-def _add(body: Body, part: Body) -> None:
+def _merge(body: Body, part: Body) -> None:
     """Add the mass, shapes and sites of a part that is fixed to the body."""
     inner = part.place
     for shape in part.shapes:
@@ -92,14 +92,14 @@ def _add(body: Body, part: Body) -> None:
         mean = (body.mass * body.centre + part.mass * centre) / mass
         body.inertia = (
             body.inertia
-            + _moved(body.mass, body.centre - mean)
+            + _parallel_axis(body.mass, body.centre - mean)
             + inertia
-            + _moved(part.mass, centre - mean)
+            + _parallel_axis(part.mass, centre - mean)
         )
         body.mass, body.centre = mass, mean
 
 
-def _moved(mass: float, offset: Floats) -> Floats:
+def _parallel_axis(mass: float, offset: Floats) -> Floats:
     """Return the inertia of a mass at an offset (parallel axis theorem), (3, 3)."""
     return mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
 
@@ -127,7 +127,7 @@ def _merge_massless(robot: Robot) -> None:
             body.shapes, body.sites, body.children = child.shapes, child.sites, child.children
 
 
-def _limit(robot: Robot) -> None:
+def _assume_limits(robot: Robot) -> None:
     endless: list[str] = []
     missing: list[str] = []
     for joint in robot.joints:
@@ -146,12 +146,14 @@ def _limit(robot: Robot) -> None:
                 high if abs(high) <= TURN else joint.reference + math.pi,
             )
     if missing:
-        robot.repairs.append(f"joints without limits, ±90° assumed: {listed(missing)}")
+        robot.repairs.append(f"joints without limits, ±90° assumed: {format_names(missing)}")
     if endless:
-        robot.repairs.append(f"joints that turn endlessly, limited to ±180°: {listed(endless)}")
+        robot.repairs.append(
+            f"joints that turn endlessly, limited to ±180°: {format_names(endless)}"
+        )
 
 
-def _couple(robot: Robot) -> None:
+def _filter_couplings(robot: Robot) -> None:
     """Keep only the couplings between existing joints."""
     joints = {joint.name for joint in robot.joints}
     wanted = len(robot.couplings)

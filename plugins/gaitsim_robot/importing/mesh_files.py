@@ -9,7 +9,7 @@ from gaitsim_robot.importing.files import Files
 from gaitsim_robot.importing.meshes import MeshError, decode
 from gaitsim_robot.importing.tree import Body, Floats, Shape
 
-CLEARLY = 0.7
+CLEARLY_CLOSER = 0.7  # ratio of the distances after and before the rotation
 _Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # a quarter turn about x
 
 
@@ -73,7 +73,7 @@ def turn_up(shapes: Sequence[tuple[Body, Shape]]) -> bool:
             total += float(np.linalg.norm(middle - body.centre))
         return total
 
-    if not pairs or distance(_Y_UP) > CLEARLY * distance(np.eye(3)):
+    if not pairs or distance(_Y_UP) > CLEARLY_CLOSER * distance(np.eye(3)):
         return False
     for _, shape in shapes:
         assert shape.vertices is not None

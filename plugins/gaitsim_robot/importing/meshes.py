@@ -71,20 +71,20 @@ def _dae(data: bytes) -> Floats:
         for node in root.iterfind(f"{library}//node")
     }
     placed: list[Floats] = []
-    waiting = [(node, np.eye(4)) for node in root.iterfind("library_visual_scenes/*/node")]
-    while waiting:
-        node, outer = waiting.pop()
+    pending = [(node, np.eye(4)) for node in root.iterfind("library_visual_scenes/*/node")]
+    while pending:
+        node, outer = pending.pop()
         matrix = outer @ _matrix(node)
         placed += [
             points[name] @ matrix[:3, :3].T + matrix[:3, 3]
             for name in _targets(node, "instance_geometry")
             if name in points
         ]
-        waiting += [(child, matrix) for child in node.iterfind("node")]
-        waiting += [
+        pending += [(child, matrix) for child in node.iterfind("node")]
+        pending += [
             (nodes[name], matrix) for name in _targets(node, "instance_node") if name in nodes
         ]
-        if len(placed) + len(waiting) > 10_000:  # nodes may refer to one another
+        if len(placed) + len(pending) > 10_000:  # nodes may refer to one another
             raise MeshError("it has too many nodes")
     return np.vstack(placed or list(points.values()) or [np.zeros((0, 3))]) * metre
 

@@ -8,7 +8,7 @@ import numpy as np
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.dialects import modernise
 from gaitsim_robot.importing.files import Files
-from gaitsim_robot.importing.includes import inline_includes, take_files
+from gaitsim_robot.importing.includes import inline_includes, resolve_files
 from gaitsim_robot.importing.tree import (
     Body,
     Closure,
@@ -18,9 +18,9 @@ from gaitsim_robot.importing.tree import (
     Place,
     Robot,
     Shape,
-    listed,
+    format_names,
 )
-from gaitsim_robot.quiet import silence
+from gaitsim_robot.quiet import disable_log
 from gaitsim_robot.shapes import mesh_vertices
 
 _TINY = 1e-9  # kg and kg·m²; lets MuJoCo compile massless bodies, which repairs detect later
@@ -33,7 +33,7 @@ _FINITE = (
     "dof_damping", "dof_armature", "dof_frictionloss", "qpos0", "qpos_spring", "key_qpos",
     "site_pos", "site_quat", "eq_data",
 )  # fmt: skip
-_STANDING = ("stand", "home")
+_STANDING_NAMES = ("stand", "home")
 
 
 def read_mjcf(root: Element, files: Files, where: str) -> Robot:
@@ -45,7 +45,7 @@ def read_mjcf(root: Element, files: Files, where: str) -> Robot:
     repairs: list[str] = []
     inline_includes(root, files, where)
     modernise(root, where, repairs)
-    assets = take_files(root, files, where, repairs)
+    assets = resolve_files(root, files, where, repairs)
     model = _compiled(tostring(root, "unicode"), assets, where)
     # MuJoCo does not reject NaN and infinity.
     if not all(np.isfinite(getattr(model, name)).all() for name in _FINITE):
@@ -60,7 +60,7 @@ def read_mjcf(root: Element, files: Files, where: str) -> Robot:
 def _compiled(text: str, assets: dict[str, bytes], where: str) -> Any:
     import mujoco
 
-    silence()
+    disable_log()
     try:
         spec = mujoco.MjSpec.from_string(text, assets=assets)
         spec.compiler.balanceinertia = True
@@ -104,7 +104,7 @@ class _Reader:
                 self._bodies[int(model.body_parentid[body])].children.append(self._bodies[body])
         others = [self._name("BODY", one) for one in set(model.body_rootid) - {0, root}]
         if others:
-            self._repairs.append(f"dropped bodies outside the robot: {listed(others)}")
+            self._repairs.append(f"dropped bodies outside the robot: {format_names(others)}")
         name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
         robot = Robot(name, self._bodies[root], repairs=self._repairs)
         if not robot.root.joints:
@@ -240,7 +240,7 @@ class _Reader:
 
         model = self._model
         names = [self._name("KEY", key).lower() for key in range(model.nkey)]
-        found = [key for word in _STANDING for key, name in enumerate(names) if word in name]
+        found = [key for word in _STANDING_NAMES for key, name in enumerate(names) if word in name]
         if not found:
             return None
         data = mujoco.MjData(model)

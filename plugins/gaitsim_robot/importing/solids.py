@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.meshes import VERTICES, box, hull
-from gaitsim_robot.importing.tree import Body, Floats, Place, Robot, Shape, listed
+from gaitsim_robot.importing.tree import Body, Floats, Place, Robot, Shape, format_names
 from gaitsim_robot.shapes import CORNERS
 
 DENSITY = 1000.0  # kg/m³, density of a robot whose file has no masses
@@ -66,7 +66,7 @@ def repair_shapes(robot: Robot) -> None:
         (flat, "flat meshes replaced by boxes"),
     ):
         if names:
-            robot.repairs.append(f"{what}: {listed(names)}")
+            robot.repairs.append(f"{what}: {format_names(names)}")
 
 
 def _reserve_ground(robot: Robot) -> None:
@@ -183,7 +183,7 @@ def repair_masses(robot: Robot) -> None:
     if light:
         robot.repairs.append(
             f"bodies without mass, {light[0].mass:.2g} kg each assumed: "
-            f"{listed([body.name for body in light])}"
+            f"{format_names([body.name for body in light])}"
         )
     length = _length(robot)
     changed: list[str] = []
@@ -191,7 +191,7 @@ def repair_masses(robot: Robot) -> None:
     for body in bodies:
         size = _size(body) if body.shapes else max(_size(body), SMALL * length)
         if not _plausible(body, size):
-            body.inertia = _even(body, size)
+            body.inertia = _uniform_inertia(body, size)
             if body not in light:
                 changed.append(body.name)
         values, axes = np.linalg.eigh(body.inertia)
@@ -202,9 +202,13 @@ def repair_masses(robot: Robot) -> None:
         values[:2] += max(0.0, (1.001 * values[2] - values[0] - values[1]) / 2)
         body.inertia = axes @ np.diag(values) @ axes.T
     if changed:
-        robot.repairs.append(f"inertias replaced by those of uniform solids: {listed(changed)}")
+        robot.repairs.append(
+            f"inertias replaced by those of uniform solids: {format_names(changed)}"
+        )
     if balanced:
-        robot.repairs.append(f"impossible inertias replaced by their mean: {listed(balanced)}")
+        robot.repairs.append(
+            f"impossible inertias replaced by their mean: {format_names(balanced)}"
+        )
 
 
 def _plausible(body: Body, size: float) -> bool:
@@ -215,7 +219,7 @@ def _plausible(body: Body, size: float) -> bool:
     return NARROW * size <= radius <= WIDE * size
 
 
-def _even(body: Body, size: float) -> Floats:
+def _uniform_inertia(body: Body, size: float) -> Floats:
     """Return the inertia of a uniform box around the body's shapes, or of a sphere of its size."""
     points = [_corners(shape) for shape in body.shapes]
     if not points:

@@ -99,7 +99,7 @@ class Body:
         joints: joints between the parent and the body.
         sites: frames used by equality constraints, by name.
         children: bodies that this body carries.
-        lost: whether colliding geometry is missing.
+        lost: whether colliding geometry is missing, because its mesh cannot be read.
     """
 
     name: str
@@ -115,11 +115,11 @@ class Body:
 
     def walk(self) -> Iterator["Body"]:
         """Yield this body and all below it, parents first."""
-        waiting = [self]
-        while waiting:
-            body = waiting.pop()
+        pending = [self]
+        while pending:
+            body = pending.pop()
             yield body
-            waiting += reversed(body.children)
+            pending += reversed(body.children)
 
     @property
     def colliding(self) -> list[Shape]:
@@ -173,8 +173,8 @@ class Robot:
         return [joint for body in self.root.walk() for joint in body.joints]
 
 
-def listed(names: Sequence[str], limit: int = 4) -> str:
-    """Return the first names and the number of the remaining ones."""
+def format_names(names: Sequence[str], limit: int = 4) -> str:
+    """Return a text with the first names and the number of the others."""
     more = len(names) - limit
     shown = ", ".join(repr(name) for name in names[:limit])
     return f"{shown} and {more} more" if more > 0 else shown

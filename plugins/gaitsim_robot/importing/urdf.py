@@ -15,7 +15,7 @@ from gaitsim_robot.importing.tree import (
     Place,
     Robot,
     Shape,
-    listed,
+    format_names,
 )
 from gaitsim_robot.markup import number, numbers
 
@@ -79,10 +79,12 @@ class _Reader:
             )
         root = max(tops, key=lambda top: sum(1 for _ in top.walk()))
         if others := [top.name for top in tops if top is not root]:
-            self._repairs.append(f"dropped links that are not part of the robot: {listed(others)}")
-        return self._afloat(root)
+            self._repairs.append(
+                f"dropped links that are not part of the robot: {format_names(others)}"
+            )
+        return self._floating_root(root)
 
-    def _afloat(self, root: Body) -> Body:
+    def _floating_root(self, root: Body) -> Body:
         """Return the robot's floating body if the root is a world, or the root itself."""
         for body in list(root.walk()):
             if not any(joint.kind == "free" for joint in body.joints):
@@ -91,7 +93,7 @@ class _Reader:
             if _hinges(body) == _hinges(root):
                 rest = {one.name for one in root.walk()} - {one.name for one in body.walk()}
                 self._repairs.append(
-                    f"dropped links outside the floating robot: {listed(sorted(rest))}"
+                    f"dropped links outside the floating robot: {format_names(sorted(rest))}"
                 )
                 body.joints, body.place = [], Place()
                 return body
@@ -108,10 +110,10 @@ class _Reader:
     def _place(self, element: Element | None, where: str) -> Place:
         if element is None:
             return Place()
-        roll, pitch, yaw = self._three(element, "rpy", where)
-        return Place(self._three(element, "xyz", where), rotation(roll, pitch, yaw))
+        roll, pitch, yaw = self._vector(element, "rpy", where)
+        return Place(self._vector(element, "xyz", where), rotation(roll, pitch, yaw))
 
-    def _three(self, element: Element, key: str, where: str) -> Floats:
+    def _vector(self, element: Element, key: str, where: str) -> Floats:
         words = element.get(key, "").split()
         if len(words) > 3:
             self._repairs.append(f"ignored numbers after the third: {key}={' '.join(words)!r}")
@@ -203,7 +205,7 @@ class _Reader:
                 raise RobotError(
                     f"the {tag} link {found!r} does not exist",
                     where=where,
-                    allowed=listed(list(bodies), 20),
+                    allowed=format_names(list(bodies), 20),
                 )
             return found
 
@@ -250,7 +252,7 @@ class _Reader:
         if limit is not None:
 
             def bound(key: str) -> float | None:
-                return _lenient(limit.get(key), where)
+                return _limit_value(limit.get(key), where)
 
             low, high = bound("lower"), bound("upper")
             joint.torque = max(bound("effort") or 0.0, 0.0)
@@ -273,7 +275,7 @@ def _hinges(body: Body) -> int:
     return sum(joint.kind == "hinge" for part in body.walk() for joint in part.joints)
 
 
-def _lenient(text: str | None, where: str) -> float | None:
+def _limit_value(text: str | None, where: str) -> float | None:
     """Return a limit, which may be infinite, or huge such as 1e16; None if it is missing."""
     if text is None:
         return None
