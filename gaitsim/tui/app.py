@@ -156,13 +156,13 @@ class GaitsimApp(ViKeys):
 
     # Navigation
 
-    def open_run(self, run: Path, *, go: bool = False) -> None:
-        """Show a run live; `go` continues it immediately."""
+    def open_run(self, run: Path, *, resume: bool = False) -> None:
+        """Show a run live; `resume` continues it immediately."""
         from gaitsim.tui.screens.live import Live
 
         # A double click arrives twice.
         if not (isinstance(self.screen, Live) and self.screen.run == run):
-            self.push_screen(Live(run, go=go))
+            self.push_screen(Live(run, resume=resume))
 
     def open_new(self, experiment: str | None = None) -> None:
         """Create a new run from a preset's name or an experiment file."""
@@ -236,15 +236,15 @@ class GaitsimApp(ViKeys):
         if answer == "files":
             self.open_files(run)
         elif answer:
-            self.begin_task(answer)
+            self.start_task(answer)
 
     @work
     async def verify_code(self) -> None:
         """Ask for a challenge code, and verify it."""
-        from gaitsim.tui.screens.codes import TakeCode
+        from gaitsim.tui.screens.codes import AskCode
         from gaitsim.tui.screens.verify import Verify
 
-        code = await self.push_screen_wait(TakeCode())
+        code = await self.push_screen_wait(AskCode())
         if code:
             self.push_screen(Verify(code))
 
@@ -254,7 +254,7 @@ class GaitsimApp(ViKeys):
 
         self.push_screen(Files(run))
 
-    def begin_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
+    def start_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
         """Run a gaitsim command in the background; with `opens`, open the file it writes."""
         task = self.tasks.begin(arguments, opens=opens)
         if not self.screen.query("#tasks"):
@@ -269,7 +269,7 @@ class GaitsimApp(ViKeys):
         if screen.is_current and len(self.screen_stack) > 1 and await _may_leave(screen):
             screen.dismiss()
 
-    def tell(self, error: GaitsimError) -> None:
+    def show_error(self, error: GaitsimError) -> None:
         """Show an error as plain text."""
         self.notify(str(error), title="", severity="error", markup=False, timeout=10)
 
@@ -295,7 +295,7 @@ class GaitsimApp(ViKeys):
             try:
                 remember_theme(self._config.path, name)
             except GaitsimError as error:
-                self.tell(error)
+                self.show_error(error)
 
     def action_help(self) -> None:
         from gaitsim.tui.screens.help import Help

@@ -33,7 +33,7 @@ def test_a_pasted_code_is_checked_at_once(walk, drive):
 
     async def test(driver):
         driver.app.verify_code()
-        await driver.at("TakeCode")
+        await driver.at("AskCode")
         driver.screen.query_one("#code").text = "gaitsim1-AAAA"
         await driver.press("ctrl+s")
         assert "is damaged" in driver.text("#code-problem")
@@ -54,7 +54,7 @@ def test_a_pasted_code_is_verified(walk, drive):
         forged = replace(Challenge.read(code), score=99.0).code
         for pasted, verdict in ((f"{code[:30]}\n {code[30:]}", "identical"), (forged, "different")):
             driver.app.verify_code()
-            await driver.at("TakeCode")
+            await driver.at("AskCode")
             driver.screen.query_one("#code").text = pasted
             await driver.press("ctrl+s")
             screen = await driver.at("Verify")
@@ -72,7 +72,7 @@ def test_home_makes_a_gallery(walk, drive, monkeypatch):
 
     async def test(driver):
         begun = []
-        monkeypatch.setattr(driver.app, "begin_task", lambda words, **_: begun.append(words))
+        monkeypatch.setattr(driver.app, "start_task", lambda words, **_: begun.append(words))
         await driver.press("B")
         await driver.at("Ask")
         await driver.press("enter")

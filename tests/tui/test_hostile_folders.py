@@ -18,8 +18,8 @@ def template(here, gaitsim):
     return here
 
 
-def visit(drive, runs, keys, go):
-    """Open the attacked run in every screen, press keys there, and leave it; `go` resumes it."""
+def visit(drive, runs, keys, resume):
+    """Open the attacked run, resumed or not, in every screen, press keys there, and leave it."""
     victim, other = runs / "victim", runs / "other"
 
     async def test(driver):
@@ -34,7 +34,7 @@ def visit(drive, runs, keys, go):
             await driver.until(lambda: driver.screen is screen)
 
         for open_screen, pressed in (
-            (lambda: app.open_run(victim, go=go), keys),
+            (lambda: app.open_run(victim, resume=resume), keys),
             (lambda: app.open_replay(victim), "be"),
             (lambda: app.open_replay(other, None, victim), "b"),
             (lambda: app.open_compare([other, victim]), "x"),
@@ -53,13 +53,13 @@ def visit(drive, runs, keys, go):
     drive(test, folder=runs)
 
 
-def check(cases, template, tmp_path, monkeypatch, drive, keys="recfg", go=True):
+def check(cases, template, tmp_path, monkeypatch, drive, keys="recfg", resume=True):
     for number, (file, attack) in enumerate(cases):
         folder = tmp_path / str(number)
         attacked(template, folder, file, attack)
         monkeypatch.chdir(folder)
         try:
-            visit(drive, folder / "runs", keys, go)
+            visit(drive, folder / "runs", keys, resume)
         except BaseException as error:
             error.add_note(f"{file}: {attack}")
             raise
@@ -68,7 +68,7 @@ def check(cases, template, tmp_path, monkeypatch, drive, keys="recfg", go=True):
 
 
 def test_an_attacked_run(template, drive, tmp_path, monkeypatch):
-    check([("history.csv", "pipe")], template, tmp_path, monkeypatch, drive, keys="e", go=False)
+    check([("history.csv", "pipe")], template, tmp_path, monkeypatch, drive, keys="e", resume=False)
 
 
 @pytest.mark.slow

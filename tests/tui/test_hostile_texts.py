@@ -39,7 +39,7 @@ def test_texts_of_others_at_home_and_live(wicked, drive):
         await ui.press("n", "enter")
         live = await ui.at("Live")
         await shows(ui, "[bold]b")
-        live.board.problem(GaitsimError(HOSTILE))
+        live.board.show_problem(GaitsimError(HOSTILE))
         await shows(ui, "\\u202e")
 
     drive(test, size=(180, 50))

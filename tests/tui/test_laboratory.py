@@ -63,10 +63,10 @@ def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
         assert "intact" in screen.obstacle("adapt")
 
         await driver.press("down", "enter")
-        await driver.until(lambda: screen.hurt.walk is not None and not screen.is_busy("walk"))
+        await driver.until(lambda: screen.damaged.walk is not None and not screen.is_busy("walk"))
         assert texts(screen.damage) == ("L2 lost",)
         assert "[L2✗]" in plan(screen)
-        assert screen.hurt.walk.individual.damage == ("L2 lost",)
+        assert screen.damaged.walk.individual.damage == ("L2 lost",)
         assert screen.intact.walk.individual.damage == ()
         assert screen.command_line() == f"gaitsim adapt {atlas} --damage 'L2 lost'"
 
@@ -90,9 +90,9 @@ def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
         await driver.press("enter")
         await driver.until(lambda: not screen.damage and not screen.is_busy("walk"))
         assert screen.trials.table.row_count == 0
-        assert screen.hurt.walk is None
+        assert screen.damaged.walk is None
         await driver.press("enter")
-        await driver.until(lambda: screen.hurt.walk is not None and not screen.is_busy("walk"))
+        await driver.until(lambda: screen.damaged.walk is not None and not screen.is_busy("walk"))
         await driver.press("a")
         await driver.until(lambda: screen.adapted.walk is not None and not screen.is_busy("adapt"))
         assert screen.adaptation.trials == trials
@@ -118,7 +118,7 @@ def test_a_joint_is_damaged_as_far_as_the_body_allows(atlas, drive):
         await driver.type("20")
         await driver.press("enter")
         await driver.at("Laboratory")
-        await driver.until(lambda: screen.hurt.walk is not None and not screen.is_busy("walk"))
+        await driver.until(lambda: screen.damaged.walk is not None and not screen.is_busy("walk"))
         assert texts(screen.damage) == ("L1 coxa stuck 20",)
         assert "[L1!]" in plan(screen)
         await driver.press("i")

@@ -28,10 +28,10 @@ from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens import live_formatting as formatting
 from gaitsim.tui.screens.change_dialog import ChangeDialog
-from gaitsim.tui.screens.change_effect import known_options
+from gaitsim.tui.screens.change_effect import changeable_options
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
-from gaitsim.tui.screens.live_source import explained
+from gaitsim.tui.screens.live_source import with_failure
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.lines import Lines
@@ -246,7 +246,7 @@ class TestSteering:
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.state == "finished")
 
-        live(make(), test, go=True)
+        live(make(), test, resume=True)
 
     def test_an_option_is_changed_while_it_runs(self, make, gaitsim):
         run = make(0, SLOW, generations=100_000)
@@ -273,7 +273,7 @@ class TestSteering:
             await pilot.press("s")
             await app_until(pilot, lambda: screen.process is None)
 
-        live(run, test, go=True)
+        live(run, test, resume=True)
         first, second = RunSnapshot(run).stages
         whole = make(0, SLOW, out="other", generations=first.last)
         gaitsim("resume", whole)
@@ -323,9 +323,9 @@ class TestSteering:
 
         def slow(run):
             ready.wait(60)
-            return known_options(run)
+            return changeable_options(run)
 
-        monkeypatch.setattr("gaitsim.tui.screens.change_dialog.known_options", slow)
+        monkeypatch.setattr("gaitsim.tui.screens.change_dialog.changeable_options", slow)
 
         run = make(3)
 
@@ -397,7 +397,7 @@ class TestSteering:
             await pilot.press("s")
             await app_until(pilot, lambda: copy.process is None)
 
-        live(run, test, go=True)
+        live(run, test, resume=True)
         assert RunSnapshot(Path("runs/[red]fork")).stages[0].last <= RunSnapshot(run).generation
 
     def test_a_copy_that_cannot_be_made_is_told(self, make):
@@ -459,7 +459,7 @@ class TestLeaving:
             assert "killed or crashed" in problem(reopened)
             assert {"go", "step", "change"} <= offered(reopened)
 
-        live(run, test, go=True)
+        live(run, test, resume=True)
 
     def test_at_the_end_of_the_app_it_is_asked_about(self, make):
         run = make(0, SLOW, generations=100_000)
@@ -477,7 +477,7 @@ class TestLeaving:
                     await app_until(pilot, lambda ended=ended: ended)
                     assert (ended == ["running"]) is keeps
 
-        live(run, test, go=True)
+        live(run, test, resume=True)
         assert RunSnapshot(run).generation == len(RunSnapshot(run).history["best"]) > 2
         assert not is_locked(run)
 
@@ -544,7 +544,7 @@ class TestProblems:
             assert "organism 'spoilt' of package spoilt 1.0" in problem(screen)
             assert "go" in offered(screen)
 
-        live(make(0, "organism.plugin=spoilt"), test, go=True)
+        live(make(0, "organism.plugin=spoilt"), test, resume=True)
 
     def test_how_far_it_is_stays_when_it_cannot_be_gone_on_with(self, make):
         run = make(3)
@@ -596,7 +596,7 @@ class TestProblems:
             await pilot.press("escape")
             await app_until(pilot, lambda: pilot.app.screen is not screen)
 
-        live(run, test, go=True)
+        live(run, test, resume=True)
 
     def test_a_damaged_run_is_told(self, make):
         run = make(3)
@@ -619,7 +619,7 @@ class TestProblems:
             await app_until(pilot, lambda: screen.snapshot.generation > at)
             assert problem(screen) == ""
 
-        live(make(0, SLOW, generations=100_000), test, go=True)
+        live(make(0, SLOW, generations=100_000), test, resume=True)
 
     @pytest.mark.slow
     def test_a_second_stop_does_not_wait(self, make):
@@ -636,7 +636,7 @@ class TestProblems:
             await pilot.press("s")
             await app_until(pilot, lambda: screen.process is None)
 
-        live(run, test, go=True)
+        live(run, test, resume=True)
         assert RunSnapshot(run).generation == 2
 
     def test_rows_that_did_not_come_are_read(self, make):
@@ -768,6 +768,6 @@ class TestWords:
 
 def test_a_run_in_the_background_is_not_taken_for_one_of_another_program(tmp_path, monkeypatch):
     seen = Snapshot("elsewhere", generation=3)
-    assert explained(seen, seen, tmp_path).state == "elsewhere"
+    assert with_failure(seen, seen, tmp_path).state == "elsewhere"
     monkeypatch.setattr("gaitsim.tui.screens.live_source.evolving", lambda run: "paused")
-    assert explained(seen, seen, tmp_path).state == "paused"
+    assert with_failure(seen, seen, tmp_path).state == "paused"

@@ -182,13 +182,13 @@ def words(canvas):
 def test_a_key_writes_a_page_of_the_bodies_that_are_shown(walk, monkeypatch):
     begun = []
     monkeypatch.setattr(
-        GaitsimApp, "begin_task", lambda app, words, opens=False: begun.append((words, opens))
+        GaitsimApp, "start_task", lambda app, words, opens=False: begun.append((words, opens))
     )
     run = walk()
 
     async def test(screen, pilot):
         await press(pilot, "B")
-        screen.pane.ask(4)
+        screen.pane.request(4)
         await settled(pilot)
         await press(pilot, "B", "s", "B")
 
@@ -288,7 +288,7 @@ class TestGenerations:
             slider = screen.pane.query_one(Scrubber)
             for number in (2, 3, 4, 5):
                 slider.choose(number)
-                screen.pane.ask(number)
+                screen.pane.request(number)
             await settled(pilot)
             assert screen.pane.shown.generation == 5
             assert read == [1, 2, 5]

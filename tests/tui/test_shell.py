@@ -131,7 +131,7 @@ class TestFooter:
         async def test(driver):
             await self.check(driver)
             if keys[-1] == "TaskList":
-                driver.app.begin_task(["runs"])
+                driver.app.start_task(["runs"])
                 await driver.until(lambda: not driver.app.tasks.all[0].running)
             *keys_there, kind = keys
             await driver.press(*keys_there)

@@ -415,7 +415,7 @@ class TestMaking:
         monkeypatch.setenv("PYTHONPATH", str(here))
 
         async def test(driver):
-            driver.app.begin_task(["analyse", "x"])
+            driver.app.start_task(["analyse", "x"])
             driver.app.action_tasks()
             await driver.at("TaskList")
             await driver.until(lambda: driver.app.tasks.all[0].state == "failed")
@@ -433,7 +433,7 @@ class TestMaking:
         monkeypatch.setenv("PYTHONPATH", str(here))
 
         async def test(driver):
-            driver.app.begin_task(["analyse", "x"])
+            driver.app.start_task(["analyse", "x"])
             driver.app.action_tasks()
             await driver.at("TaskList")
             await driver.until(lambda: driver.app.tasks.all[0].state == "done")
@@ -448,7 +448,7 @@ class TestMaking:
         monkeypatch.setenv("PYTHONPATH", str(here))
 
         async def test(driver):
-            driver.app.begin_task(["export", "runs/" + "long-name-" * 12])
+            driver.app.start_task(["export", "runs/" + "long-name-" * 12])
             driver.app.action_tasks()
             await driver.at("TaskList")
             await driver.until(lambda: driver.app.tasks.all[0].state == "done")
@@ -463,7 +463,7 @@ class TestMaking:
 
     def test_what_fails_is_told_and_its_message_kept(self, here, drive):
         async def test(driver):
-            driver.app.begin_task(["export", "no [b]where"])
+            driver.app.start_task(["export", "no [b]where"])
             await driver.until(lambda: "there is no run 'no [b]where'" in driver.told())
             driver.app.action_tasks()
             await driver.at("TaskList")
@@ -476,7 +476,7 @@ class TestMaking:
         monkeypatch.setenv("PYTHONPATH", str(here))
 
         async def test(driver):
-            driver.app.begin_task(["video", "x"])
+            driver.app.start_task(["video", "x"])
             task = driver.app.tasks.all[0]
             await driver.until(lambda: task.output)
             await driver.press("q")
@@ -489,7 +489,7 @@ class TestMaking:
             assert isinstance(driver.screen, TaskList)
             await driver.press("x")
             await driver.until(lambda: task.state == "stopped" and task.ended)
-            driver.app.begin_task(["video", "y"])
+            driver.app.start_task(["video", "y"])
             other = driver.app.tasks.all[1]
             await driver.until(lambda: other.output)
             await driver.press("q")

@@ -232,7 +232,7 @@ def test_steering(day, walk):
 
 
 def test_looking(day, walk):
-    """Runs are compared and replayed, a generation is chosen and explained, a file is made."""
+    """Runs are compared and replayed, a generation is chosen and with_failure, a file is made."""
     walk("walk", 5)
     walk("other", 4)
 

@@ -1,1 +1,1 @@
-"""One screen a file."""
+"""The screens and dialogs of the app, one per module."""

@@ -1,4 +1,4 @@
-"""Map: the archive of a run as a heat map, and the gait under the cursor."""
+"""Map: the archive of a run as a heat map and the gait under the cursor."""
 
 import asyncio
 import time
@@ -21,7 +21,7 @@ from gaitsim.runs.files.folder import command
 from gaitsim.tui.screens.atlas_source import Atlas, AtlasReader
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.elite_pane import ElitePane
-from gaitsim.tui.screens.numbering import checked_number
+from gaitsim.tui.screens.numbering import parse_number
 from gaitsim.tui.screens.questions import Ask
 from gaitsim.tui.widgets.archive_map import ArchiveMap
 from gaitsim.tui.widgets.footer import Footer
@@ -29,7 +29,7 @@ from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.lines import Lines
 
 LOOK = 1.0  # seconds between two checks for new generations
-SHARE = 10  # minimum pause between two reads, as a multiple of the time that a read takes
+SHARE = 10  # minimum pause between two reads, as a multiple of the time of a read
 LONGEST = 10.0  # maximum pause, seconds
 PAUSE = 0.1  # seconds for which the cursor rests before an elite is simulated
 BEHAVIOUR = 3  # maximum lines of behaviour below the map
@@ -51,8 +51,8 @@ class Map(GaitScreen):
 All gaits that a search has found, as a map of two axes: the colour of a cell is its best score;
 dots are cells without a gait.
 
-- **Arrow keys**, or a click, choose a gait, which moves on the right, with its name, footfalls
-  and measures. Below the map are its number, score and position on all axes.
+- **Arrow keys** or a click choose a gait. It moves on the right, with its name, footfalls and
+  measures. Below the map are its number, score and position on all axes.
 - **Axes**: with more than two axes, each cell shows the best score over the other axes. `]` and
   `[` step through pairs of axes, opposite legs first; `x` and `z` change one axis.
 - **Best** selects the best member, **Go to** a member by its number.
@@ -102,9 +102,9 @@ dots are cells without a gait.
         self.pane = ElitePane()
         self._reader = AtlasReader(run)
         self._atlas: Atlas | None = None
-        self._first = member
+        self._initial = member
         self._pair: tuple[str, ...] = ()
-        self._asked: int | None = None  # the member to simulate
+        self._requested: int | None = None  # the member to simulate
         self._member = Lines(id="map-member")
         self.title, self.sub_title = run.name, "map"
 
@@ -135,66 +135,66 @@ dots are cells without a gait.
                         self.map.say(visible_lines(str(error)))
                 else:
                     if atlas is not None:
-                        self._take(atlas)
+                        self._show_atlas(atlas)
             await asyncio.sleep(min(max(LOOK, SHARE * (time.monotonic() - begun)), LONGEST))
 
-    def _take(self, atlas: Atlas) -> None:
-        """Show an archive, and keep the cursor."""
+    def _show_atlas(self, atlas: Atlas) -> None:
+        """Show an archive and keep the cursor."""
         if atlas.view.names != (self._atlas.view.names if self._atlas else None):
             self._pair = next(iter(atlas.view.pairs), atlas.view.names)
         self._atlas = atlas
         self.sub_title = atlas.summary
         self.map.say("no elite yet: every individual has failed so far")
         count = len(atlas.view.members.scores)
-        first, self._first = self._first, None
+        first, self._initial = self._initial, None
         wanted = first.number if first is not None and first.number <= count else None
         self._show(wanted)
 
     def _show(self, member: int | None) -> None:
         assert self._atlas is not None
-        words = self._reader.words(self._atlas)
-        self.map.show(self._atlas.view, self._pair, words, member)
+        labels = self._reader.labels(self._atlas)
+        self.map.show(self._atlas.view, self._pair, labels, member)
         self.offers = bool(len(self._atlas.view.members.scores)), len(self._atlas.view.names)
 
     # The elite under the cursor
 
     @on(ArchiveMap.Moved)
     def _moved(self) -> None:
-        """Describe the member under the cursor, and simulate it once the cursor rests."""
+        """Describe the member under the cursor and simulate it once the cursor rests."""
         atlas, member = self._atlas, self.map.member
         if atlas is None or member is None:
             return
-        self._say(atlas, member)
-        self._asked = member
-        kept = self._reader.kept(atlas, member)
-        if kept is not None:
-            self.pane.show(kept)
+        self._describe(atlas, member)
+        self._requested = member
+        cached = self._reader.cached(atlas, member)
+        if cached is not None:
+            self.pane.show(cached)
         elif not self.is_busy("elite"):
             self._load()
 
     @work(group="elite")
     async def _load(self) -> None:
-        """Simulate the member under the cursor, until it is the one still under it."""
+        """Simulate the member under the cursor; repeat if the cursor has moved meanwhile."""
         while True:
             await asyncio.sleep(PAUSE)
-            atlas, asked = self._atlas, self._asked
+            atlas, requested = self._atlas, self._requested
             assert atlas is not None
-            assert asked is not None
-            elite = self._reader.kept(atlas, asked)
+            assert requested is not None
+            elite = self._reader.cached(atlas, requested)
             if elite is None:
                 try:
-                    elite = await self.in_thread(self._reader.elite, atlas, asked)
+                    elite = await self.in_thread(self._reader.elite, atlas, requested)
                 except GaitsimError as error:
-                    if asked == self._asked:
-                        self.pane.fail(error)
-            if asked == self._asked:
+                    if requested == self._requested:
+                        self.pane.show_error(error)
+            if requested == self._requested:
                 if elite is not None:
                     self.pane.show(elite)
-                if self.map.words_shown != self._reader.words(atlas):  # the units are known now
+                if self.map.words_shown != self._reader.labels(atlas):  # the units are known now
                     self._show(None)
                 return
 
-    def _say(self, atlas: Atlas, member: int) -> None:
+    def _describe(self, atlas: Atlas, member: int) -> None:
         """Show number, score and behaviour of a member below the map."""
         members = atlas.view.members
         width = max(self._member.size.width, 20)
@@ -203,11 +203,11 @@ dots are cells without a gait.
         head.append(" ★" if member == atlas.view.best else "")
         head.append(f"   score {number(float(members.scores[member - 1]), 4)}")
         shared, *items = atlas.behaviour(member)
-        said = " ".join([shared, *items]) if shared else "  ".join(items)
-        behaviour = [Text(line, no_wrap=True, end="") for line in wrap(said, width)[:BEHAVIOUR]]
+        text = " ".join([shared, *items]) if shared else "  ".join(items)
+        behaviour = [Text(line, no_wrap=True, end="") for line in wrap(text, width)[:BEHAVIOUR]]
         self._member.show([head, *behaviour])
 
-    # What keys do
+    # Actions
 
     def action_pair(self, steps: int) -> None:
         """Show the next pair of axes, with the cursor on the same gait."""
@@ -236,10 +236,10 @@ dots are cells without a gait.
 
     @work(group="ask", exclusive=True)
     async def action_go_to(self) -> None:
-        """Ask for a member's number, and go to its cell."""
+        """Ask for a member's number and go to its cell."""
         assert self._atlas is not None
         last = len(self._atlas.view.members.scores)
-        check = partial(checked_number, kind="member", last=last)
+        check = partial(parse_number, kind="member", last=last)
         question = Ask("Go to member", check=check, about=f"1 to {last:,}")
         answer = await self.app.push_screen_wait(question)
         if answer is not None:

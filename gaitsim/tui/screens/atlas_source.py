@@ -1,4 +1,4 @@
-"""Data of the map: the archive of a run that may be evolving, and its elites in motion."""
+"""Data of the map: the archive of a run that may be evolving and its elites in motion."""
 
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -14,10 +14,10 @@ from gaitsim.render.terminal.atlas_labels import axis_labels, summary
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.follow import RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.tui.screens.replay_loading import Shown, shown_of
+from gaitsim.tui.screens.replay_loading import LoadedIndividual, load_individual
 
 _JOINED = "\N{NO-BREAK SPACE}"  # prevents a line break
-KEPT = 64  # maximum number of elites in memory, about 0.5 MB each
+CACHED = 64  # maximum number of elites in memory, about 0.5 MB each
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Atlas:
     def behaviour(self, member: int) -> list[str]:
         """Return the words that all axis names share, then each axis with the member's value."""
         values, names = self.view.members.values, self.view.names
-        shared = shared_words(names)
+        shared = shared_prefix(names)
         return [
             visible(shared.strip()),
             *(
@@ -61,7 +61,7 @@ class Elite:
         gait: name of its gait; None if the feet of the body do not define one.
     """
 
-    shown: Shown
+    shown: LoadedIndividual
     gait: Name | None
 
 
@@ -71,7 +71,7 @@ class AtlasReader:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._follower = RunFollower(path)
-        self._words: dict[str, str] = {}
+        self._labels: dict[str, str] = {}
         self._elites: OrderedDict[bytes, Elite] = OrderedDict()
 
     def poll(self) -> Atlas | None:
@@ -91,40 +91,41 @@ class AtlasReader:
         if view is None:
             name = run.experiment.entries["search"].name
             raise RunError(
-                f"the search {name!r} of this run keeps no archive, so there is no map",
+                f"the search {name!r} keeps no archive",
+                where=str(self._path),
                 remedy="evolve with map-elites, such as the preset spider-atlas",
             )
         return Atlas(run, view)
 
-    def words(self, atlas: Atlas) -> dict[str, str]:
-        """Return labels of the axes and the score, with units once an elite was simulated."""
+    def labels(self, atlas: Atlas) -> dict[str, str]:
+        """Return labels of the axes and the score, with units once an elite has been simulated."""
         plain = {name: name for name in ("score", *atlas.view.names)}
-        return plain | self._words
+        return plain | self._labels
 
-    def kept(self, atlas: Atlas, member: int) -> Elite | None:
-        """Return a member that was simulated before, or None."""
+    def cached(self, atlas: Atlas, member: int) -> Elite | None:
+        """Return a member if it is in memory, else None."""
         return self._elites.get(_key(atlas, member))
 
     def elite(self, atlas: Atlas, member: int) -> Elite:
-        """Simulate a member, and name its gait.
+        """Simulate a member and name its gait.
 
         Raises:
             GaitsimError: the body cannot be simulated or drawn.
         """
-        shown = shown_of(atlas.run, Member(member))
+        shown = load_individual(atlas.run, Member(member))
         try:
             gait = analyse_individual(shown.individual).name
         except GaitsimError:
             gait = None
-        self._words = axis_labels(shown.individual, atlas.view)
+        self._labels = axis_labels(shown.individual, atlas.view)
         elite = self._elites[_key(atlas, member)] = Elite(shown, gait)
-        if len(self._elites) > KEPT:
+        if len(self._elites) > CACHED:
             self._elites.popitem(last=False)
         return elite
 
 
-def shared_words(names: Sequence[str]) -> str:
-    """Return the words with which all names begin, with the trailing space."""
+def shared_prefix(names: Sequence[str]) -> str:
+    """Return the words that begin all names, with the trailing space."""
     first, last = min(names), max(names)
     alike = [one == other for one, other in zip(first, last, strict=False)]
     shared = first[: [*alike, False].index(False)] if len(names) > 1 else ""

@@ -30,7 +30,7 @@ class PaletteCommand(NamedTuple):
 
 
 class Listed(Protocol):
-    """A run in a list: its folder, and the problem if it cannot be read."""
+    """A run in a list: its folder and the problem if it cannot be read."""
 
     @property
     def path(self) -> Path: ...
@@ -39,7 +39,7 @@ class Listed(Protocol):
 
 
 class Navigator(Protocol):
-    """The interface of the app for its screens, which need not import it.
+    """The app's interface for its screens, so that they need not import the app.
 
     Attributes:
         folder: folder that holds the runs.
@@ -55,7 +55,7 @@ class Navigator(Protocol):
     mirror: Mirror
     drafts: "dict[str, ExperimentBuilder]"
 
-    def open_run(self, run: Path, *, go: bool = False) -> None: ...
+    def open_run(self, run: Path, *, resume: bool = False) -> None: ...
     def open_new(self, experiment: str | None = None) -> None: ...
     def open_replay(
         self,
@@ -78,9 +78,9 @@ class Navigator(Protocol):
         damage: Sequence[str] = (),
     ) -> object: ...
     def open_files(self, run: Path) -> None: ...
-    def begin_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task: ...
+    def start_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task: ...
     def leave(self, screen: Screen[None]) -> object: ...
-    def tell(self, error: GaitsimError) -> None: ...
+    def show_error(self, error: GaitsimError) -> None: ...
     def palette(self) -> Iterable[PaletteCommand]: ...
 
 
@@ -145,7 +145,7 @@ class GaitScreen(Screen[None]):
         if run is None:
             return
         if run.problem is not None:
-            self.gaitsim.tell(run.problem)
+            self.gaitsim.show_error(run.problem)
         else:
             self.gaitsim.open_run(run.path)
 

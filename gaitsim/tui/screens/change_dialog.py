@@ -1,4 +1,4 @@
-"""Ask for changes of options with which a run continues, checked while typing."""
+"""Ask for new values of options with which to continue a run, checked while typing."""
 
 import asyncio
 from dataclasses import dataclass
@@ -21,15 +21,15 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.change_effect import (
-    KnownOption,
-    effect_of,
-    known_options,
-    without_command_line,
-    words_of,
+    ChangeableOption,
+    changeable_options,
+    describe_effect,
+    format_error,
+    parse_words,
 )
 from gaitsim.tui.screens.change_field import AssignmentsField
 
-CALM = 0.15  # seconds without a key before the text is checked
+DEBOUNCE = 0.15  # seconds without a key before the text is checked
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
     def __init__(self, run: Path, *, fork: bool = False, typed: str = "") -> None:
         super().__init__()
         self._run, self._fork = run, fork
-        self._known: list[KnownOption] = []
-        self._offered: str | None = None  # the word that filters the listed options
-        self._seen: tuple[str, str] | None = None  # both texts at the last check
+        self._known: list[ChangeableOption] = []
+        self._matched_word: str | None = None  # the word that filters the listed options
+        self._seen: tuple[str, str] | None = None  # texts of both fields at the last check
         self._input = AssignmentsField(
             typed,
             reading=True,
@@ -90,7 +90,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         )
         self._folder = Input(placeholder=f"{run}-2", compact=True, id="change-out")
         self._options = OptionList(id="change-options")
-        self._said = Static("Reading the experiment …", id="change-said")
+        self._message = Static("Reading the experiment …", id="change-said")
         self._shell = Static(id="change-command", classes="command")
 
     def compose(self) -> ComposeResult:
@@ -98,13 +98,13 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             box.border_title = what = "Fork" if self._fork else "Change"
             box.border_subtitle = "enter accepts, ↓ to the options, esc cancels"
             if self._fork:
-                yield Label("folder of the copy; the original run is unchanged")
+                yield Label("folder of the copy; the original run is not changed")
                 yield self._folder
             yield Label("changes from the next generation on, such as mutation.rate=0.1")
             yield self._input
             yield self._options
             with VerticalScroll(id="change-about", can_focus=False):
-                yield self._said
+                yield self._message
             yield self._shell
             with Horizontal(classes="dialog-buttons"):
                 yield Button(what, variant="primary", compact=True, id="change-do")
@@ -118,22 +118,22 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
     async def _read(self) -> None:
         """Read the options in a thread, as this imports plugins."""
         try:
-            self._known = await asyncio.to_thread(known_options, RunSnapshot(self._run))
+            self._known = await asyncio.to_thread(changeable_options, RunSnapshot(self._run))
         except GaitsimError as error:
-            self._say(without_command_line(error), wrong=True)
+            self._show_message(format_error(error), wrong=True)
         else:
             self._check()
         await self._input.catch_up()
 
     @on(Input.Changed)
     def _changed(self) -> None:
-        self._offer()
+        self._list_matches()
         # This event may arrive after an Enter, whose request must not be lost.
         if self._texts != self._seen:
-            self._check(CALM)
+            self._check(DEBOUNCE)
 
     @on(Input.Submitted, "#change-out")
-    def _take(self) -> None:
+    def _submit(self) -> None:
         self._check(submit=True)
 
     def enter(self) -> None:
@@ -160,48 +160,51 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             submit: whether to accept the changes if they are valid.
         """
         self._seen = self._texts
-        self._offer()
+        self._list_matches()
         self._show_effect(delay, submit)
 
     @work(exclusive=True)
     async def _show_effect(self, delay: float, submit: bool) -> None:
         await asyncio.sleep(delay)
         try:
-            words = words_of(self._input.value)
+            words = parse_words(self._input.value)
             self._shell.update(Text(f"$ {self._command(words)}"))
             if words and "=" not in words[-1] and not submit:
                 known = self._options.option_count
-                self._say(
+                self._show_message(
                     "Continue typing, or choose an option with ↓"
                     if known
                     else f"No option contains {words[-1]!r} in its name"
                 )
                 return
             overrides = parse_assignments(words)
-            if asked := self._without_value(overrides):
-                self._say(
-                    f"Type a value for {asked.key}. Current value: {asked.value}; {asked.about}"
+            if missing := self._without_value(overrides):
+                self._show_message(
+                    f"Type a value for {missing.key}. "
+                    f"Current value: {missing.value}; {missing.about}"
                 )
                 return
-            self._say(await asyncio.to_thread(effect_of, RunSnapshot(self._run), overrides))
+            self._show_message(
+                await asyncio.to_thread(describe_effect, RunSnapshot(self._run), overrides)
+            )
         except GaitsimError as error:
-            self._say(without_command_line(error), wrong=True)
+            self._show_message(format_error(error), wrong=True)
             return
         if submit:
             wanted = ChangeRequest(overrides, self._out())
             self.dismiss(wanted if overrides or self._fork else None)
 
-    def _without_value(self, overrides: dict[str, Typed]) -> KnownOption | None:
-        """Return an option that was typed without a value."""
+    def _without_value(self, overrides: dict[str, Typed]) -> ChangeableOption | None:
+        """Return the first option typed without a value, or None."""
         empty = [key for key, value in overrides.items() if not value]
         return next((one for one in self._known if one.key in empty), None)
 
-    def _offer(self) -> None:
+    def _list_matches(self) -> None:
         """List the options whose keys contain the beginning of the last word."""
         wanted = self._word.partition("=")[0]
-        if not self._known or wanted == self._offered:
+        if not self._known or wanted == self._matched_word:
             return
-        self._offered = wanted
+        self._matched_word = wanted
         width = max(len(one.key) for one in self._known)
         self._options.clear_options()
         self._options.add_options(
@@ -220,10 +223,10 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         )
         self._options.highlighted = 0 if self._options.option_count else None
 
-    def _say(self, text: str, *, wrong: bool = False) -> None:
-        self._said.set_class(wrong, "problem")
+    def _show_message(self, text: str, *, wrong: bool = False) -> None:
+        self._message.set_class(wrong, "problem")
         self._shell.display = not wrong
-        self._said.update(Text(visible_lines(text)))
+        self._message.update(Text(visible_lines(text)))
 
     def _command(self, assignments: tuple[str, ...]) -> str:
         out = self._out()
@@ -239,7 +242,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     @property
     def _word(self) -> str:
-        """The typed word."""
+        """The last typed word."""
         return self._input.value.rpartition(" ")[2]
 
     @on(OptionList.OptionSelected)
@@ -248,20 +251,20 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     def _complete(self) -> bool:
         """Complete a word that is part of a key; return whether there was one."""
-        self._offer()
-        marked = self._options.highlighted_option
-        if not self._word or "=" in self._word or marked is None:
+        self._list_matches()
+        highlighted = self._options.highlighted_option
+        if not self._word or "=" in self._word or highlighted is None:
             return False
-        self._insert(marked)
+        self._insert(highlighted)
         return True
 
     def _insert(self, option: Option) -> None:
-        """Replace the word's key by that of an option, and keep its value."""
+        """Replace the key in the typed word by that of an option and keep the value."""
         before, space, word = self._input.value.rpartition(" ")
         self._input.value = f"{before}{space}{option.id}={word.partition('=')[2]}"
-        self._to_input()
+        self._focus_input()
 
-    def _to_input(self) -> None:
+    def _focus_input(self) -> None:
         self.set_focus(self._input)  # not deferred
         self._input.cursor_position = len(self._input.value)
 
@@ -270,14 +273,14 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         if not self._options.has_focus:
             return
         if event.key == "up" and not self._options.highlighted:
-            self._to_input()
+            self._focus_input()
         elif event.key == "backspace" or (event.key == "enter" and self._input.reading):
-            self._to_input()
+            self._focus_input()
             await self._input.on_key(event)
-        elif event.key == "enter" and (marked := self._options.highlighted_option):
-            self._insert(marked)
+        elif event.key == "enter" and (highlighted := self._options.highlighted_option):
+            self._insert(highlighted)
         elif event.is_printable and event.character:
-            self._to_input()
+            self._focus_input()
             await self._input.on_key(event)
         else:
             return

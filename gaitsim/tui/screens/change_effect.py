@@ -1,4 +1,4 @@
-"""The options of a run's experiment, and the effect of changing them."""
+"""The options of a run's experiment and the effect of changing them."""
 
 import shlex
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 @dataclass(frozen=True)
-class KnownOption:
+class ChangeableOption:
     """A changeable option: its key, its current value, and its allowed values and meaning."""
 
     key: str
@@ -23,7 +23,7 @@ class KnownOption:
     about: str
 
 
-def known_options(run: RunSnapshot) -> list[KnownOption]:
+def changeable_options(run: RunSnapshot) -> list[ChangeableOption]:
     """Return the changeable options of a run's experiment, those that choose plugins last.
 
     Raises:
@@ -46,16 +46,16 @@ def known_options(run: RunSnapshot) -> list[KnownOption]:
                 continue  # fixed after the start
             value = options.shown(declared, given[name]) if name in given else options.NOT_SET
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"
-            found.append(KnownOption(f"{section}.{name}", value, about))
+            found.append(ChangeableOption(f"{section}.{name}", value, about))
     chosen = [
-        KnownOption(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"another {kind}")
+        ChangeableOption(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"a different {kind}")
         for kind in experiment.kinds
         if kind != "search"  # fixed too
     ]
     return [*found, *chosen]
 
 
-def words_of(text: str) -> tuple[str, ...]:
+def parse_words(text: str) -> tuple[str, ...]:
     """Split a text as a shell does.
 
     Raises:
@@ -67,7 +67,7 @@ def words_of(text: str) -> tuple[str, ...]:
         raise GaitsimError("a quotation mark is not closed") from None
 
 
-def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
+def describe_effect(run: RunSnapshot, overrides: Overrides) -> str:
     """Describe the effect of changes without applying them.
 
     Raises:
@@ -75,7 +75,7 @@ def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
     """
     plans = plan_resume(run, overrides, generations=None, any_version=True)
     if plans.last is None:
-        return "The first generation is evolved with these options." if overrides else ""
+        return "The first generation will have these options." if overrides else ""
     if not plans.changes:
         planned = f"{plans.experiment.evolution.generations:,}"
         return f"No new stage: evolution continues to generation {planned}." if overrides else ""
@@ -84,8 +84,8 @@ def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
     return f"{changes}from generation {run.generation + 1} on{rescored}"
 
 
-def without_command_line(error: GaitsimError) -> str:
-    """Return an error's text without the mention of the command line."""
+def format_error(error: GaitsimError) -> str:
+    """Return an error's text without the location 'command line'."""
     for one in error.problems if isinstance(error, ExperimentError) else (error,):
         one.where = one.where.removeprefix(COMMAND_LINE).removeprefix(", ")
     return str(error)

@@ -1,4 +1,4 @@
-"""Dialogs for challenge codes: show a code to copy, and ask for a pasted one."""
+"""Dialogs for challenge codes: show a code to copy and ask for a pasted one."""
 
 from typing import ClassVar
 
@@ -57,17 +57,17 @@ class ShowCode(ModalScreen[None]):
         self.notify(f"{len(self._code):,} characters", title="Copied", markup=False)
 
 
-class TakeCode(ModalScreen[str | None]):
+class AskCode(ModalScreen[str | None]):
     """Ask for a challenge code, which may have line breaks; return it on one line, or None."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
-            "ctrl+s", "take", "Verify", id="code.verify", priority=True, tooltip="Verify the code"
+            "ctrl+s", "submit", "Verify", id="code.verify", priority=True, tooltip="Verify the code"
         ),
         Binding("escape", "dismiss", "Cancel", id="code.cancel", tooltip="Close the dialog"),
     ]
     DEFAULT_CSS = """
-    TakeCode TextArea { height: 10; margin-top: 1; padding: 0 1; border: none; }
+    AskCode TextArea { height: 10; margin-top: 1; padding: 0 1; border: none; }
     """
 
     def compose(self) -> ComposeResult:
@@ -85,11 +85,11 @@ class TakeCode(ModalScreen[str | None]):
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
         if event.button.id == "code-verify":
-            self.action_take()
+            self.action_submit()
         else:
             self.dismiss()
 
-    def action_take(self) -> None:
+    def action_submit(self) -> None:
         """Return the code, or show why it is invalid."""
         text = "".join(self.query_one(TextArea).text.split())
         try:
@@ -108,10 +108,10 @@ class TakeCode(ModalScreen[str | None]):
 
 
 async def show_code(screen: GaitScreen, individual: Individual) -> None:
-    """Show the challenge code of an individual in a dialog, and copy it."""
+    """Show the challenge code of an individual in a dialog and copy it."""
     try:
         code = await screen.in_thread(code_of, individual)
     except GaitsimError as error:
-        screen.gaitsim.tell(error)
+        screen.gaitsim.show_error(error)
     else:
         screen.app.push_screen(ShowCode(individual.title, code))

@@ -1,4 +1,4 @@
-"""Compare: the curves of several runs in one plot, and the options that differ."""
+"""Compare: the curves of several runs in one plot and the options that differ."""
 
 import shlex
 from collections.abc import Iterator, Sequence
@@ -55,9 +55,10 @@ Curves of several runs in one plot, updated while runs evolve.
   evaluations are the default if populations differ.
 - The table lists the state of each run, and the options that differ. If an option changed during a
   run, the table names the generation, and the curves have a dotted line there.
-- Two runs are two throws of a die. **Statistics** repeats their experiments and tests the scores.
-- Left and right choose a run; **open** it, or **replay** its champion. With two runs, the champion
-  of the other one is shown beside it.
+- Two runs may differ by chance alone. **Statistics** repeats their experiments and tests the
+  scores.
+- Left and right choose a run; **open** it, or **replay** its champion. With two runs, the other
+  champion is shown beside it.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("o", "quantity", "Quantity", id="compare.quantity",
@@ -91,7 +92,7 @@ Curves of several runs in one plot, updated while runs evolve.
         super().__init__()
         self._by_chosen = False
         self._paths = tuple(runs)
-        self._courses: tuple[ComparedRun, ...] = ()
+        self._runs: tuple[ComparedRun, ...] = ()
         self._reader = RunsReader(runs)
 
     def compose(self) -> ComposeResult:
@@ -105,7 +106,7 @@ Curves of several runs in one plot, updated while runs evolve.
     def on_mount(self) -> None:
         self.query_one("#problems").display = self.query_one("#warning").display = False
         self.query_one("#table").focus()
-        self._say()
+        self._update_title()
         self._look()
         self.set_interval(EVERY, self._look_again)
 
@@ -115,35 +116,35 @@ Curves of several runs in one plot, updated while runs evolve.
 
     @work(group="compare")
     async def _look(self) -> None:
-        """Read the runs, and show them if they have changed."""
-        courses = await self.in_thread(self._reader.read)
-        if courses != self._courses:
-            self._show(courses)
+        """Read the runs and show them if they have changed."""
+        runs = await self.in_thread(self._reader.read)
+        if runs != self._runs:
+            self._show(runs)
 
-    def _show(self, courses: tuple[ComparedRun, ...]) -> None:
-        self._courses = courses
+    def _show(self, runs: tuple[ComparedRun, ...]) -> None:
+        self._runs = runs
         if not self._by_chosen:
-            self.set_reactive(Compare.by, fair_axis(courses))
-            self._say()
+            self.set_reactive(Compare.by, fair_axis(runs))
+            self._update_title()
         self._draw()
         self._fill()
         problems = Text("\n").join(
             Text(f"{visible(one.label)}: {visible_lines(str(one.problem))}")
-            for one in courses
+            for one in runs
             if one.problem
         )
-        self._tell("#problems", problems)
-        said = warning(courses)
-        self._tell("#warning", Text(f"⚠ {visible(said)}") if said else Text())
+        self._show_panel("#problems", problems)
+        text = warning(runs)
+        self._show_panel("#warning", Text(f"⚠ {visible(text)}") if text else Text())
         self.refresh_bindings()
 
-    def _tell(self, panel: str, text: Text) -> None:
+    def _show_panel(self, panel: str, text: Text) -> None:
         shown = self.query_one(panel, Static)
         shown.update(text)
         shown.display = bool(text)
 
     def _draw(self) -> None:
-        drawn = [one for one in self._courses if one.history]
+        drawn = [one for one in self._runs if one.history]
         series = [
             replace(one, name=clip_name(one.name, NAME))
             for one in run_curves(drawn, self.quantity, self.by)
@@ -163,46 +164,46 @@ Curves of several runs in one plot, updated while runs evolve.
         at, scrolled = shown.cursor_column, shown.scroll_offset
         shown.clear(columns=True)
         rows = [[clip(cell, VALUE) for cell in (row.key, *row.values)] for row in
-                comparison_table(self._courses)]  # fmt: skip
+                comparison_table(self._runs)]  # fmt: skip
         for number, heading in enumerate([Text(), *self._headings()]):
             # The table's own widths would arrive only after it is first drawn.
             width = max(heading.cell_len, *(cell_len(row[number]) for row in rows))
             shown.add_column(heading, key=str(number), width=width)
         for row in rows:
             shown.add_row(*map(Text, row))
-        shown.move_cursor(column=min(max(at, 1), len(self._courses)), animate=False)
+        shown.move_cursor(column=min(max(at, 1), len(self._runs)), animate=False)
         shown.scroll_to(scrolled.x, scrolled.y, animate=False)
 
     def _headings(self) -> Iterator[Text]:
         """Yield the names of the runs, with samples of their curves."""
         curves = self.query_one(Curves)
         line = 0
-        for one in self._courses:
+        for one in self._runs:
             heading = Text(no_wrap=True)
             if one.history:
                 heading.append_text(curves.sample(line)).append(" ")
                 line += 1
             yield heading.append(clip_name(one.label, NAME))
 
-    def _say(self) -> None:
+    def _update_title(self) -> None:
         self.sub_title = f"{in_words(self.quantity)} by {self.by}"
 
     def watch_by(self) -> None:
-        self._say()
+        self._update_title()
         self._draw()
 
     watch_quantity = watch_by
 
     def notify_style_update(self) -> None:
         super().notify_style_update()
-        if self._courses:
+        if self._runs:
             self.call_after_refresh(self._fill)
 
     @property
     def _chosen(self) -> ComparedRun | None:
         """The run under the cursor."""
         at = self.query_one(DataTable).cursor_column - 1 if self.is_mounted else -1
-        return self._courses[at] if 0 <= at < len(self._courses) else None
+        return self._runs[at] if 0 <= at < len(self._runs) else None
 
     @on(DataTable.ColumnHighlighted)
     def _moved(self) -> None:
@@ -215,26 +216,26 @@ Curves of several runs in one plot, updated while runs evolve.
     def action_replay(self) -> None:
         run = self._chosen
         if run is not None:
-            others = [one.path for one in self._courses if one is not run]
+            others = [one.path for one in self._runs if one is not run]
             self.gaitsim.open_replay(run.path, beside=others[0] if len(others) == 1 else None)
 
     @work(group="ask")
     async def action_statistics(self) -> None:
         from gaitsim.tui.screens.study_dialog import COMPARISON, StudyDialog
 
-        experiments = shlex.join(str(one.path / EXPERIMENT) for one in self._courses)
+        experiments = shlex.join(str(one.path / EXPERIMENT) for one in self._runs)
         dialog = StudyDialog(COMPARISON, {"experiments": experiments})
         arguments = await self.app.push_screen_wait(dialog)
         if arguments:
-            self.gaitsim.begin_task(arguments)
+            self.gaitsim.start_task(arguments)
             self.action_studies()
 
     def action_quantity(self) -> None:
-        self.quantity = _after(QUANTITIES, self.quantity)
+        self.quantity = _next(QUANTITIES, self.quantity)
 
     def action_by(self) -> None:
         self._by_chosen = True
-        self.by = _after(AXES, self.by)
+        self.by = _next(AXES, self.by)
 
     @property
     def run_to_verify(self) -> Path | None:
@@ -248,14 +249,14 @@ Curves of several runs in one plot, updated while runs evolve.
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         match action:
             case "quantity" | "by":
-                return any(one.history for one in self._courses)
+                return any(one.history for one in self._runs)
             case "statistics":
-                return len(self._courses) > 1
+                return len(self._runs) > 1
             case "replay":
                 run = self._chosen
                 return run is not None and run.champion is not None
         return super().check_action(action, parameters)
 
 
-def _after(words: Sequence[str], word: str) -> str:
+def _next(words: Sequence[str], word: str) -> str:
     return words[(words.index(word) + 1) % len(words)]

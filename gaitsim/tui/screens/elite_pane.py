@@ -60,7 +60,7 @@ class ElitePane(Vertical):
         self._feet.frame = self.canvas.frame
         self._list(elite)
 
-    def fail(self, error: GaitsimError) -> None:
+    def show_error(self, error: GaitsimError) -> None:
         """Show an error instead of the body."""
         self.elite = None
         self.canvas.set_skeleton(None, visible_lines(str(error)))
@@ -69,7 +69,7 @@ class ElitePane(Vertical):
             lines.show([])
 
     def _list(self, elite: Elite) -> None:
-        """Show the gait's name, and as many measures as fit."""
+        """Show the gait's name and as many measures as fit."""
         width, high = max(self.content_size.width - 2, 16), self.size.height >= HIGH
         lines = []
         if elite.gait is not None:

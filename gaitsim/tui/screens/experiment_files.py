@@ -22,7 +22,7 @@ async def ask_save(screen: GaitScreen, name: str, toml: str) -> bool:
     try:
         await asyncio.to_thread(write_bytes, path, toml.encode())
     except GaitsimError as error:
-        screen.gaitsim.tell(error)
+        screen.gaitsim.show_error(error)
         return False
     screen.notify(f"{path}\n$ gaitsim run {path}", title="Saved", markup=False)
     return True

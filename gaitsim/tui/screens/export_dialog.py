@@ -1,4 +1,4 @@
-"""Choose files to export from a run in the background, and their options."""
+"""Choose a product of a run, such as a video, and its options."""
 
 import asyncio
 import shlex
@@ -86,7 +86,7 @@ class ExportDialog(ModalScreen[Answer]):
 
     @work
     async def _check(self) -> None:
-        """Find the products that this run cannot have, which simulates its champion."""
+        """Find the products that this run does not support, by simulating its champion."""
         try:
             self._lacking = await asyncio.to_thread(lacking, self._run)
         except GaitsimError as error:
@@ -183,7 +183,7 @@ class ExportDialog(ModalScreen[Answer]):
 
     @work(exclusive=True, group="make")
     async def _make(self) -> None:
-        """Close with the arguments, after checking that this body can have the product."""
+        """Return the arguments, after the check that the run supports the product."""
         await self._checking.wait()
         async with self._building:  # until the form shows the highlighted product
             arguments = self._arguments(asked=True)

@@ -1,4 +1,4 @@
-"""The help of a screen: its purpose, and all available keys, each of which a click presses."""
+"""The help of a screen: its purpose, and all available keys, which can also be clicked."""
 
 from typing import Any, ClassVar, NamedTuple
 
@@ -19,17 +19,17 @@ class Help(ModalScreen[None]):
     """Show the help of a screen.
 
     Args:
-        of: screen to describe.
+        screen: screen to describe.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,question_mark,q", "dismiss", "Close", id="help.close", tooltip="Go back"),
     ]
 
-    def __init__(self, of: Screen[Any]) -> None:
+    def __init__(self, screen: Screen[Any]) -> None:
         super().__init__()
-        self._text = of.HELP_TEXT if isinstance(of, GaitScreen) else ""
-        self._keys = _keys(of)
+        self._text = screen.HELP_TEXT if isinstance(screen, GaitScreen) else ""
+        self._keys = _keys(screen)
 
     def compose(self) -> ComposeResult:
         with VerticalScroll(classes="dialog", id="help") as scroll:
@@ -39,7 +39,7 @@ class Help(ModalScreen[None]):
             yield Markdown(self._text.strip())
 
     def action_press(self, key: str) -> None:
-        """Close the help, and press a key on the screen below."""
+        """Close the help and press a key on the screen below."""
         self.dismiss()
         self.call_after_refresh(self.app.simulate_key, key)
 

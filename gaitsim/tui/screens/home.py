@@ -40,7 +40,7 @@ class Home(RunActions):
 
     AUTO_FOCUS = ""  # not the filter, which would take letters; the table later
     HELP_TEXT = """
-The runs in a folder, the latest first. The table follows runs that are evolving, also those of
+The runs in a folder, the latest first. The table follows live runs, including those started in
 other terminals.
 
 - **Open** a run to watch, continue or steer it; **new** creates one. A click on the highlighted
@@ -67,7 +67,7 @@ other terminals.
         self._height = 0
         self._listed: list[Overview] = []  # during the first scan, the runs read so far
         self._next_part = 1  # number of runs at which the table is next updated
-        self._next_count = 0.0  # time of the next count: drawing it costs as much as ten runs
+        self._next_count = 0.0  # time of the next count, which takes as long to draw as ten runs
         self._count = ""
         self._changes = 0  # number of changes made by this screen
         self._reading = Lock()
@@ -102,7 +102,7 @@ other terminals.
         """Read the changes and show them; the first scan shows runs as they are read."""
         began = self._changes
         found, problem = await self.in_thread(self._read)
-        if began != self._changes or self.moving:  # outdated: another scan follows
+        if began != self._changes or self.renaming:  # outdated: another scan follows
             return
         self._problem = problem
         self.runs = self._listed = found
@@ -138,7 +138,7 @@ other terminals.
             self._show() if runs else self._title()
 
     def _show(self) -> None:
-        """Show the runs that were found."""
+        """Show the found runs."""
         if self.runs is None and not self._listed:
             return
         from gaitsim.tui.widgets.run_table import RunTable
@@ -163,7 +163,7 @@ other terminals.
         self._details()
 
     def _title(self) -> None:
-        """Show the number of runs, and of those in states that need attention."""
+        """Show the number of runs, and how many are in each state that needs attention."""
         states = Counter[str](run.state for run in self._listed)
         wanted = ("running", "paused", "queued", "failed")
         counts = [f"{states[state]} {state}" for state in wanted if states[state]]
@@ -198,7 +198,7 @@ other terminals.
         marked = self._table.marked if self._table is not None else set()
         return [run for run in self._listed if run.path in marked]
 
-    def changed(self, old: Path, new: Path) -> None:
+    def run_changed(self, old: Path, new: Path) -> None:
         self._changes += 1
         if self._table is not None and new != old:
             self._table.moved(old, new)

@@ -27,7 +27,7 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
 
     Args:
         joints: joints of the leg.
-        now: current damage as text, by joint.
+        current: current damage as text, by joint.
         check: function that raises a GaitsimError for damage that the body cannot have.
     """
 
@@ -46,15 +46,15 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
     """
 
     def __init__(
-        self, joints: Sequence[str], now: dict[str, str], check: Callable[[str, str], object]
+        self, joints: Sequence[str], current: dict[str, str], check: Callable[[str, str], object]
     ) -> None:
         super().__init__()
-        self._joints, self._now, self._check = joints, now, check
+        self._joints, self._current, self._check = joints, current, check
 
     def compose(self) -> ComposeResult:
         kinds = [INTACT, *VALUES]
-        joint = next(iter(self._now), self._joints[0])
-        kind, value = self._parts(joint)
+        joint = next(iter(self._current), self._joints[0])
+        kind, value = self._current_damage(joint)
         with Vertical(classes="dialog") as box:
             box.border_subtitle = "esc cancels"
             yield Static("Damage a joint", classes="dialog-title")
@@ -79,9 +79,9 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
         self.query_one("#joint-kind").focus()
         self._show()
 
-    def _parts(self, joint: str) -> tuple[str, str]:
+    def _current_damage(self, joint: str) -> tuple[str, str]:
         """Return the kind and value of a joint's current damage."""
-        words = self._now.get(joint, "").removeprefix(joint).split()
+        words = self._current.get(joint, "").removeprefix(joint).split()
         return (words[0], " ".join(words[1:])) if words else (INTACT, "")
 
     @property
@@ -91,14 +91,14 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
 
     @property
     def text(self) -> str:
-        """Its damage in the syntax of `--damage`; '' for none."""
+        """The chosen damage in the syntax of `--damage`; '' for none."""
         kind = str(self.query_one("#joint-kind", Select).value)
         value = self.query_one("#joint-value", Input).value.strip()
         return "" if kind == INTACT else f"{self.joint} {kind} {value}".rstrip()
 
     @on(Select.Changed, "#joint-name")
-    def _other(self) -> None:
-        kind, value = self._parts(self.joint)
+    def _joint_changed(self) -> None:
+        kind, value = self._current_damage(self.joint)
         self.query_one("#joint-kind", Select).value = kind
         self.query_one("#joint-value", Input).value = value
         self._show()
@@ -113,24 +113,24 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
         field.disabled, field.placeholder = kind == INTACT, example
         self.query_one("#joint-value-name", Label).update(name.capitalize())
         self.query_one("#joint-unit", Label).update(unit)
-        said = self.query_one("#joint-text", Static)
+        message = self.query_one("#joint-text", Static)
         try:
             self._check(self.joint, self.text)
         except GaitsimError as error:
-            said.update(Text(str(error)))
-            said.set_class(True, "problem")
+            message.update(Text(str(error)))
+            message.set_class(True, "problem")
             return False
-        said.update(Text(f"--damage '{self.text}'" if self.text else f"{self.joint} is intact"))
-        said.set_class(False, "problem")
+        message.update(Text(f"--damage '{self.text}'" if self.text else f"{self.joint} is intact"))
+        message.set_class(False, "problem")
         return True
 
     @on(Input.Submitted)
-    def _take(self) -> None:
+    def _submit(self) -> None:
         if self._show():
             self.dismiss((self.joint, self.text))
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
         if event.button.id == "joint-ok":
-            self._take()
+            self._submit()
         else:
             self.dismiss()

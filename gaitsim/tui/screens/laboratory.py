@@ -20,7 +20,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.tui.damage_choice import texts
 from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
-from gaitsim.tui.screens.laboratory_loading import read_subject, walk_on
+from gaitsim.tui.screens.laboratory_loading import read_subject, simulate_walk
 from gaitsim.tui.screens.laboratory_pane import WalkPane
 from gaitsim.tui.screens.laboratory_trials import Trials
 from gaitsim.tui.screens.numbering import options_of
@@ -31,7 +31,7 @@ WIDE, HIGH = 120, 36  # minimum columns for three bodies, and rows for an empty 
 
 
 class Laboratory(DamageActions):
-    """A damaged body, its champion before and after the damage, and the search for another gait.
+    """A damaged body, its champion before and after the damage, and the search for a new gait.
 
     Args:
         run: folder of the run.
@@ -40,7 +40,7 @@ class Laboratory(DamageActions):
     Attributes:
         WATCHED: seconds for which a trial is shown before the next one.
         intact: pane of the champion on the intact body.
-        hurt: pane of the champion on the damaged body.
+        damaged: pane of the champion on the damaged body.
         adapted: pane of a trial's gait on the damaged body.
         adaptation: adaptation with its trials; None before the first.
         shown: member shown in `adapted`.
@@ -98,7 +98,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self.adaptation: Adaptation | None = None
         self.shown: Member | None = None
         self.intact = WalkPane("champion, intact", "reading the run …")
-        self.hurt = WalkPane("champion, damaged", "enter removes the chosen leg")
+        self.damaged = WalkPane("champion, damaged", "enter removes the chosen leg")
         self.adapted = WalkPane("adapted", "a tries gaits of the atlas")
         self.trials = Trials()
         self.title = visible(run.name)
@@ -110,7 +110,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
                 yield self.plan
                 yield Static(id="lab-damage", classes="command")
             yield self.intact
-            yield self.hurt
+            yield self.damaged
             yield self.adapted
         yield Static(id="lab-state")
         yield self.trials
@@ -125,15 +125,15 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
             self._fail(error)
             return
         self.plan.plan = self.subject.plan
-        self.changed()
+        self.show_body()
 
     # The champion
 
-    def changed(self) -> None:
-        """Show the champion on the changed body, and discard the trials of the previous one."""
+    def show_body(self) -> None:
+        """Show the champion on the changed body and discard the trials of the previous one."""
         self.adaptation = self.shown = None
         self.trials.clear()
-        self.adapted.say(title="adapted")
+        self.adapted.show_message(title="adapted")
         words = " ".join(f"--damage '{text}'" for text in texts(self.damage))
         self.query_one("#lab-damage", Static).update(Text(visible(words or "no damage")))
         self.sub_title = "laboratory" + (" in rigid-body physics" if self.physics else "")
@@ -146,20 +146,20 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         champion, physics, damage = self.subject.champion, self.physics, self.damage
         self._say("simulating …")
         try:
-            intact = await self.in_thread(walk_on, champion, (), physics)
+            intact = await self.in_thread(simulate_walk, champion, (), physics)
             self.intact.show(intact, intact)
             if damage:
-                hurt = await self.in_thread(walk_on, champion, damage, physics)
-                self.hurt.show(hurt, intact)
+                damaged = await self.in_thread(simulate_walk, champion, damage, physics)
+                self.damaged.show(damaged, intact)
             else:
-                self.hurt.say()
+                self.damaged.show_message()
         except GaitsimError as error:
             self._fail(error)
         else:
             self._say(self.obstacle("adapt") or "Press a to try gaits of the atlas on this body.")
         self.refresh_bindings()
 
-    # The search for another gait
+    # The search for a new gait
 
     @work(group="adapt", exclusive=True)
     async def action_adapt(self) -> None:
@@ -169,7 +169,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         try:
             if self.adaptation is None:
                 self.adaptation = await self.in_thread(self._open)
-            await self._try(self.adaptation)
+            await self._run_trials(self.adaptation)
         except GaitsimError as error:
             self.adaptation = None  # re-read its file, which another process may have changed
             self._fail(error)
@@ -185,8 +185,8 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         def progress(count: int) -> None:
             nonlocal done
             done += count
-            said = f"evaluating the atlas on the intact body: {done:,} gaits"
-            self.app.call_from_thread(self._say, said)
+            text = f"evaluating the atlas on the intact body: {done:,} gaits"
+            self.app.call_from_thread(self._say, text)
 
         return open_adaptation(
             self.subject.run,
@@ -195,8 +195,8 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
             on_progress=progress,
         )
 
-    async def _try(self, adaptation: Adaptation) -> None:
-        """Run trials one by one, and show the best at the end."""
+    async def _run_trials(self, adaptation: Adaptation) -> None:
+        """Run trials one by one and show the best at the end."""
         while not self._stopping and adaptation.proposal is not None:
             proposal = adaptation.proposal
             self._say(f"trial {proposal.number} of at most {adaptation.session.settings.trials} …")
@@ -210,7 +210,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self._say(adaptation.ending or "Stopped; press a to continue.")
 
     def _list(self, adaptation: Adaptation) -> None:
-        """Show all trials in the table, and on the map along axes of a damaged leg."""
+        """Show all trials in the table and on the map along axes of a damaged leg."""
         assert self.subject is not None, "trials need a run"
         assert self.subject.run.members is not None, "the run is an atlas"
         self.trials.show(
@@ -222,7 +222,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
     ) -> None:
         """Show a trial's gait on the damaged body; if `fast`, within `WATCHED` seconds."""
         individual = adaptation.prior.individual(trial.member)
-        walk = await self.in_thread(walk_on, individual, self.damage, self.physics)
+        walk = await self.in_thread(simulate_walk, individual, self.damage, self.physics)
         won = trial is adaptation.best and not fast
         self.shown = Member(trial.member)
         self.adapted.show(walk, self.intact.walk, f"{'adapted: ' * won}trial {trial.number}")
@@ -239,7 +239,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 
     @on(DataTable.RowSelected)
     @work(group="show", exclusive=True)
-    async def _chosen(self, event: DataTable.RowSelected) -> None:
+    async def _show_chosen(self, event: DataTable.RowSelected) -> None:
         """Show a trial again."""
         if self.adaptation is not None and not self.is_busy("adapt"):
             await self._show_trial(self.adaptation, self.adaptation.trials[event.cursor_row])
@@ -262,14 +262,14 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self.query_one("#lab-state", Static).update(Text(visible_lines(text)))
 
     def _fail(self, error: GaitsimError) -> None:
-        """Show an error; if no body was read, instead of everything else."""
+        """Show an error; it replaces all panes if no body was read."""
         if self.subject is not None:
             self._say(str(error))
             return
         for part in ("#lab-left", WalkPane, Trials):
             self.query(part).set(display=False)
         self.intact.display = True
-        self.intact.say(str(error), title=" ")
+        self.intact.show_message(str(error), title=" ")
 
     # Available actions
 

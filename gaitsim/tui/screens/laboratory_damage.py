@@ -50,7 +50,7 @@ class DamageActions(GaitScreen):
         self.subject: Subject | None = None
         self.plan = BodyPlan()
 
-    def changed(self) -> None:
+    def show_body(self) -> None:
         """Show the body after a change of damage or physics."""
         raise NotImplementedError
 
@@ -66,7 +66,7 @@ class DamageActions(GaitScreen):
         try:
             self.subject.check(wanted, physics=self.physics)
         except GaitsimError as error:
-            self.gaitsim.tell(error)
+            self.gaitsim.show_error(error)
         else:
             self.damage = wanted
 
@@ -97,16 +97,16 @@ class DamageActions(GaitScreen):
         try:
             self.subject.check(self.damage, physics=not self.physics)
         except GaitsimError as error:
-            self.gaitsim.tell(error)
+            self.gaitsim.show_error(error)
         else:
             self.physics = not self.physics
 
     def watch_damage(self, damage: Choice) -> None:
         self.plan.damage = damage
-        self.changed()
+        self.show_body()
 
     def watch_physics(self) -> None:
-        self.changed()
+        self.show_body()
 
     def obstacle(self, action: str) -> str:
         if action in ("joint", "repair", "physics") and self.subject is None:
@@ -114,5 +114,5 @@ class DamageActions(GaitScreen):
         if action == "repair" and not self.damage:
             return "The body is intact."
         if action == "physics" and self.subject and not self.subject.has_twin:
-            return "The body has no twin in rigid-body physics."
+            return "The body has no physical twin."
         return super().obstacle(action)

@@ -1,4 +1,4 @@
-"""Read a run for the laboratory, and simulate its individuals on a damaged body."""
+"""Read a run for the laboratory and simulate its individuals on a damaged body."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,7 +65,7 @@ class Subject:
         """The reason why its gait cannot be adapted; '' if it can."""
         if self.run.experiment.search.keeps == "archive":
             return ""
-        return "The run is not an atlas of gaits to try; create one with gaitsim atlas."
+        return "The run is not an atlas: its search keeps no archive. Run gaitsim atlas."
 
     @property
     def has_twin(self) -> bool:
@@ -84,21 +84,21 @@ def read_subject(path: Path, which: Which = None) -> Subject:
     legs = champion.experiment.organism.leg_joints()
     if not (legs and can_be_damaged(champion.experiment)):
         raise GaitsimError(
-            f"{champion.experiment.entries['organism']} cannot be damaged",
+            f"the body {champion.experiment.entries['organism'].name!r} cannot be damaged",
             where=str(path),
-            allowed="a run of a body with legs and the option damage, such as the spider",
+            allowed="a body with legs and the option damage, such as the spider",
         )
     return Subject(run, champion, legs, _plan(champion, legs))
 
 
-def walk_on(individual: Individual, damage: Choice, physics: bool) -> Walk:
-    """Simulate an individual on a damaged body, or on its twin in rigid-body physics.
+def simulate_walk(individual: Individual, damage: Choice, physics: bool) -> Walk:
+    """Simulate an individual on a damaged body, or on its damaged physical twin.
 
     Raises:
         GaitsimError: the body cannot have this damage, or has no twin.
     """
     found = (on_twin if physics else with_damage)(individual, texts(damage))
-    _ = found.skeleton  # computed here, as it takes long
+    _ = found.skeleton  # computed here because it is slow
     forward = found.measurements.get(MEASURE)
     path = found.skeleton.path
     frames = frames_before_fall(found)
@@ -110,7 +110,10 @@ def walk_on(individual: Individual, damage: Choice, physics: bool) -> Walk:
 
 
 def _plan(champion: Individual, legs: Legs) -> Plan:
-    """Return the plan of the body at joint angles of 0, or else at the start of its walk."""
+    """Return the plan of the body with all joints at 0.
+
+    A body that cannot play joint angles is shown at the start of its walk.
+    """
     organism = champion.experiment.organism
     if organism.can_play:
         still = np.zeros((1, 2, len(organism.joint_names())))

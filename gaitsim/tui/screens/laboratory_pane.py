@@ -40,7 +40,7 @@ class WalkPane(Vertical):
 
     def __init__(self, title: str, message: str, **settings: Any) -> None:
         super().__init__(**settings)
-        self._called, self._message = title, message
+        self._pane_title, self._message = title, message
         self.walk: Walk | None = None
         self._share: float | None = None
         self._heading = Static()
@@ -63,16 +63,16 @@ class WalkPane(Vertical):
             title: new title of the pane; '' keeps the title.
         """
         self.walk = walk
-        whole = intact.forward if intact is not None else 0.0
-        self._share = walk.forward / whole if whole > 0 else None
-        self._called = title or self._called
+        reference = intact.forward if intact is not None else 0.0
+        self._share = walk.forward / reference if reference > 0 else None
+        self._pane_title = title or self._pane_title
         self.canvas.set_skeleton(walk.individual.skeleton)
         self.canvas.speed, self.canvas.seconds = 1.0, 0.0
         self._title()
 
-    def say(self, message: str = "", title: str = "") -> None:
+    def show_message(self, message: str = "", title: str = "") -> None:
         """Show a message instead of a body; '' for the initial message."""
-        self.walk, self._called = None, title or self._called
+        self.walk, self._pane_title = None, title or self._pane_title
         self.canvas.set_skeleton(None, visible_lines(message or self._message))
         self._title()
 
@@ -81,8 +81,8 @@ class WalkPane(Vertical):
 
     def _title(self) -> None:
         width = max(self.size.width - 3, 8)
-        first = Text(clip(self._called, width), "bold", no_wrap=True)
-        second = figures(self.walk, self._share, width, self.app.theme_variables)
+        first = Text(clip(self._pane_title, width), "bold", no_wrap=True)
+        second = describe_walk(self.walk, self._share, width, self.app.theme_variables)
         self._heading.update(Text("\n").join([first, second]))
 
 
@@ -91,8 +91,10 @@ def colour_of(share: float) -> str:
     return "success" if share >= WALKS else "warning" if share >= LIMPS else "error"
 
 
-def figures(walk: Walk | None, share: float | None, width: int, colours: dict[str, str]) -> Text:
-    """Return the distance walked in metres, a bar with the share of the intact one, and a fall."""
+def describe_walk(
+    walk: Walk | None, share: float | None, width: int, colours: dict[str, str]
+) -> Text:
+    """Return the distance in metres, a bar with its share of the intact one, and any fall."""
     text = Text(no_wrap=True, overflow="ellipsis")
     if walk is None:
         return text

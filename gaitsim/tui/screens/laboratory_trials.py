@@ -1,4 +1,4 @@
-"""The trials of an adaptation: a table, and the map of expected performance after them."""
+"""The trials of an adaptation: a table and the map of expected performance after them."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -26,7 +26,7 @@ BEST = "★"
 
 
 class Trials(Horizontal):
-    """The trials of an adaptation, a row each, and the expected performance of all gaits.
+    """The trials of an adaptation, one per row, and the expected performance of all gaits.
 
     Attributes:
         table: table of the trials; the best has a star.
@@ -59,7 +59,7 @@ class Trials(Horizontal):
         self.map.display = False
 
     def show(self, adaptation: Adaptation, members: Members, legs: Collection[str]) -> None:
-        """Show the trials, and put the cursor on the last one.
+        """Show the trials and put the cursor on the last one.
 
         Args:
             adaptation: adaptation with its trials.
@@ -68,7 +68,7 @@ class Trials(Horizontal):
         """
         trials, best = adaptation.trials, adaptation.best
         self._list(adaptation)
-        view = believed_view(adaptation, members)
+        view = expected_view(adaptation, members)
         names = axes_of(view, legs)
         unit = visible(f", {adaptation.prior.unit}".rstrip(", "))
         self.map.marks = {trial.member: mark(trial, best) for trial in trials}
@@ -96,7 +96,7 @@ class Trials(Horizontal):
         event.stop()
 
 
-def believed_view(adaptation: Adaptation, members: Members) -> ArchiveView:
+def expected_view(adaptation: Adaptation, members: Members) -> ArchiveView:
     """Return the map of an atlas, with the performance expected after the trials as scores."""
     belief = believe(adaptation.prior, adaptation.trials, adaptation.session.settings)
     view = ArchiveView.of(replace(members, scores=belief.mean))

@@ -1,4 +1,4 @@
-"""Live: a run that evolves in the background or in another program, or is stopped."""
+"""Live: a run that is evolving, here or in another program, or is stopped."""
 
 import asyncio
 import time
@@ -24,23 +24,23 @@ from gaitsim.runs.fork import fork_run
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
-from gaitsim.tui.screens.live_source import about, explained, keeps_archive
+from gaitsim.tui.screens.live_source import describe_run, keeps_archive, with_failure
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
 RESTING = ("stopped", "failed")
-LOOK = 1.0  # seconds between two checks whether another program evolves a stopped run
+LOOK = 1.0  # seconds between two checks whether another process evolves a stopped run
 
 
 class Live(GaitScreen):
-    """A run that evolves, or is stopped.
+    """A live or stopped run.
 
-    A process in the background evolves the run, and any number of these screens steer it. A run
-    that another program evolves is only followed.
+    A background process evolves the run, and any number of these screens can steer it. If another
+    program evolves the run, the screen only follows it.
 
     Args:
         run: folder of the run.
-        go: whether to continue the run immediately.
+        resume: whether to continue the run immediately.
         clock: function that returns the time in seconds, for the moving body.
 
     Attributes:
@@ -93,12 +93,12 @@ with `gaitsim attach`.
     offers: reactive[tuple[object, ...]] = reactive((), init=False, bindings=True)
 
     def __init__(
-        self, run: Path, *, go: bool = False, clock: Callable[[], float] = time.monotonic
+        self, run: Path, *, resume: bool = False, clock: Callable[[], float] = time.monotonic
     ) -> None:
         super().__init__()
         self.run = run
         self.board = Board(run, clock)
-        self._go = go
+        self._resume = resume
         self.process: RunProcess | None = None
         self._stopping = self._has_archive = False
         self.title, self.sub_title = run.name, ""
@@ -124,7 +124,7 @@ with `gaitsim attach`.
         return "stopping" if self._stopping and self.process is not None else state
 
     def on_mount(self) -> None:
-        self.sub_title = about(self.run)
+        self.sub_title = describe_run(self.run)
         self._look_for_archive()
         self._watch()
         self.set_interval(LOOK, self._look)
@@ -133,14 +133,14 @@ with `gaitsim attach`.
 
     @work(group="source", exclusive=True)
     async def _watch(self) -> None:
-        """Follow the run's folder, until a background process evolves the run."""
-        go, self._go = self._go, False
+        """Follow the run's folder until a background process evolves the run."""
+        resume, self._resume = self._resume, False
         async for found in RunWatcher(self.run):
-            self.take(found if go else explained(found, self.snapshot, self.run))
+            self.take(found if resume else with_failure(found, self.snapshot, self.run))
             if evolving(self.run):
                 self._start(begin=False)
                 return
-        if go and self.snapshot.state == "stopped":
+        if resume and self.snapshot.state == "stopped":
             self._start()
 
     @work(group="archive")
@@ -149,7 +149,7 @@ with `gaitsim attach`.
         self._changed()
 
     def _look(self) -> None:
-        """Follow a stopped run once another program evolves it."""
+        """Follow a stopped run once another process evolves it."""
         at_rest = self.process is None and not self.is_busy("source")
         if at_rest and (evolving(self.run) or is_locked(self.run)):
             self._watch()
@@ -162,7 +162,7 @@ with `gaitsim attach`.
             self.run, overrides=overrides, paused=step, known=self.snapshot, begin=begin
         )
         self.process, self._stopping = engine, False
-        self.board.problem(None)
+        self.board.show_problem(None)
         self._steer(engine, step)
 
     @work(group="source", exclusive=True)
@@ -181,7 +181,7 @@ with `gaitsim attach`.
         board = self.board
         board.live.take(snapshot)
         if snapshot.error is not None:
-            board.problem(snapshot.error)
+            board.show_problem(snapshot.error)
         if board.live.gap and not self.is_busy("reread"):
             self._reread()
         self._changed()
@@ -189,7 +189,7 @@ with `gaitsim attach`.
     def _changed(self) -> None:
         """Update the board and the footer."""
         self.board.state = state = self.state
-        self.board.stale()
+        self.board.schedule_redraw()
         self.offers = (
             state,
             self.process is not None,
@@ -243,10 +243,13 @@ with `gaitsim attach`.
         self._continue(await ask_generations(self.app, self.snapshot))
 
     def _continue(self, overrides: Overrides | None) -> None:
-        """Continue with changed options, or start a stopped run with them; None does nothing."""
+        """Change options of an evolving run, or resume a stopped one with them.
+
+        None does nothing.
+        """
         if overrides is None:
             return
-        self.board.problem(None)
+        self.board.show_problem(None)
         if self.process is not None:
             self.process.change(overrides)
         elif self.state in ("stopped", "finished", "failed"):
@@ -262,10 +265,10 @@ with `gaitsim attach`.
                 fork_run, self.run, wanted.out, wanted.overrides, any_version=False
             )
         except GaitsimError as error:
-            self.board.problem(error)
+            self.board.show_problem(error)
         else:
             self.notify(f"{copy}: a copy of {self.run}", title="Forked", markup=False)
-            self.gaitsim.open_run(copy, go=True)
+            self.gaitsim.open_run(copy, resume=True)
 
     def action_replay(self) -> None:
         self.gaitsim.open_replay(self.run)
@@ -284,12 +287,12 @@ with `gaitsim attach`.
 
     def action_log(self) -> None:
         self.toggle_class("-log")
-        self.board.stale()
+        self.board.schedule_redraw()
 
     # Leaving
 
     def action_back(self) -> None:
-        """Leave the run evolving, and show how to return to it and how to stop it."""
+        """Leave the run evolving and show how to return to it and how to stop it."""
         if self.process is not None and self.app.screen_stack[-1] is self:
             what = DOES.get(self.state, "stops and is saved")
             stop = command("stop", self.run)

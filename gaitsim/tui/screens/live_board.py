@@ -21,14 +21,14 @@ from gaitsim.live.protocol import Best
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.screens import live_formatting as formatting
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.live_source import ChampionMover, LiveState
+from gaitsim.tui.screens.live_source import ChampionSimulator, LiveState
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.lines import Lines
 
 FPS = 12  # ticks per second
 STATUS, NEWS, BODY = 4, 12, 2  # ticks between two updates of each while the run evolves
-RATE = 12_000  # bytes per second sent to the terminal meanwhile, above which the body waits
+RATE = 12_000  # bytes per second to the terminal while the run evolves; above it, the body waits
 CHAMPION_EVERY = 1.0  # seconds between two simulations of a champion
 COLOURS = {
     "preparing": "secondary", "queued": "secondary", "running": "success", "paused": "warning",
@@ -67,13 +67,13 @@ class Board(Vertical):
         self._room = self._sent = 0.0  # bytes that may be sent now, and bytes sent so far
         self._stale = True
         self._since = clock()  # time at which the state began
-        self._seconds = 0  # in the state, as last drawn
+        self._seconds = 0  # time in this state, as last drawn
         self._widths = (0, 0, 0, 0)  # of the panels as last drawn; 0 redraws all
         self._styles: formatting.Styles = {}
-        self._mover = ChampionMover(run)
+        self._simulator = ChampionSimulator(run)
         self._shown: Best | None = None
-        self._moving = False
-        self._moved = -CHAMPION_EVERY
+        self._simulating = False
+        self._simulated = -CHAMPION_EVERY
 
     def compose(self) -> ComposeResult:
         yield self._status
@@ -97,8 +97,9 @@ class Board(Vertical):
         """Draw the changes, at a limited rate while the run evolves.
 
         Drawing takes time from the search, which uses all cores: a body on a third of the screen
-        takes 15 ms through Textual. It is also sent, often over SSH, so larger pictures are drawn
-        less often. The ground, which is most of a picture, is drawn only with the focus.
+        takes 15 ms through Textual. Each picture is also sent to the terminal, often over SSH, so
+        larger ones are drawn less often. The ground, which is most of a picture, is drawn only
+        with the focus.
         """
         now = self._clock()
         if self.screen is not self.app.screen:
@@ -130,7 +131,7 @@ class Board(Vertical):
         if state != self._state:
             self._state, self._since = state, self._clock()
 
-    def stale(self) -> None:
+    def schedule_redraw(self) -> None:
         """Schedule a redraw."""
         self._stale = True
 
@@ -138,7 +139,7 @@ class Board(Vertical):
         super().notify_style_update()
         self._styles, self._widths = {}, (0, 0, 0, 0)
 
-    def problem(self, error: GaitsimError | None) -> None:
+    def show_problem(self, error: GaitsimError | None) -> None:
         """Show an error; None hides it."""
         self._problem.set_class(error is not None, "shown")
         self._problem.update(Text(visible_lines(str(error))) if error else "")
@@ -170,10 +171,10 @@ class Board(Vertical):
         self._curves()
 
     def _curves(self) -> None:
-        """Draw the scores; those of earlier stages that are not comparable are faint."""
+        """Draw the scores; scores of earlier stages are faint if they are not comparable."""
         course, first = self.live.course, self.live.snapshot.scored_from
         if not len(course):
-            self.curves.set_series([], message="no generation yet")
+            self.curves.set_series([], message="no generation is finished yet")
             return
         now = first - 1 if len(course) >= first else 0
         x, stages = course["generation"], course["stage"]
@@ -188,22 +189,27 @@ class Board(Vertical):
     def _show_champion(self) -> None:
         """Simulate the newest champion in a thread, if it is due."""
         best, now = self.live.snapshot.champion, self._clock()
-        if best is None and not self._moving and self.live.known and self.canvas.skeleton is None:
+        if (
+            best is None
+            and not self._simulating
+            and self.live.known
+            and self.canvas.skeleton is None
+        ):
             self.canvas.set_skeleton(None, "no champion yet")
-        if best is None or best == self._shown or self._moving:
+        if best is None or best == self._shown or self._simulating:
             return
-        if now - self._moved < CHAMPION_EVERY:
+        if now - self._simulated < CHAMPION_EVERY:
             return
-        self._moving, self._moved = True, now
-        self._move(best, self.live.snapshot.stage)
+        self._simulating, self._simulated = True, now
+        self._simulate(best, self.live.snapshot.stage)
 
     @work(group="champion")
-    async def _move(self, best: Best, stage: int) -> None:
+    async def _simulate(self, best: Best, stage: int) -> None:
         try:
-            self.canvas.set_skeleton(await asyncio.to_thread(self._mover.move, best, stage))
+            self.canvas.set_skeleton(await asyncio.to_thread(self._simulator.simulate, best, stage))
         except GaitsimError as error:
             self.canvas.set_skeleton(None, str(error))
-        self._shown, self._moving = best, False
+        self._shown, self._simulating = best, False
         said = f"champion of generation {best.generation:,}: {number(best.score, 4)}"
         self._champion.show([Text(said, end="", no_wrap=True)])
 

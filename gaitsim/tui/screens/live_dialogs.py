@@ -1,4 +1,4 @@
-"""Questions of the live screen: changes of options, and the number of generations."""
+"""Questions of the live screen: changes of options and the number of generations."""
 
 from pathlib import Path
 
@@ -25,7 +25,11 @@ async def ask_changes(
         fork: whether to change them in a copy of the run.
     """
     # A stage has at least one generation, so a finished run needs more generations.
-    typed = f"evolution.generations={_further(snapshot)} " if snapshot.state == "finished" else ""
+    typed = (
+        f"evolution.generations={_suggested_generations(snapshot)} "
+        if snapshot.state == "finished"
+        else ""
+    )
     return await app.push_screen_wait(ChangeDialog(run, fork=fork, typed=typed))
 
 
@@ -42,12 +46,12 @@ async def ask_generations(app: App[object], snapshot: Snapshot) -> Overrides | N
             )
 
     about = f"The run is at generation {done:,}."
-    question = Ask("Evolve up to generation", str(_further(snapshot)), check, about)
+    question = Ask("Evolve up to generation", str(_suggested_generations(snapshot)), check, about)
     answer = await app.push_screen_wait(question)
     return {"evolution.generations": int(answer)} if answer else None
 
 
-def _further(snapshot: Snapshot) -> int:
+def _suggested_generations(snapshot: Snapshot) -> int:
     """Return 1.5 times the generations of a run."""
     planned = max(snapshot.generations, snapshot.generation)
     return planned + max(1, planned // 2)

@@ -30,9 +30,9 @@ WORDS = {"elsewhere": "running in another program"}
 HINTS = {
     "queued": "Queued: starts when an earlier run ends or pauses.",
     "paused": "Paused. Space continues, n evolves one generation, c changes options, f forks.",
-    "stopping": "Stopping after this generation; s again stops at once.",
+    "stopping": "Stopping after this generation; s again stops immediately.",
     "stopped": "Stopped. Space continues, c changes options first, g sets the goal.",
-    "elsewhere": "Another program evolves this run; it can only be watched here. f forks a copy.",
+    "elsewhere": "Another program is evolving this run; it can only be watched here. f forks a copy.",
 }
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
 TITLES = (
@@ -89,7 +89,7 @@ def event_line(event: Event, width: int, styles: Styles) -> Text:
     if event.kind == "best":
         text = f"best {text.replace('-', '−')}"
     elif event.kind == "kept":
-        text = "kept as a champion"
+        text = "saved as a champion"
     line.append(clip(text, max(width - line.cell_len, 1)))
     return line
 

@@ -47,7 +47,7 @@ class LiveState:
         self.gap = len(self.course) < snapshot.generation
 
     def reread(self, found: Snapshot, course: HistoryBuffer) -> None:
-        """Replace the history, and the events up to its end, by those of the run's folder."""
+        """Replace the history, and the events up to its end, with those of the run's folder."""
         course.extend(self._early)
         if len(course) <= len(self.course):
             return
@@ -59,7 +59,7 @@ class LiveState:
         self.events = deque([*known, *later], maxlen=EVENTS_KEPT)
 
 
-def explained(found: Snapshot, known: Snapshot, run: Path) -> Snapshot:
+def with_failure(found: Snapshot, known: Snapshot, run: Path) -> Snapshot:
     """Return a snapshot with the failure of the run's last process added.
 
     If the folder can no longer be read, the result is the known snapshot with the error.
@@ -79,7 +79,7 @@ def explained(found: Snapshot, known: Snapshot, run: Path) -> Snapshot:
     return found
 
 
-def about(run: Path) -> str:
+def describe_run(run: Path) -> str:
     """Return the body, fitness and seed without loading plugins; '' if the file is unreadable."""
     try:
         outline = RunSnapshot(run).outline
@@ -97,14 +97,14 @@ def keeps_archive(run: Path) -> bool:
         return False
 
 
-class ChampionMover:
+class ChampionSimulator:
     """Simulates the champions of the run in the folder `run`."""
 
     def __init__(self, run: Path) -> None:
         self._run, self._stage = run, 0
         self._experiment: Experiment | None = None
 
-    def move(self, champion: Best, stage: int) -> Skeleton:
+    def simulate(self, champion: Best, stage: int) -> Skeleton:
         """Return the skeleton of a champion, with the experiment of a stage.
 
         Raises:

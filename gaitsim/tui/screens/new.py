@@ -39,8 +39,8 @@ from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.sections import Sections
 
-FIRST = "spider"  # the default preset
-CALM = 0.15  # seconds without a key before the text is checked
+DEFAULT_PRESET = "spider"  # preset used if there is no draft
+DEBOUNCE = 0.15  # seconds without a key before the text is checked
 
 
 class New(GaitScreen):
@@ -60,7 +60,7 @@ class New(GaitScreen):
     HELP_TEXT = """
 Start from a preset and change any option. Each tab is a part of the experiment, with the options
 that its plugin declares. Problems appear below the option as you type, and a ✗ marks the tab. Only
-plugins that work with the body are offered; choosing another body also replaces parts that do not.
+plugins that work with the body are offered; choosing a different body also replaces parts that do not.
 
 The screen shows the equivalent **command** and the experiment **file**. / or Ctrl-F **searches**
 the options by words. Leaving the screen keeps your changes as a draft, which the next new run
@@ -87,7 +87,7 @@ restores; Ctrl-Z undoes all changes.
     def __init__(self, experiment: str | None = None) -> None:
         super().__init__()
         self._experiment = experiment
-        self._loading, self._starts = True, False  # whether to start the run after loading
+        self._loading, self._run_once_loaded = True, False
         self._saved: ExperimentBuilder | None = None
         self.catalogue: Catalogue | None = None
         self.builder: ExperimentBuilder | None = None
@@ -103,12 +103,12 @@ restores; Ctrl-Z undoes all changes.
         yield Footer()
 
     def on_mount(self) -> None:
-        self._begin(self._experiment or next(reversed(self.gaitsim.drafts), FIRST))
+        self._load_preset(self._experiment or next(reversed(self.gaitsim.drafts), DEFAULT_PRESET))
 
-    # Threads, as importing plugins is slow
+    # Work in threads, because importing plugins is slow
 
     @work(exclusive=True, group="validate")
-    async def _begin(self, reference: str) -> None:
+    async def _load_preset(self, reference: str) -> None:
         """Load a preset or a file."""
         self._loading = self.sections.disabled = True
         try:
@@ -119,8 +119,8 @@ restores; Ctrl-Z undoes all changes.
             found = await self.in_thread(validate, builder, self.catalogue)
         except GaitsimError as error:
             self._fill_presets(self.builder.preset.reference if self.builder else reference)
-            self._say(str(error), wrong=True)
-            self._starts = False
+            self._show_status(str(error), wrong=True)
+            self._run_once_loaded = False
         else:
             self.builder = builder
             self._fill_presets(builder.preset.reference)
@@ -129,7 +129,7 @@ restores; Ctrl-Z undoes all changes.
             if draft:
                 self.notify(f"Restored your draft: {builder.counted}. Ctrl-Z undoes all changes.")
         self._loading, self.sections.disabled = False, self.builder is None
-        if self._starts:
+        if self._run_once_loaded:
             self.action_run()
 
     @work(exclusive=True, group="validate")
@@ -149,11 +149,11 @@ restores; Ctrl-Z undoes all changes.
         self.sections.show(found)
         self.query_one(ExperimentHead).show_problems(found.problems.keys())
         run = self._run() if found.problems else free_name(self._run())
-        self._say(found.summary(run), wrong=bool(found.problems))
+        self._show_status(found.summary(run), wrong=bool(found.problems))
         self.query_one("#command", Static).update(Text(visible(f"$ {self.command_line()}")))
         self.refresh_bindings()
 
-    def _say(self, text: str, *, wrong: bool) -> None:
+    def _show_status(self, text: str, *, wrong: bool) -> None:
         status = self.query_one("#status", Static)
         status.set_class(wrong, "problem")
         status.update(Text(visible_lines(text)))
@@ -197,7 +197,7 @@ restores; Ctrl-Z undoes all changes.
     def _assign(self, key: str, text: str | None) -> None:
         if self.builder is not None and not self._loading:
             self.builder = self.builder.assign(key, text)
-            self._validate(CALM)
+            self._validate(DEBOUNCE)
 
     @on(Part.PluginChosen)
     def _plugin_chosen(self, event: Part.PluginChosen) -> None:
@@ -214,14 +214,14 @@ restores; Ctrl-Z undoes all changes.
 
     @work(group="replace", exclusive=True)
     async def _replace(self, reference: str) -> None:
-        """Load another preset, after asking to discard changes."""
+        """Load a different preset, after asking whether to discard changes."""
         if self.builder is not None and self.builder.changes:
             about = f"{self.builder.counted} will be discarded."
             if not await self.app.push_screen_wait(Confirm(f"Load {reference}?", "Load", about)):
                 self._fill_presets(self.builder.preset.reference)
                 return
             self.gaitsim.drafts.pop(self.builder.preset.reference, None)
-        self._begin(reference)
+        self._load_preset(reference)
 
     def action_reset(self) -> None:
         if self.builder is not None:
@@ -231,13 +231,13 @@ restores; Ctrl-Z undoes all changes.
         self.sections.turn(by)
 
     def _run(self) -> Path:
-        name = self.validation.name if self.validation else FIRST
+        name = self.validation.name if self.validation else DEFAULT_PRESET
         return self.gaitsim.folder / name
 
     def command_line(self) -> str:
         return self.validation.builder.command(self._run()) if self.validation else ""
 
-    async def _checked(self) -> Validation | None:
+    async def _require_valid(self) -> Validation | None:
         """Return the checked experiment, or None after showing the first invalid option."""
         if self.builder is None or self.catalogue is None or self._loading:
             return None
@@ -283,26 +283,26 @@ restores; Ctrl-Z undoes all changes.
     @work(exclusive=True, group="create")
     async def action_run(self) -> None:
         """Start the run, after the experiment has been loaded."""
-        self._starts = self._loading
+        self._run_once_loaded = self._loading
         if self._loading:
-            self._say("Loading the plugins; the run starts after that …", wrong=False)
+            self._show_status("Loading the plugins; the run starts after that …", wrong=False)
             return
-        found = await self._checked()
+        found = await self._require_valid()
         if found is None or found.experiment is None:
             return
         folder = None if self._run().parent == RUNS else self._run()
         try:
             path = await asyncio.to_thread(create_run, found.experiment, folder)
         except GaitsimError as error:
-            self.gaitsim.tell(error)
+            self.gaitsim.show_error(error)
         else:
             self.gaitsim.drafts.pop(found.builder.preset.reference, None)
             self.dismiss()
-            self.gaitsim.open_run(path, go=True)
+            self.gaitsim.open_run(path, resume=True)
 
     @work(group="files", exclusive=True)
     async def action_save(self) -> None:
-        found = await self._checked()
+        found = await self._require_valid()
         if found is None or found.experiment is None:
             return
         if await ask_save(self, found.name, found.experiment.to_toml()):

@@ -61,7 +61,7 @@ class NoteDialog(ModalScreen[str | None]):
     @work(exclusive=True)
     async def action_cancel(self) -> None:
         """Close without saving; ask first if the note was edited."""
-        typed = self.query_one(TextArea).text != self._note
+        edited = self.query_one(TextArea).text != self._note
         question = Confirm("Discard the changes?", "Discard", danger=True)
-        if not typed or await self.app.push_screen_wait(question):
+        if not edited or await self.app.push_screen_wait(question):
             self.dismiss(None)

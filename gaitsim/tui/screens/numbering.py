@@ -5,10 +5,10 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.render.terminal.curve_view import Series
-from gaitsim.tui.screens.replay_loading import Shown
+from gaitsim.tui.screens.replay_loading import LoadedIndividual
 
 
-def in_words(which: Which) -> str:
+def describe(which: Which) -> str:
     """Name an individual of a run."""
     if which is None:
         return "the champion"
@@ -27,12 +27,12 @@ def number_of(which: int | Member) -> int:
     return which if isinstance(which, int) else which.number
 
 
-def numbered(which: Which, number: int) -> int | Member:
+def with_number(which: Which, number: int) -> int | Member:
     """Return member `number` if `which` is a member, else generation `number`."""
     return Member(number) if isinstance(which, Member) else number
 
 
-def last_of(shown: Shown, which: Which) -> int:
+def last_of(shown: LoadedIndividual, which: Which) -> int:
     """Return the number of members if `which` is one, else the last generation."""
     if isinstance(which, Member):
         return len(shown.members.scores) if shown.members else 1
@@ -44,16 +44,16 @@ def kind_of(which: Which) -> str:
     return "member" if isinstance(which, Member) else "generation"
 
 
-def typed_number(text: str, which: Which, shown: Shown) -> int | Member:
+def parse_which(text: str, which: Which, shown: LoadedIndividual) -> int | Member:
     """Read the number of an existing generation or member, of the kind of `which`.
 
     Raises:
         GaitsimError: the text is not such a number.
     """
-    return numbered(which, checked_number(text, kind_of(which), last_of(shown, which)))
+    return with_number(which, parse_number(text, kind_of(which), last_of(shown, which)))
 
 
-def checked_number(text: str, kind: str, last: int) -> int:
+def parse_number(text: str, kind: str, last: int) -> int:
     """Read a number from 1 to `last` of a kind, such as 'member'.
 
     Raises:
@@ -65,7 +65,7 @@ def checked_number(text: str, kind: str, last: int) -> int:
     raise GaitsimError(f"there is no {kind} {text}", allowed=f"1 to {last:,}")
 
 
-def curve_of(shown: Shown) -> tuple[str, Series, float]:
+def curve_of(shown: LoadedIndividual) -> tuple[str, Series, float]:
     """Return the label of the x axis, a curve, and the position of the individual on it.
 
     The curve is the best score over the generations. For a member of a front, it is the second

@@ -27,7 +27,7 @@ NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
 
 
 class Plugins(GaitScreen):
-    """A list of plugins and presets, and the highlighted one in full.
+    """A list of plugins and presets and the highlighted one in full.
 
     Attributes:
         catalogue: installed plugins; None until they are loaded.
@@ -43,7 +43,7 @@ description and options of the highlighted one, with defaults and bounds. / filt
 name, kind, package, description or options.
 
 Enter, or a click on the highlighted one, creates a **new run** with a body or a preset. c
-**checks** whether the highlighted plugin fulfils its contract, and lists the errors to fix.
+**checks** whether the highlighted plugin fulfils its contract and lists the errors to fix.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("n", "new", "New run", id="plugins.new", tooltip="Create a run with it"),
@@ -86,7 +86,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         self._list()
         for package in await self.in_thread(unreadable):
             self.notify(
-                f"The entry points of {package} cannot be read; reinstall it.",
+                f"The entry points of {package} cannot be read; reinstall its package.",
                 severity="warning",
                 markup=False,
             )
@@ -117,9 +117,9 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
 
     def _words(self, kind: str, name: str, claims: Sequence[Entry]) -> str:
         """Return the text that the filter searches."""
-        told = described(kind, name, self.catalogue) if self.catalogue else ""
+        description = described(kind, name, self.catalogue) if self.catalogue else ""
         packages = " ".join(claim.source for claim in claims)
-        return f"{name} {TITLES[kind]} {NOUNS.get(kind, kind)} {packages} {told}".casefold()
+        return f"{name} {TITLES[kind]} {NOUNS.get(kind, kind)} {packages} {description}".casefold()
 
     def action_filter(self) -> None:
         box = self.query_one("#filter", Input)

@@ -1,4 +1,4 @@
-"""Small dialogs: a question with two or more answers, and one answered by a line of text."""
+"""Small dialogs: a question with two or more answers and one answered by a line of text."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import ClassVar
@@ -96,7 +96,7 @@ class Ask(ModalScreen[str | None]):
         question: question in one sentence.
         value: initial text.
         check: function that raises a GaitsimError for an invalid answer.
-        about: details of the question.
+        about: details below the question.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -125,14 +125,14 @@ class Ask(ModalScreen[str | None]):
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
         if event.button.id == "ask-ok":
-            self._take()
+            self._submit()
         else:
             self.dismiss()
 
     def on_input_submitted(self) -> None:
-        self._take()
+        self._submit()
 
-    def _take(self) -> None:
+    def _submit(self) -> None:
         answer = self.query_one("#answer", Input).value.strip()
         try:
             if answer:

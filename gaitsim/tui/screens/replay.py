@@ -17,13 +17,13 @@ from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.steering import drive_with, offered_commands
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 from gaitsim.tui.screens.numbering import (
-    in_words,
+    describe,
     kind_of,
     last_of,
     number_of,
-    numbered,
     options_of,
-    typed_number,
+    parse_which,
+    with_number,
 )
 from gaitsim.tui.screens.questions import Ask
 from gaitsim.tui.screens.replay_pane import ReplayPane
@@ -37,12 +37,12 @@ _WORDS = {0.25: "¼", 0.5: "½"}
 
 
 class Replay(GaitScreen):
-    """One body, or two in synchrony.
+    """A body in motion, or two in synchrony.
 
     Args:
         run: folder of the run.
         which: first individual to show; None is the champion.
-        beside: folder of the run to show beside it, which may be the same; None for none.
+        beside: folder of the run to show beside it, which may be the same run; None for one body.
         damage: damage of the bodies of `run`, in the syntax of `--damage`.
 
     Attributes:
@@ -65,7 +65,7 @@ The best individual of any generation, or a member of a front or archive, in mot
   any browser, and opens it.
 - **Code** copies a challenge code of the individual: anyone can play it with `gaitsim verify`.
 - **Split** shows a second body: the other run, or generation 1 of this run. Both move in
-  synchrony and share the camera. The generation keys apply to the one that has the focus.
+  synchrony and share the camera. The generation keys apply to the focused body.
 - **Members**, if the search keeps a front or an archive: the slider and the generation keys step
   through the members, and the curve shows the member's position on the front. Press it again for
   generations.
@@ -145,7 +145,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         super().__init__()
         self._run, self._beside, self._damage = run, beside, tuple(damage)
         self._playing = True
-        self._time = Scrubber("time      ", say=self._say, id="frame")
+        self._time = Scrubber("time      ", say=self._format_time, id="frame")
         self.panes = [ReplayPane(run, which, damage)]
         if beside is not None:
             self.panes.append(ReplayPane(beside, classes="second"))
@@ -158,13 +158,13 @@ The best individual of any generation, or a member of a front or archive, in mot
         yield Footer()
 
     def on_mount(self) -> None:
-        self._state()
+        self._update_title()
 
     # Bodies
 
     @property
     def pane(self) -> ReplayPane:
-        """The pane that has the focus, or the first one."""
+        """The focused pane, or the first one."""
         inside = self.focused.ancestors if self.focused is not None else []
         return next((pane for pane in self.panes if pane in inside), self.panes[0])
 
@@ -185,14 +185,14 @@ The best individual of any generation, or a member of a front or archive, in mot
                 pane.show_frame_of(leader.seconds)
         self._time.set_range(0, max(leader.frames - 1, 0))
         self._time.value = leader.frame
-        self._state()
+        self._update_title()
 
     @on(BodyCanvas.Moved)
     def _moved(self, event: BodyCanvas.Moved) -> None:
         if event.canvas is self.leader:
-            self._keep_step()
+            self._synchronise()
 
-    def _keep_step(self) -> None:
+    def _synchronise(self) -> None:
         leader = self.leader
         for pane in self.panes:
             pane.show_frame_of(leader.seconds)
@@ -203,15 +203,15 @@ The best individual of any generation, or a member of a front or archive, in mot
         """Move both cameras."""
         for pane in self.panes:
             pane.canvas.view = event.view
-        self._state()
+        self._update_title()
 
     @on(Scrubber.Changed, "#frame")
     def _scrubbed(self, event: Scrubber.Changed) -> None:
         self._play(False)
         self.leader.show_frame(event.value)
-        self._keep_step()
+        self._synchronise()
 
-    def _say(self, frame: int) -> str:
+    def _format_time(self, frame: int) -> str:
         """Return the slider's text for a frame."""
         leader = self.leader
         if leader.skeleton is None:
@@ -220,7 +220,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         seconds = frame / leader.skeleton.frame_rate
         return f"{seconds:6.2f} s  {frame:>{len(str(last))}}/{last}"
 
-    def _state(self) -> None:
+    def _update_title(self) -> None:
         """Show the state, speed and camera in the title, and update the action of space."""
         self.refresh_bindings()
         view = self.panes[0].canvas.view
@@ -229,7 +229,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         way = "" if view.follow else ", whole path"
         self.sub_title = f"replay  {sign} ×{speed}  {view.name or 'turned'}{way}"
 
-    # What keys do
+    # Actions
 
     def action_play(self) -> None:
         self._play(True)
@@ -240,14 +240,14 @@ The best individual of any generation, or a member of a front or archive, in mot
     def _play(self, playing: bool) -> None:
         if playing != self._playing:  # slow: checks all keys
             self._playing = self.leader.playing = playing
-            self._state()
+            self._update_title()
 
     def action_frame(self, steps: int) -> None:
         """Move by `steps` frames, wrapping round at the ends."""
         self._play(False)
         leader = self.leader
         leader.show_frame((leader.frame + steps) % max(leader.frames, 1))
-        self._keep_step()
+        self._synchronise()
 
     def action_speed(self, steps: int) -> None:
         at = SPEEDS.index(self.speed) + steps
@@ -256,41 +256,41 @@ The best individual of any generation, or a member of a front or archive, in mot
     def watch_speed(self, speed: float) -> None:
         for pane in self.panes:
             pane.canvas.speed = speed
-        self._state()
+        self._update_title()
 
     def action_generation(self, steps: int) -> None:
         pane = self.pane
         if pane.which is not None:
-            pane.ask(numbered(pane.which, number_of(pane.which) + steps))
+            pane.request(with_number(pane.which, number_of(pane.which) + steps))
 
     @work(group="ask", exclusive=True)
     async def action_go_to(self) -> None:
-        """Ask for the number of a generation or member, and show it."""
+        """Ask for the number of a generation or member and show it."""
         pane = self.pane
         shown = pane.shown
         if shown is None:
             return
         which = shown.which
-        best = f"the best: {in_words(shown.best)}" if shown.best else "all failed"
+        best = f"the best: {describe(shown.best)}" if shown.best else "all failed"
         question = Ask(
             f"Go to {kind_of(which)}",
-            check=partial(typed_number, which=which, shown=shown),
+            check=partial(parse_which, which=which, shown=shown),
             about=f"1 to {last_of(shown, which):,}; {best}",
         )
         answer = await self.app.push_screen_wait(question)
         if answer is not None:
-            pane.ask(typed_number(answer, which, shown))
+            pane.request(parse_which(answer, which, shown))
 
     def action_best(self) -> None:
         pane = self.pane
         on_front = pane.shown is not None and isinstance(pane.which, Member)
-        pane.ask(pane.shown.best_member if pane.shown and on_front else None)
+        pane.request(pane.shown.best_member if pane.shown and on_front else None)
 
     def action_members(self) -> None:
         """Switch from generations to members, the best first, or back."""
         pane = self.pane
         if pane.shown is not None:
-            pane.ask(None if isinstance(pane.which, Member) else pane.shown.best_member)
+            pane.request(None if isinstance(pane.which, Member) else pane.shown.best_member)
 
     def action_camera(self, name: str, *arguments: int) -> None:
         getattr(self.panes[0].canvas, f"action_{name}")(*arguments)
@@ -330,7 +330,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         self.gaitsim.open_export(pane.run, pane.which, tuple(others), pane.damage)
 
     def action_browser(self) -> None:
-        """Write a page of the bodies shown, and open it in a browser."""
+        """Write a page of the bodies shown and open it in a browser."""
         pane = self.pane
         same = [one for one in self.panes if (one.run, one.damage) == (pane.run, pane.damage)]
         which = [one.shown.which for one in same if one.shown is not None]
@@ -340,7 +340,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         else:
             options = [str(word) for word in options_of(pane.which)]
         words = "export", str(pane.run), "--format", "html", *options, *damage_options(pane.damage)
-        self.gaitsim.begin_task(words, opens=True)
+        self.gaitsim.start_task(words, opens=True)
 
     @work(group="code", exclusive=True)
     async def action_code(self) -> None:

@@ -19,7 +19,7 @@ PATIENCE = 2.0  # minimum seconds between two reads of an evolving run
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class LoadedIndividual:
     """The best of a generation, or a member, ready to be shown.
 
     Attributes:
@@ -64,7 +64,7 @@ class Shown:
 
 
 class Loader:
-    """Simulates individuals of a run, and re-reads its files only when they have changed.
+    """Simulates individuals of a run and re-reads its files only when they have changed.
 
     A step therefore costs as much after 20,000 generations as after 1,000.
 
@@ -85,7 +85,7 @@ class Loader:
         self._state: tuple[int, ...] = ()
         self._read = 0.0
 
-    def load(self, which: Which) -> Shown:
+    def load(self, which: Which) -> LoadedIndividual:
         """Simulate the best of a generation, the champion, or a member.
 
         Raises:
@@ -94,7 +94,7 @@ class Loader:
         """
         try:
             run = self._snapshot(which if isinstance(which, int) else 1)
-            return shown_of(run, which, self._damage)
+            return load_individual(run, which, self._damage)
         except OSError as error:
             self._run = None
             raise RunError(f"cannot read {self._path}: {error.strerror or error}") from None
@@ -120,7 +120,7 @@ class Loader:
         return known
 
 
-def shown_of(run: RunSnapshot, which: Which, damage: Sequence[str] = ()) -> Shown:
+def load_individual(run: RunSnapshot, which: Which, damage: Sequence[str] = ()) -> LoadedIndividual:
     """Simulate an individual of a run, with damage to its body if given.
 
     Raises:
@@ -131,8 +131,8 @@ def shown_of(run: RunSnapshot, which: Which, damage: Sequence[str] = ()) -> Show
     found = run.individual(which)
     if damage:
         found = with_damage(found, damage)
-    _ = found.skeleton  # computed here, as it takes long
-    return Shown(
+    _ = found.skeleton  # computed here because it is slow
+    return LoadedIndividual(
         individual=found,
         measurements=_measured(found),
         last=run.generation,

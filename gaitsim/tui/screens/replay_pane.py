@@ -17,8 +17,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.formatting import clip, clip_name
-from gaitsim.tui.screens.numbering import curve_of, in_words, last_of, number_of, numbered
-from gaitsim.tui.screens.replay_loading import Loader, Shown
+from gaitsim.tui.screens.numbering import curve_of, describe, last_of, number_of, with_number
+from gaitsim.tui.screens.replay_loading import LoadedIndividual, Loader
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.footfalls import FootfallStrip
@@ -33,7 +33,7 @@ UNIT = 8  # maximum columns of a unit
 
 
 class ReplayPane(Vertical):
-    """An individual of a run in motion, with a slider to choose another.
+    """An individual of a run in motion, with a slider to choose a different one.
 
     Of several individuals requested while one is being read, only the last is read next.
 
@@ -67,7 +67,7 @@ class ReplayPane(Vertical):
     """
 
     class Changed(Message):
-        """Posted when another body, or a problem, is shown."""
+        """Posted when a new body or a problem is shown."""
 
     def __init__(
         self, run: Path, which: Which = None, damage: Sequence[str] = (), **settings: Any
@@ -75,7 +75,7 @@ class ReplayPane(Vertical):
         super().__init__(**settings)
         self.damage = tuple(damage)
         self.run = run
-        self.shown: Shown | None = None
+        self.shown: LoadedIndividual | None = None
         self.problem: GaitsimError | None = None
         self.which = which
         self.loading_now = False
@@ -104,41 +104,41 @@ class ReplayPane(Vertical):
     def on_mount(self) -> None:
         self._side.display = False
         self._title()
-        self.ask(self.which)
+        self.request(self.which)
 
-    def ask(self, which: Which) -> None:
-        """Request another individual; None is the champion."""
+    def request(self, which: Which) -> None:
+        """Request an individual; None is the champion."""
         if self.shown is not None and which is not None:
-            which = numbered(which, min(max(number_of(which), 1), last_of(self.shown, which)))
+            which = with_number(which, min(max(number_of(which), 1), last_of(self.shown, which)))
         self.which = which
         if which is not None:
-            self._slide(which)
-        self.canvas.say(f"reading {self._wanted} …")
+            self._set_slider(which)
+        self.canvas.say(f"reading {self._requested} …")
         if not self.loading_now:
             self.loading_now = True
             self._load(which)
         self._title()
 
     @work(group="replay")
-    async def _load(self, asked: Which) -> None:
+    async def _load(self, requested: Which) -> None:
         """Show an individual, then the one requested in the meantime."""
         while self.loading_now:
             try:
-                shown = await asyncio.to_thread(self._loader.load, asked)
+                shown = await asyncio.to_thread(self._loader.load, requested)
             except GaitsimError as error:
                 self._fail(error)
             except Exception as error:  # shown too, instead of ending the app
-                self._fail(_unexpected(error))
+                self._fail(_unexpected_error(error))
             else:
                 self._show(shown)
-                if self.which == asked:
-                    asked = self.which = shown.which
-                    self._slide(asked)
-            self.loading_now = self.which != asked
-            asked = self.which
+                if self.which == requested:
+                    requested = self.which = shown.which
+                    self._set_slider(requested)
+            self.loading_now = self.which != requested
+            requested = self.which
             self._title()
 
-    def _show(self, shown: Shown) -> None:
+    def _show(self, shown: LoadedIndividual) -> None:
         self.shown, self.problem = shown, None
         self.canvas.set_skeleton(shown.individual.skeleton)
         self.feet.set_skeleton(shown.individual.skeleton)
@@ -148,8 +148,8 @@ class ReplayPane(Vertical):
         self._make_room()
         self.post_message(self.Changed())
 
-    def _slide(self, which: int | Member) -> None:
-        """Set the slider's range to the generations or members, and its value to this one."""
+    def _set_slider(self, which: int | Member) -> None:
+        """Set the slider's range to the generations or members and its value to this one."""
         self.slider.label = "generation" if isinstance(which, int) else "member    "
         if self.shown is not None:
             self.slider.set_range(1, last_of(self.shown, which))
@@ -187,14 +187,14 @@ class ReplayPane(Vertical):
         if self.damage:
             rest.append(f"  {', '.join(self.damage)}", self.app.theme_variables["error"])
         if self.loading_now:
-            rest.append(f"  reading {self._wanted} …", "dim")
+            rest.append(f"  reading {self._requested} …", "dim")
         name = clip_name(self.run.name, max(width - rest.cell_len, 8))
         self._heading.update(Text.assemble((name, "bold"), rest, no_wrap=True, overflow="ellipsis"))
 
     @property
-    def _wanted(self) -> str:
+    def _requested(self) -> str:
         """The requested individual in words."""
-        return in_words(self.which)
+        return describe(self.which)
 
     def show_measures(self, wanted: bool) -> None:
         """Show or hide the measures beside the body, at any width."""
@@ -241,7 +241,7 @@ class ReplayPane(Vertical):
     @on(Scrubber.Changed)
     def _scrubbed(self, event: Scrubber.Changed) -> None:
         event.stop()
-        self.ask(numbered(self.which, event.value))
+        self.request(with_number(self.which, event.value))
 
 
 def number_lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator[str]:
@@ -254,7 +254,7 @@ def number_lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator
         yield f"{set_cell_size(clip(name, room), room)} {value.rjust(wide)} {after}".rstrip()
 
 
-def _unexpected(error: Exception) -> GaitsimError:
+def _unexpected_error(error: Exception) -> GaitsimError:
     return GaitsimError(
         f"the individual cannot be shown: {type(error).__name__}: {error}",
         remedy="report it to the authors of gaitsim, with the steps that led to it",

@@ -23,10 +23,10 @@ class RunActions(GaitScreen):
     """A screen with a list of runs, one under the cursor and some marked.
 
     Attributes:
-        moving: whether a run is being renamed.
+        renaming: whether a run is being renamed.
     """
 
-    moving = False
+    renaming = False
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("n", "new", "New", id="home.new", tooltip="Create a new run"),
@@ -75,7 +75,7 @@ class RunActions(GaitScreen):
         """Return the marked runs, in the order of the list."""
         raise NotImplementedError
 
-    def changed(self, old: Path, new: Path) -> None:
+    def run_changed(self, old: Path, new: Path) -> None:
         """Refresh the runs after one was changed or moved."""
         raise NotImplementedError
 
@@ -104,7 +104,7 @@ class RunActions(GaitScreen):
             ):
                 return "The run cannot be read; see the reason below the list."
             case "replay" | "why" | "export" | "map" | "laboratory" if run and run.generation == 0:
-                return "The run has no generation yet; open it and let it evolve."
+                return "The run has no finished generation yet; open it and let it evolve."
             case "compare" if len(self.marked()) < 2:
                 return "Mark two or more runs with space first."
         return super().obstacle(action)
@@ -157,25 +157,27 @@ class RunActions(GaitScreen):
 
     @work(group="ask")
     async def action_delete(self) -> None:
-        """Delete runs after a question that names them; keep those that are evolving."""
+        """Delete runs after a question that names them; keep live runs."""
         from gaitsim.runs.removal import delete_run
         from gaitsim.tui.screens.questions import Confirm
 
-        gone = [run for run in self._chosen() if not run.evolves]
-        stay = [run.name for run in self._chosen() if run.evolves]
-        if not gone:
+        deleted = [run for run in self._chosen() if not run.evolves]
+        kept = [run.name for run in self._chosen() if run.evolves]
+        if not deleted:
             return
-        one = len(gone) == 1
-        about = str(gone[0].path) if one else _names([run.name for run in gone])
+        one = len(deleted) == 1
+        about = str(deleted[0].path) if one else _join_names([run.name for run in deleted])
         about += "\nTheir champions, exports and notes are deleted too. This cannot be undone."
-        if stay:
-            about += f"\n\nStill evolving, and kept: {_names(stay)}. Press x to stop them first."
-        what = f"the run {gone[0].name}" if one else f"{len(gone)} runs"
+        if kept:
+            about += (
+                f"\n\nStill evolving, and kept: {_join_names(kept)}. Press x to stop them first."
+            )
+        what = f"the run {deleted[0].name}" if one else f"{len(deleted)} runs"
         question = Confirm(f"Delete {what}?", "Delete", about, danger=True)
         if await self.app.push_screen_wait(question):
-            for run in gone:
+            for run in deleted:
                 await self._try(delete_run, run.path)
-                self.changed(run.path, run.path)
+                self.run_changed(run.path, run.path)
 
     @work(group="ask")
     async def action_rename(self) -> None:
@@ -195,11 +197,11 @@ class RunActions(GaitScreen):
         question = Ask(f"New name of the run {path.name}", path.name, check, about)
         name = await self.app.push_screen_wait(question)
         if name is not None and name != path.name:
-            self.moving = True
+            self.renaming = True
             new = await self._try(rename_run, path, name)
-            self.moving = False
+            self.renaming = False
             if new is not None:
-                self.changed(path, new)
+                self.run_changed(path, new)
 
     @work(group="ask")
     async def action_note(self) -> None:
@@ -213,7 +215,7 @@ class RunActions(GaitScreen):
         text = await self.app.push_screen_wait(NoteDialog(run.name, before or ""))
         if text is not None:
             await self._try(write_note, run.path, text)
-            self.changed(run.path, run.path)
+            self.run_changed(run.path, run.path)
 
     @work(group="ask")
     async def action_gallery(self) -> None:
@@ -225,29 +227,29 @@ class RunActions(GaitScreen):
         out = await self.app.push_screen_wait(question)
         if out is not None:
             folder = str(self.gaitsim.folder)
-            self.gaitsim.begin_task(("gallery", folder, "--out", out), opens=not self.app.is_web)
+            self.gaitsim.start_task(("gallery", folder, "--out", out), opens=not self.app.is_web)
 
     @work(group="stop")
     async def action_stop(self) -> None:
         from gaitsim.live import background
 
         runs = [run for run in self._chosen() if run.evolves]
-        names = _names([run.name for run in runs])
+        names = _join_names([run.name for run in runs])
         self.notify(names, title="Stopping after the current generation", markup=False)
         await asyncio.gather(*(self._try(background.stop, run.path) for run in runs))
         for run in runs:
-            self.changed(run.path, run.path)
+            self.run_changed(run.path, run.path)
 
     async def _try(self, do: Callable[..., T], *arguments: object) -> T | None:
-        """Call a function in a thread; show its error and return None if it fails."""
+        """Call a function in a thread; if it fails, show its error and return None."""
         try:
             return await asyncio.to_thread(do, *arguments)
         except GaitsimError as error:
-            self.gaitsim.tell(error)
+            self.gaitsim.show_error(error)
         return None
 
 
-def _names(names: Sequence[str]) -> str:
-    """Return names as a list in words; of many, the rest as a number."""
+def _join_names(names: Sequence[str]) -> str:
+    """Join names with commas; beyond `LISTED`, add the number of the others."""
     shown = ", ".join(names[:LISTED])
     return shown if len(names) <= LISTED else f"{shown} and {len(names) - LISTED} more"

@@ -35,7 +35,7 @@ class Steering(GaitScreen):
     Args:
         load: function that returns the body at its start; called in a thread.
         line: equivalent command line.
-        clock: function that returns the time in seconds, for tests.
+        clock: function that returns the time in seconds.
 
     Attributes:
         drive: simulated body; None until it is loaded.
@@ -46,7 +46,7 @@ class Steering(GaitScreen):
 Fly a body yourself. Each command has its own controller, a network that evolution trained for it.
 The arrow keys and space choose the controller in command; the others fade out.
 
-- A command **holds until the next key**, as terminals do not report when a key is released. The
+- A command **holds until the next key**, because terminals do not report key releases. The
   key of the first command returns to it.
 - The bars show the current share of each controller.
 - The flight ends on the ground. **Restart** returns to the start, **Pause** stops the time.
@@ -94,7 +94,7 @@ The arrow keys and space choose the controller in command; the others fade out.
         self.drive: Drive | None = None
         self.paused = False
         self._then, self._elapsed, self._best = 0.0, 0.0, 0.0
-        self._pictures, self._turned = 0, 0.0
+        self._frames, self._heading = 0, 0.0
         self._altitudes: list[tuple[float, float]] = []
         self.sub_title = "steering"
         self.body = SteeredBody("reading the controllers …")
@@ -121,19 +121,19 @@ The arrow keys and space choose the controller in command; the others fade out.
             self.body.say(visible_lines(str(error)))
             self.query_one("#steering-said").display = False
             return
-        self._begin()
+        self._restart_clock()
         self.set_interval(1 / FPS, self._tick)
 
-    def _begin(self) -> None:
+    def _restart_clock(self) -> None:
         """Restart the clock."""
         self._then, self._elapsed, self.paused = self._clock(), 0.0, False
-        self._pictures, self._altitudes = 0, []
+        self._frames, self._altitudes = 0, []
         self.body.look_ahead()
         self._show()
-        self._say()
+        self._show_message()
 
     def _tick(self) -> None:
-        """Simulate up to the time of the clock, and show the result."""
+        """Simulate up to the time of the clock and show the result."""
         now = self._clock()
         passed, self._then = now - self._then, now
         drive = self.drive
@@ -144,7 +144,7 @@ The arrow keys and space choose the controller in command; the others fade out.
         self._show()
         if drive.ending:
             self._best = max(self._best, drive.seconds)
-            self._say()
+            self._show_message()
 
     def _simulate(self, drive: Drive) -> None:
         try:
@@ -156,24 +156,24 @@ The arrow keys and space choose the controller in command; the others fade out.
         drive = self.drive
         assert drive is not None, "shown only after loading"
         turned = drive.turned
-        self._turned = self._turned if turned is None else turned
+        self._heading = self._heading if turned is None else turned
         self._altitudes.append((drive.seconds, drive.altitude))
-        self.body.show(drive, self._turned)
-        self.query_one("#steering-facts", Static).update(_facts(drive, self._turned))
-        if self._pictures % EVERY == 0 or drive.ending:
-            self.plan.show(drive, self._turned)
+        self.body.show(drive, self._heading)
+        self.query_one("#steering-facts", Static).update(_facts(drive, self._heading))
+        if self._frames % EVERY == 0 or drive.ending:
+            self.plan.show(drive, self._heading)
             seconds, altitudes = np.array(self._altitudes).T
             if not self.curve.series:
                 self.curve.forget_styles()  # one style per curve
             self.curve.series = (Series("altitude, m", seconds, altitudes),)
             self.curve.redraw()
-        self._pictures += 1
+        self._frames += 1
 
-    def _say(self) -> None:
+    def _show_message(self) -> None:
         """Show how keys act, or why the flight has ended."""
         drive = self.drive
         assert drive is not None, "shown only after loading"
-        said = self.query_one("#steering-said", Static)
+        message = self.query_one("#steering-said", Static)
         key = SIGNS[drive.commands[0].key]
         if drive.ending:
             best = f" Best: {self._best:.1f} s." if self._best > drive.seconds else ""
@@ -185,7 +185,7 @@ The arrow keys and space choose the controller in command; the others fade out.
                 "A command holds until the next key; "
                 f"{key} returns to {visible(drive.commands[0].name)}."
             )
-        said.update(words)
+        message.update(words)
         self.refresh_bindings()
 
     def action_command(self, key: str) -> None:
@@ -201,13 +201,13 @@ The arrow keys and space choose the controller in command; the others fade out.
         try:
             drive.restart()
         except GaitsimError as error:
-            self.gaitsim.tell(error)
+            self.gaitsim.show_error(error)
             return
-        self._begin()
+        self._restart_clock()
 
     def action_pause(self) -> None:
         self.paused = not self.paused
-        self._say()
+        self._show_message()
 
     def action_view(self) -> None:
         self.body.next_camera()

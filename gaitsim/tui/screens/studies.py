@@ -95,7 +95,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
     @work(group="look")
     async def look(self) -> None:
         """Scan the folders and show them."""
-        said = (
+        message = (
             "This folder has no studies/ or comparisons/ yet.\n\n"
             "Press n to sweep options, c to compare experiments; or in a terminal:\n"
             "gaitsim study millipede-operators"
@@ -103,12 +103,12 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         try:
             self._folders = await self.in_thread(list_folders)
         except GaitsimError as error:
-            self._folders, said = [], visible_lines(str(error))
-        self.query_one("#no-studies", Static).update(Text(said))
+            self._folders, message = [], visible_lines(str(error))
+        self.query_one("#no-studies", Static).update(Text(message))
         self._fill()
 
     def on_task_changed(self, event: TaskChanged) -> None:
-        """Show the progress of a task and the files that it has written."""
+        """Show the progress of a task; rescan the folders when it ends."""
         self._fill()
         if not event.task.running:
             self._look_again()
@@ -147,7 +147,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
 
     def _row(self, one: StudyFolder) -> tuple[Text, ...]:
         state, colour = STATES[one.state]
-        task = self._job(one.path)
+        task = self._latest_task(one.path)
         done = f"{one.done:,}/{one.total:,}" if one.total is not None else ""
         part = one.done / one.total if one.total else (task.part if task else None)
         part = 1.0 if one.state == "finished" else part
@@ -171,7 +171,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         if one is None:
             self.refresh_bindings()
             return
-        colours, task = self.app.theme_variables, self._job(one.path)
+        colours, task = self.app.theme_variables, self._latest_task(one.path)
         lines = [Text(visible(str(one.path)), "bold")]
         if one.description:
             lines.append(Text(visible(one.description)))
@@ -180,7 +180,9 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         elif task is not None and task.running:
             lines.append(Text(task.progress or "Preparing", "dim"))
         elif one.kind == "comparison" and one.state == "stopped":
-            lines.append(Text("It ended before its report was written; start it again.", "dim"))
+            lines.append(
+                Text("The comparison ended before its report was written; start it again.", "dim")
+            )
         lines.append(Text(f"$ {visible(self.command_line())}", colours["secondary"]))
         panel.update(Text("\n").join(lines))
         self.refresh_bindings()
@@ -193,7 +195,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         one = self._chosen()
         return "" if one is None else str(one.path)
 
-    def _job(self, folder: Path) -> Task | None:
+    def _latest_task(self, folder: Path) -> Task | None:
         """Return the app's latest task in a folder, running or finished."""
         found = [
             task
@@ -210,24 +212,24 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
 
     @work(group="ask")
     async def action_sweep(self) -> None:
-        await self._begin(StudyDialog(SWEEP, {"study": next(iter(entries(STUDIES)), "")}))
+        await self._ask_and_start(StudyDialog(SWEEP, {"study": next(iter(entries(STUDIES)), "")}))
 
     @work(group="ask")
     async def action_compare(self) -> None:
-        await self._begin(StudyDialog(COMPARISON))
+        await self._ask_and_start(StudyDialog(COMPARISON))
 
-    async def _begin(self, dialog: StudyDialog) -> None:
+    async def _ask_and_start(self, dialog: StudyDialog) -> None:
         arguments = await self.app.push_screen_wait(dialog)
         if arguments:
-            self.gaitsim.begin_task(arguments)
+            self.gaitsim.start_task(arguments)
 
     def action_continue(self) -> None:
         one = self._chosen()
         if one is not None:
-            self.gaitsim.begin_task(("study", str(one.path)))
+            self.gaitsim.start_task(("study", str(one.path)))
 
     def action_stop(self) -> None:
-        task = self._job(Path(self._chosen_path()))
+        task = self._latest_task(Path(self._chosen_path()))
         if task is not None:
             self.gaitsim.tasks.stop(task)
 
@@ -237,12 +239,12 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
             return shlex.join(["ls", *map(str, PLACES)])
         if one.kind == "study":
             return command("study", one.path)
-        task = self._job(one.path)
+        task = self._latest_task(one.path)
         return task.command if task else shlex.join(["cat", str(one.path / "report.md")])
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         one = self._chosen() if self.is_mounted else None
-        task = self._job(one.path) if one is not None else None
+        task = self._latest_task(one.path) if one is not None else None
         match action:
             case "studies":
                 return False

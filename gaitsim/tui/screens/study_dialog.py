@@ -27,7 +27,7 @@ from gaitsim.tui.products import Product, default
 from gaitsim.tui.widgets.form import Field
 
 
-class Sweep(Settings):
+class StudyOptions(Settings):
     """The options of `gaitsim study`."""
 
     study: Annotated[str, Declared(description="Name of a bundled study, or a TOML file.")] = ""
@@ -52,7 +52,7 @@ class Sweep(Settings):
         return free_name(PLACES[0] / study.name)
 
 
-class Contest(Settings):
+class ComparisonOptions(Settings):
     """The options of `gaitsim compare`."""
 
     experiments: Annotated[
@@ -99,8 +99,8 @@ class Contest(Settings):
         return free_name(PLACES[1] / "-against-".join(one.name for one in loaded.values())[:150])
 
 
-SWEEP = Product("New study", ("study",), Sweep)
-COMPARISON = Product("New comparison", ("compare",), Contest)
+SWEEP = Product("New study", ("study",), StudyOptions)
+COMPARISON = Product("New comparison", ("compare",), ComparisonOptions)
 
 
 class StudyDialog(ModalScreen[tuple[str, ...] | None]):
@@ -113,7 +113,7 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss", "Cancel", id="study.cancel", tooltip="Start nothing"),
-        Binding("ctrl+r", "begin", "Start", id="study.begin", tooltip="Start, from any field"),
+        Binding("ctrl+r", "start", "Start", id="study.begin", tooltip="Start, from any field"),
     ]
     DEFAULT_CSS = """
     StudyDialog {
@@ -174,23 +174,23 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
 
     @on(Input.Submitted)
     @on(Button.Pressed, "#begin")
-    def action_begin(self) -> None:
-        self._begin()
+    def action_start(self) -> None:
+        self._submit()
 
     @work(exclusive=True, group="begin")
-    async def _begin(self) -> None:
+    async def _submit(self) -> None:
         """Close with the arguments if the experiments are valid."""
         found = self._read(marked=True)
         if found is None:
             self.app.bell()
             return
-        said = self.query_one("#study-problem", Static)
-        said.update(Text("Checking the experiments …"))
+        problem = self.query_one("#study-problem", Static)
+        problem.update(Text("Checking the experiments …"))
         try:
             folder = await asyncio.to_thread(found.folder)
         except GaitsimError as error:
             if self.is_attached:
-                said.update(Text(visible_lines(str(error))))
+                problem.update(Text(visible_lines(str(error))))
             return
         if self.is_attached:
             self.dismiss((*self._arguments(found), "--out", str(folder)))

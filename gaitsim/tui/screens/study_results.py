@@ -1,4 +1,4 @@
-"""The results of a study or a comparison: tables with intervals and tests, and its files."""
+"""The results of a study or a comparison: tables with intervals and tests and its files."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -39,7 +39,7 @@ The results of a study or a comparison: medians and means with 95 % intervals, q
 each pair with effect sizes, successes, and a paragraph for the methods section of a paper.
 
 Tab moves between tables; the arrow keys scroll a table that is wider than the screen. The files
-(report, table and figures) are listed at the end: Enter, or a click on the highlighted file,
+(report, table and figures) are listed at the end: Enter or a click on the highlighted file
 **opens** it with your system's default program.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -70,7 +70,7 @@ Tab moves between tables; the arrow keys scroll a table that is wider than the s
         self.look()
 
     def on_task_changed(self, event: TaskChanged) -> None:
-        """Show the files that a task has written."""
+        """Re-read the folder when its task ends."""
         if not event.task.running and str(self._folder) in event.task.arguments:
             self.look()
 

@@ -1,4 +1,4 @@
-"""Commands in the background, and their results."""
+"""Commands in the background and their results."""
 
 from typing import ClassVar
 
@@ -25,13 +25,13 @@ COLUMNS = ("state", "done", "time", "command")
 
 
 class TaskList(GaitScreen):
-    """The tasks, and the output of the highlighted one."""
+    """The tasks and the output of the highlighted one."""
 
     SUB_TITLE = "in the background"
     HELP_TEXT = """
-Exports (gait files, plots, videos, analyses) run in the background, by the command in the last
-column. Below the list are the full command of the highlighted task and its output: the files that
-it wrote, or why it failed.
+Exports (gait files, plots, videos, analyses) run in the background; the last column shows
+their commands. Below the list are the full command of the highlighted task and its output: the
+files that it wrote, or why it failed.
 
 Enter, or a click on the highlighted task, **opens** its file with your system's default program.
 Without one, such as over SSH, its path is copied; in a browser, the file is downloaded. A task
@@ -141,7 +141,7 @@ with several files opens their list.
     def action_again(self) -> None:
         task = self._chosen()
         if task is not None:
-            self.gaitsim.begin_task(task.arguments)
+            self.gaitsim.start_task(task.arguments)
             self._fill()
             self.query_one(DataTable).move_cursor(row=len(self.gaitsim.tasks.all) - 1)
 

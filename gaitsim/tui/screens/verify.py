@@ -1,4 +1,4 @@
-"""Verify a run or a challenge code in the background, and show the result."""
+"""Verify a run or a challenge code in the background and show the result."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -22,7 +22,7 @@ VERB, ALL = "verify", "--all"
 
 
 class Verify(GaitScreen):
-    """Reproduce generations of a run, and show whether every bit is identical.
+    """Reproduce generations of a run and show whether every bit is identical.
 
     Args:
         subject: folder of the run; or a challenge code, whose individual is played instead.
@@ -78,11 +78,11 @@ Verification continues in the background when you leave the screen; return to se
             self._job = own[-1]
             self._show()
         else:
-            self._begin()
+            self._start_verification()
         self.set_interval(0.5, self._tick)
 
-    def _begin(self, *options: str) -> None:
-        self._job = self.gaitsim.begin_task((VERB, self._subject, *options))
+    def _start_verification(self, *options: str) -> None:
+        self._job = self.gaitsim.start_task((VERB, self._subject, *options))
         self._show()
 
     def on_task_changed(self, event: TaskChanged) -> None:
@@ -115,10 +115,10 @@ Verification continues in the background when you leave the screen; return to se
         self.refresh_bindings()
 
     def action_some(self) -> None:
-        self._begin()
+        self._start_verification()
 
     def action_all(self) -> None:
-        self._begin(ALL)
+        self._start_verification(ALL)
 
     def action_stop(self) -> None:
         if self._job is not None:

@@ -1,4 +1,4 @@
-"""Explanation of a score: the terms of an individual, and its gait."""
+"""Explanation of a score: the terms of an individual and its gait."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -29,7 +29,7 @@ from gaitsim.render.terminal.unseen_results import world_results
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.numbering import in_words, options_of
+from gaitsim.tui.screens.numbering import describe, options_of
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
@@ -55,7 +55,8 @@ The terms behind the score of an individual, and its gait.
 - **Physics** plays the same joint angles on the body's twin in rigid-body physics, if it has one.
 - **Worlds** plays the gait in 100 unseen worlds, if its body has conditions: the distance, the
   falls, and the conditions that reduce the score.
-- *Analysis with late and inexact servos* in **Export** tests the gait's robustness.
+- **Export**, *Analysis*, with the option *perturb*, repeats the gait with delayed and inexact
+  servos.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("p", "physics", "Physics", id="why.physics",
@@ -84,7 +85,7 @@ The terms behind the score of an individual, and its gait.
     def compose(self) -> ComposeResult:
         yield Header()
         with VerticalScroll():
-            yield Static(f"reading {in_words(self._which)} …", id="why-state")
+            yield Static(f"reading {describe(self._which)} …", id="why-state")
         yield Footer()
 
     @work(group="read")
@@ -93,26 +94,27 @@ The terms behind the score of an individual, and its gait.
         scroll.focus()
         state = self.query_one("#why-state", Static)
         try:
-            found, sections, gait = await self.in_thread(_explained, self._run, self._which)
+            found, sections, gait = await self.in_thread(_read, self._run, self._which)
         except GaitsimError as error:
             state.update(Text(visible_lines(str(error))))
             return
         state.update(Text(visible(found.title), style="bold"))
         await scroll.mount(
-            *(part for section in sections for part in _shown(section)), *_gait(gait)
+            *(part for section in sections for part in _section_widgets(section)),
+            *_gait_widgets(gait),
         )
         self._individual = found
         self.refresh_bindings()
 
     def action_physics(self) -> None:
-        """Play the gait on the body's twin, and show how well it transfers."""
+        """Play the gait on the body's twin and show how well it transfers."""
         self._physics = True
-        self._append("simulating …", lambda individual, _: (_transferred(individual),))
+        self._append("simulating …", lambda individual, _: (_physics_section(individual),))
 
     def action_worlds(self) -> None:
-        """Evaluate the gait in unseen worlds, and show the results."""
+        """Evaluate the gait in unseen worlds and show the results."""
         self._worlds = True
-        self._append("playing in unseen worlds …", self._evaluated)
+        self._append("playing in unseen worlds …", self._evaluate_worlds)
 
     @work
     async def _append(
@@ -129,11 +131,11 @@ The terms behind the score of an individual, and its gait.
         except GaitsimError as error:
             waiting.update(Text(visible_lines(str(error))))
             return
-        await scroll.mount(*(part for section in sections for part in _shown(section)))
+        await scroll.mount(*(part for section in sections for part in _section_widgets(section)))
         await waiting.remove()
         scroll.scroll_end(animate=False)
 
-    def _evaluated(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
+    def _evaluate_worlds(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
         """Evaluate in unseen worlds, in a thread, and show the progress."""
         done = 0
 
@@ -162,26 +164,26 @@ The terms behind the score of an individual, and its gait.
         return command("analyse", self._run, *options_of(self._which), *physics, *worlds)
 
 
-def _transferred(individual: Individual) -> Passage:
+def _physics_section(individual: Individual) -> Passage:
     return compare_with_twin(individual, on_twin(individual))
 
 
-def _explained(path: Path, which: Which) -> tuple[Individual, tuple[Passage, ...], GaitAnalysis]:
+def _read(path: Path, which: Which) -> tuple[Individual, tuple[Passage, ...], GaitAnalysis]:
     """Return the individual, the explanation of its score, and its gait."""
     run = RunSnapshot(path)
     found = run.individual(which)
     return found, tuple(explanation(found, run.history)), analyse_individual(found)
 
 
-def _gait(gait: GaitAnalysis) -> Iterator[Static]:
+def _gait_widgets(gait: GaitAnalysis) -> Iterator[Static]:
     yield Static(Text(visible(f"Gait: {gait.name.name}")), classes="heading")
     yield Static(Text(visible(gait.name.reason)))
     for flag in gait.flags:
         yield Static(Text(visible(f"Likely exploit: {flag.name}. {flag.seen}")), classes="failure")
-    yield from _shown(travel_and_stability(gait))
+    yield from _section_widgets(travel_and_stability(gait))
 
 
-def _shown(section: Passage) -> Iterator[Static]:
+def _section_widgets(section: Passage) -> Iterator[Static]:
     """Yield a section's heading, warnings, table and notes."""
     above = (("heading", section.title), ("failure", section.failure), ("warning", section.warning))
     for kind, words in above:
