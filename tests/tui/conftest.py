@@ -1,4 +1,4 @@
-"""How the app's own screens are driven: in a folder of their own, with runs of puppets."""
+"""Fixtures that drive the app's screens in a temporary folder with runs of puppets."""
 
 import asyncio
 import os
@@ -16,14 +16,14 @@ from gaitsim.tui.app import GaitsimApp
 
 PUPPETS = Path(__file__).parents[1] / "puppets"
 
-# An app that moves something works in most intervals of 20 ms, and a pilot would wait a second.
+# Waiting for an idle app takes a second while something moves; shorter intervals avoid this.
 _wait.SLEEP_GRANULARITY = 1 / 200
 _wait.SLEEP_IDLE = _wait.SLEEP_GRANULARITY / 20
 
 
 @pytest.fixture
 def here(tmp_path, monkeypatch, puppets):
-    """The test's folder, current; puppets are installed for processes that the app starts, too."""
+    """Change to a temporary folder; install puppets, also for processes that the app starts."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
@@ -32,7 +32,7 @@ def here(tmp_path, monkeypatch, puppets):
 
 @pytest.fixture
 def walk(here, puppet):
-    """Makes a run of puppets that stands at a generation."""
+    """Return a function that creates a run of puppets evolved up to a generation."""
 
     def walk(name="walk", generation=3, *overrides, generations=5):
         experiment = puppet(f"evolution.generations={generations}", *overrides)
@@ -47,20 +47,20 @@ def walk(here, puppet):
     return walk
 
 
-class Listening(GaitsimApp):
-    """The app, with all that it notified of."""
+class RecordingApp(GaitsimApp):
+    """The app, which also records its notifications."""
 
     def __init__(self, *arguments, **options):
         super().__init__(*arguments, **options)
-        self.told = []
+        self.notified = []
 
     def notify(self, message, *, title="", **options):
-        self.told.append(f"{title} {message}")
+        self.notified.append(f"{title} {message}")
         super().notify(message, title=title, **options)
 
 
 class Driver:
-    """An app and who presses its keys."""
+    """An app, and a pilot that presses its keys."""
 
     def __init__(self, app, pilot):
         self.app = app
@@ -80,28 +80,28 @@ class Driver:
         await self.pilot.pause()
 
     async def until(self, holds, seconds=60):
-        """Wait until something holds."""
+        """Wait until a condition holds."""
         await app_until(self.pilot, holds, seconds)
 
     async def at(self, kind):
-        """Wait for a screen of that class, and return it."""
+        """Wait for a screen of a class and return it."""
         await self.until(lambda: type(self.app.screen).__name__ == kind)
         return self.app.screen
 
     def offered(self):
-        """The ids of what keys do now."""
+        """Return the ids of the available bindings."""
         return {
             active.binding.id
             for active in self.screen.active_bindings.values()
             if active.enabled and active.binding.id
         }
 
-    def told(self):
-        """What notifications say."""
-        return "\n".join(self.app.told)
+    def notifications(self):
+        """Return the texts of all notifications."""
+        return "\n".join(self.app.notified)
 
     def text(self, selector):
-        """What a widget shows, as text."""
+        """Return the text of a widget."""
         return str(self.screen.query_one(selector).render())
 
 
@@ -111,11 +111,11 @@ _NAMES |= {"-": "minus", "/": "slash", "_": "underscore"}
 
 @pytest.fixture
 def drive():
-    """Runs a coroutine on an app of its own, at home once the runs are read."""
+    """Return a function that runs a coroutine on a new app, once home lists its runs."""
 
     def drive(test, *, size=(80, 24), folder=Path("runs"), ready=True, **options):
         async def go():
-            app = Listening(folder, **options)
+            app = RecordingApp(folder, **options)
             async with app.run_test(size=size) as pilot:
                 driver = Driver(app, pilot)
                 home = app.screen

@@ -14,13 +14,13 @@ AXES = "search.axes={reach=[-1.0, 3.0], price=[-1.0, 0.0], score=[-2.0, 3.0]}"
 ATLAS = ("search.plugin=map-elites", AXES, "search.cells=[12, 9, 3]", "evolution.population=40")
 
 
-def evolved_once(run):
+def evolve_one_generation(run):
     with RunWriter.open(run) as writer:
         next(iter(writer.evolve(partial(evaluate, writer.experiment))))
 
 
 async def shown(driver, run):
-    """Open the map of a run; return it with an elite beside it, held, as motion delays a pilot."""
+    """Open the map of a run, with an elite beside it; pause the motion, which delays a pilot."""
     driver.app.open_map(run)
     screen = await driver.at("Map")
     await driver.until(lambda: screen.pane.elite is not None)
@@ -28,7 +28,7 @@ async def shown(driver, run):
     return screen
 
 
-def test_the_cursor_goes_from_elite_to_elite_whose_gait_moves_beside_the_map(walk, drive):
+def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, drive):
     run = walk("atlas", 3, *ATLAS, generations=9)
     members = RunSnapshot(run).members
     best = int(np.argmax(members.scores)) + 1
@@ -44,7 +44,7 @@ def test_the_cursor_goes_from_elite_to_elite_whose_gait_moves_beside_the_map(wal
         axes = plan.names
         assert screen.command_line().endswith(f"members runs/atlas --map --axes {' '.join(axes)}")
 
-        # The cursor only rests on elites, and the body is that of the last one.
+        # The cursor only rests on elites; the pane shows the elite under it.
         met = set()
         for key in ("left", "down", "left", "up", "right", "down", "left"):
             await driver.press(key)
@@ -53,7 +53,7 @@ def test_the_cursor_goes_from_elite_to_elite_whose_gait_moves_beside_the_map(wal
         await driver.until(lambda: pane.elite.shown.individual.member.number == plan.member)
         assert pane.elite.shown.individual.score == members.scores[plan.member - 1]
 
-        # The same gait stays under the cursor along other axes, where it is the best of its cell.
+        # The cursor stays on its gait along other axes, if it is the best of its cell there.
         await driver.press("b", "right_square_bracket")
         assert plan.names != axes
         assert plan.member == best
@@ -72,7 +72,7 @@ def test_the_cursor_goes_from_elite_to_elite_whose_gait_moves_beside_the_map(wal
         cell = plan._map.cell_of(*where)
         assert plan._map.numbers[cell] == plan.member
 
-        # A click on an empty cell goes to the elite that is nearest.
+        # A click on an empty cell moves to the nearest elite.
         await driver.pilot.click(plan, offset=(plan.size.width - 4, 2))
         await driver.pilot.pause()
         assert plan.member is not None
@@ -81,7 +81,7 @@ def test_the_cursor_goes_from_elite_to_elite_whose_gait_moves_beside_the_map(wal
 
 
 @pytest.mark.slow
-def test_the_map_fills_as_the_run_evolves_and_leads_to_the_replay(walk, drive, monkeypatch):
+def test_the_map_updates_while_the_run_evolves_and_opens_the_replay(walk, drive, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.atlas.LOOK", 0.05)
     monkeypatch.setattr("gaitsim.tui.screens.atlas.SHARE", 1)
     run = walk("atlas", 3, *ATLAS, generations=9)
@@ -94,7 +94,7 @@ def test_the_map_fills_as_the_run_evolves_and_leads_to_the_replay(walk, drive, m
 
         # Members are added while another process evolves the run; the cursor stays.
         before, place = plan.view, plan._place
-        evolved_once(run)
+        evolve_one_generation(run)
         await driver.until(lambda: plan.view is not before)
         assert plan._place == place
         assert "generation 4" in screen.sub_title
@@ -107,7 +107,7 @@ def test_the_map_fills_as_the_run_evolves_and_leads_to_the_replay(walk, drive, m
         await driver.press("escape")
         await driver.at("Map")
 
-        # A run without an archive says so.
+        # A run without an archive shows an error.
         driver.app.open_map(run.with_name("plain"))
         await driver.until(lambda: "keeps no archive" in driver.screen.map.words())
         assert "map.best" not in driver.offered()

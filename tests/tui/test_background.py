@@ -1,4 +1,4 @@
-"""Runs that the app begins outlive it, however it ends, and are what plain runs are."""
+"""Runs started by the app outlive it, and are identical to runs of the command line."""
 
 import os
 import pty
@@ -15,12 +15,12 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = [
     pytest.mark.skipif(os.name == "nt", reason="needs POSIX terminals"),
-    pytest.mark.slow,  # test_live.py leaves and enters one run's screen in the default suite
+    pytest.mark.slow,  # in the default suite, test_live.py leaves and reopens a run
 ]
 
 
 class Terminal:
-    """`gaitsim tui` in a terminal of its own, with all that it writes."""
+    """`gaitsim tui` in a new terminal, with all output."""
 
     def __init__(self, *arguments):
         self._ours, theirs = pty.openpty()
@@ -45,7 +45,7 @@ class Terminal:
             pass
 
     def press(self, key, shown=b""):
-        """Press a key; wait until the app has written something since."""
+        """Press a key and wait until the app has written `shown`."""
         before = len(self.written)
         os.write(self._ours, key)
         until(lambda: shown in self.written[before:])
@@ -57,7 +57,7 @@ class Terminal:
         os.close(self._ours)
 
 
-def test_three_runs_evolve_while_the_app_is_killed_and_opened_again(walk, gaitsim, monkeypatch):
+def test_runs_continue_after_the_app_is_killed_and_reopened(walk, gaitsim, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "3")
     slow = "organism.pause=0.01"
     first = walk("walk", 0, slow, generations=100_000)
@@ -75,8 +75,8 @@ def test_three_runs_evolve_while_the_app_is_killed_and_opened_again(walk, gaitsi
     then = [RunSnapshot(run).generation for run in runs]
     again = Terminal("runs")
     until(lambda: b"walk" in again.written)
-    again.press(b"\r", b"evaluations/s")  # it is followed
-    again.press(b" ", b"Paused.")  # and steered
+    again.press(b"\r", b"evaluations/s")
+    again.press(b" ", b"Paused.")
     assert evolving(first) == "paused"
     again.press(b" ")
     until(lambda: evolving(first) == "running")

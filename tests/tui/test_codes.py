@@ -22,13 +22,13 @@ def test_a_code_is_copied_from_the_replay(walk, drive):
         assert found.score == shown.individual.score
         assert driver.screen.query_one("#code").text == driver.app.clipboard
         await driver.press("c", "escape")
-        assert "Copied" in driver.told()
+        assert "Copied" in driver.notifications()
         await driver.at("Replay")
 
     drive(test)
 
 
-def test_a_pasted_code_is_checked_at_once(walk, drive):
+def test_a_damaged_code_is_reported_in_the_dialog(walk, drive):
     walk()
 
     async def test(driver):
@@ -67,16 +67,16 @@ def test_a_pasted_code_is_verified(walk, drive):
     drive(test)
 
 
-def test_home_makes_a_gallery(walk, drive, monkeypatch):
+def test_home_writes_a_gallery(walk, drive, monkeypatch):
     walk()
 
     async def test(driver):
-        begun = []
-        monkeypatch.setattr(driver.app, "start_task", lambda words, **_: begun.append(words))
+        started = []
+        monkeypatch.setattr(driver.app, "start_task", lambda words, **_: started.append(words))
         await driver.press("B")
         await driver.at("Ask")
         await driver.press("enter")
-        await driver.until(lambda: bool(begun))
-        assert begun == [("gallery", "runs", "--out", "site")]
+        await driver.until(lambda: bool(started))
+        assert started == [("gallery", "runs", "--out", "site")]
 
     drive(test)

@@ -1,4 +1,4 @@
-"""Runs over each other: what differs, the screen, and the command line's twin."""
+"""Comparison of runs: differences, the screen and the command."""
 
 import asyncio
 import json
@@ -27,41 +27,41 @@ from gaitsim.tui.widgets.curves import Curves
 
 def outline(seed=1, **sections):
     return ExperimentOutline(
-        "any", "never told", seed, {}, Evolution(), Islands(), Worlds(), sections
+        "any", "never shown", seed, {}, Evolution(), Islands(), Worlds(), sections
     )
 
 
 class TestDifferences:
-    def test_options_that_are_the_same_are_left_out(self):
+    def test_equal_options_are_left_out(self):
         one = outline(mutation={"plugin": "gaussian", "rate": 0.1})
         other = outline(mutation={"plugin": "gaussian", "rate": 0.2})
         (found,) = differences([[(1, one)], [(1, other)]])
         assert (found.key, found.values) == ("mutation.rate", ("0.1", "0.2"))
 
-    def test_names_are_no_difference(self):
+    def test_names_are_not_compared(self):
         assert not differences([[(1, outline())], [(1, replace(outline(), name="another"))]])
 
-    def test_an_option_that_only_one_has(self):
+    def test_an_option_of_only_one_experiment(self):
         one, other = outline(mutation={"plugin": "a", "rate": 1}), outline(mutation={"plugin": "b"})
         found = {row.key: row.values for row in differences([[(1, one)], [(1, other)]])}
         assert found == {"mutation.plugin": ("a", "b"), "mutation.rate": ("1", ABSENT)}
 
-    def test_a_change_on_the_way_is_told_with_its_generation(self):
+    def test_a_change_during_a_run_has_its_generation(self):
         one, other = outline(mutation={"rate": 0.1}), outline(mutation={"rate": 0.2})
         stages = [(1, one), (11, other), (21, other), (31, one)]
         (found,) = differences([stages, [(1, one)]])
         assert found.values == ("0.1, from 11: 0.2, from 31: 0.1", "0.1")
 
-    def test_a_change_is_told_though_both_made_it(self):
+    def test_a_change_made_in_both_runs_is_listed(self):
         stages = [(1, outline(1)), (5, outline(2))]
         (found,) = differences([stages, stages])
         assert found.values == ("1, from 5: 2",) * 2
 
-    def test_a_run_that_cannot_be_read_differs_in_nothing(self):
+    def test_an_unreadable_run_has_no_differences(self):
         assert not differences([[(1, outline())], []])
 
     @pytest.mark.parametrize(
-        ("sections", "said"),
+        ("sections", "message"),
         [
             ({"mutation": {"plugin": "b"}}, ""),
             ({"fitness": {"plugin": "b", "k": 1}}, "do not compare: fitness.plugin differs."),
@@ -70,14 +70,14 @@ class TestDifferences:
             ({"organism": {"plugin": "a", "legs": 6}}, "may not compare: organism.legs differs."),
         ],
     )
-    def test_a_warning_names_the_options_by_which_scores_do_not_compare(self, sections, said):
+    def test_a_warning_names_the_options_that_make_scores_incomparable(self, sections, message):
         same = {"organism": {"plugin": "a", "legs": 8}, "fitness": {"plugin": "a", "k": 1}}
         one, other = outline(**same), outline(**same | sections)
         for runs in ([[(1, one)], [(1, other)]], [[(1, one), (9, other)]]):
-            assert scoring_warning(differences(runs)).endswith(said)
+            assert scoring_warning(differences(runs)).endswith(message)
         assert not scoring_warning(differences([[(1, one)], [(1, one)]]))
 
-    def test_they_are_in_the_order_of_the_files(self):
+    def test_differences_are_in_the_order_of_the_files(self):
         one, other = (
             outline(1, b={"z": 1, "a": 1}, a={"k": 1}),
             outline(2, b={"z": 2, "a": 2}, a={"k": 2}),
@@ -87,8 +87,8 @@ class TestDifferences:
 
 
 @pytest.fixture
-def made(puppet, tmp_path, monkeypatch):
-    """Makes a finished run of puppets."""
+def make_run(puppet, tmp_path, monkeypatch):
+    """Return a function that creates a finished run of puppets."""
     monkeypatch.chdir(tmp_path)
 
     def make(name, *overrides):
@@ -104,7 +104,7 @@ def made(puppet, tmp_path, monkeypatch):
 
 
 def fix_seconds(path):
-    """A clock is no function of the experiment: let every generation have taken half a second."""
+    """Set the time of every generation to half a second, as measured times differ."""
     lines = (path / "history.csv").read_text().splitlines()
     at = lines[0].split(",").index("seconds")
     rows = [line.split(",") for line in lines]
@@ -114,12 +114,12 @@ def fix_seconds(path):
 
 
 @pytest.fixture
-def two(made):
-    return [made("one"), made("two", "seed=2", "mutation.plugin=puppet-jitter")]
+def two(make_run):
+    return [make_run("one"), make_run("two", "seed=2", "mutation.plugin=puppet-jitter")]
 
 
 class TestRuns:
-    def test_they_say_what_became_of_each(self, two):
+    def test_the_table_lists_the_results_of_each_run(self, two):
         courses = RunsReader(two).read()
         run = RunSnapshot(two[0])
         best = run.individual()
@@ -131,8 +131,8 @@ class TestRuns:
         assert rows["seed"] == ("1", "2")
         assert "mutation.plugin" not in rows
 
-    def test_those_of_other_populations_compare_by_evaluations(self, two, made):
-        large = made("large", "evolution.population=12")
+    def test_runs_with_different_populations_are_compared_by_evaluations(self, two, make_run):
+        large = make_run("large", "evolution.population=12")
         courses = RunsReader([two[0], large]).read()
         spent = [one.history["evaluations"] for one in courses]
         assert spent[0][-1] < spent[1][-1]
@@ -151,12 +151,12 @@ class TestRuns:
     def test_seconds_add_up(self, two):
         assert RunsReader(two).read()[0].axis("seconds").tolist() == [0.5, 1.0, 1.5, 2.0, 2.5]
 
-    def test_runs_of_one_name_are_told_apart_by_their_folders(self, two):
+    def test_runs_with_equal_names_are_labelled_by_their_folders(self, two):
         shutil.copytree(two[0], "elsewhere/one")
         labels = [one.label for one in RunsReader([two[0], Path("elsewhere/one")]).read()]
         assert labels == ["runs/one", "elsewhere/one"]
 
-    def test_one_that_cannot_be_read_has_its_problem(self, two):
+    def test_an_unreadable_run_has_a_problem(self, two):
         (two[1] / "history.csv").write_text("nonsense\n")
         one, damaged, missing = RunsReader([*two, Path("runs/missing")]).read()
         assert one.problem is None
@@ -197,7 +197,7 @@ def cells(screen):
 
 
 class TestScreen:
-    def test_curves_and_table_are_of_the_runs(self, two):
+    def test_curves_and_table_show_the_runs(self, two):
         async def test(screen, pilot):
             assert [one.name for one in shown(screen)] == ["one", "two"]
             assert np.array_equal(shown(screen)[0].y, RunSnapshot(two[0]).history["best"])
@@ -207,7 +207,7 @@ class TestScreen:
 
         compare(two, test)
 
-    def test_quantities_and_axes_come_round(self, two):
+    def test_keys_cycle_through_quantities_and_axes(self, two):
         async def test(screen, pilot):
             history = RunSnapshot(two[0]).history
             for quantity in ("mean", "median", "diversity", "best"):
@@ -221,14 +221,14 @@ class TestScreen:
 
         compare(two, test)
 
-    def test_stages_are_told_and_marked(self, two, gaitsim):
+    def test_stages_are_listed_and_marked(self, two, gaitsim):
         gaitsim("resume", "one", "--generations", "8", "--set", "fitness.price=0.3")
 
         async def test(screen, pilot):
             assert cells(screen)["fitness.price"] == ["0.1, from 6: 0.3", "0.1"]
             assert shown(screen)[0].stages == (5,)
-            said = str(screen.query_one("#warning").render())
-            assert "do not compare: fitness.price differs" in said
+            message = str(screen.query_one("#warning").render())
+            assert "do not compare: fitness.price differs" in message
             assert screen.query_one(Curves).marks == (6.0,)
 
         compare(two, test)
@@ -245,7 +245,7 @@ class TestScreen:
 
         compare(two, test)
 
-    def test_a_run_that_grows_is_read_again(self, two, monkeypatch):
+    def test_an_evolving_run_is_reread(self, two, monkeypatch):
         monkeypatch.setattr("gaitsim.tui.screens.compare.EVERY", 0.05)
 
         async def test(screen, pilot):
@@ -255,7 +255,7 @@ class TestScreen:
             shutil.copytree(two[1], two[0], dirs_exist_ok=True)
             os.utime(two[0] / "population.pickle", ns=(1, 1))
 
-            def same():  # while it is copied, one run may be unreadable
+            def same():  # a run may be unreadable while it is copied
                 curves = shown(screen)
                 return len(curves) == 2 and np.array_equal(curves[0].y, curves[1].y)
 
@@ -263,13 +263,13 @@ class TestScreen:
 
         compare(two, test)
 
-    def test_it_says_which_runs_cannot_be_read_and_shows_the_others(self, two):
+    def test_unreadable_runs_are_named_and_the_others_shown(self, two):
         (two[1] / "history.csv").write_text("nonsense\n")
 
         async def test(screen, pilot):
-            said = str(screen.query_one("#problems").render())
-            assert "two: history.csv is damaged" in said
-            assert "missing: cannot read" in said
+            message = str(screen.query_one("#problems").render())
+            assert "two: history.csv is damaged" in message
+            assert "missing: cannot read" in message
             assert [one.name for one in shown(screen)] == ["one"]
             await pilot.press("right", "enter", "r", "o", "x")
 
@@ -287,15 +287,15 @@ class TestScreen:
 
         compare([run], test)
 
-    def test_names_are_shown_as_they_are(self, made):
+    def test_names_are_not_interpreted_as_markup(self, make_run):
         async def test(screen, pilot):
             assert shown(screen)[0].name == "a[red] 漢\\x1b"
             headings = [str(column.label) for column in screen.query_one("#table").ordered_columns]
             assert headings[1].endswith("a[red] 漢\\x1b")
 
-        compare([made("a[red] 漢\x1b")], test)
+        compare([make_run("a[red] 漢\x1b")], test)
 
-    def test_it_says_the_command_that_shows_the_same(self, two):
+    def test_the_screen_has_an_equivalent_command(self, two):
         async def test(screen, pilot):
             assert screen.command_line() == "gaitsim differences runs/one runs/two"
 
@@ -313,36 +313,36 @@ def test_looks(size, two, snap_compare):
 
 
 class TestCommand:
-    def test_it_prints_curves_and_differences(self, gaitsim, two):
-        said = gaitsim("differences", "one", "two").stdout
-        assert "best score by generation" in said
-        assert "┤" in said
-        assert [line.split() for line in said.splitlines() if line.startswith("seed")] == [
+    def test_the_command_prints_curves_and_differences(self, gaitsim, two):
+        output = gaitsim("differences", "one", "two").stdout
+        assert "best score by generation" in output
+        assert "┤" in output
+        assert [line.split() for line in output.splitlines() if line.startswith("seed")] == [
             ["seed", "1", "2"]
         ]
 
     def test_json_has_numbers(self, gaitsim, two):
-        told = json.loads(gaitsim("differences", *two, "--json").stdout)
+        output = json.loads(gaitsim("differences", *two, "--json").stdout)
         best = RunSnapshot(two[0]).individual()
         number, score = best.generation, best.score
-        assert told["runs"][0] | {"score": score, "generation": number} == told["runs"][0]
-        assert told["options"] == {"seed": ["1", "2"]}
-        assert told["warning"] is None
+        assert output["runs"][0] | {"score": score, "generation": number} == output["runs"][0]
+        assert output["options"] == {"seed": ["1", "2"]}
+        assert output["warning"] is None
 
-    def test_a_warning_is_printed_drawn_and_in_json(self, gaitsim, made):
-        runs = [made("one"), made("dear", "fitness.price=0.3")]
-        said = "do not compare: fitness.price differs"
+    def test_a_warning_is_printed_drawn_and_in_json(self, gaitsim, make_run):
+        runs = [make_run("one"), make_run("dear", "fitness.price=0.3")]
+        message = "do not compare: fitness.price differs"
         done = gaitsim("differences", *runs, "--plot", "a.svg")
-        assert said in done.stderr
-        assert said in Path("a.svg").read_text()
-        assert said in json.loads(gaitsim("differences", *runs, "--json").stdout)["warning"]
+        assert message in done.stderr
+        assert message in Path("a.svg").read_text()
+        assert message in json.loads(gaitsim("differences", *runs, "--json").stdout)["warning"]
 
     @pytest.mark.parametrize("name", ["curves.png", "curves.svg"])
-    def test_it_draws_a_figure(self, gaitsim, two, name):
+    def test_the_command_draws_a_figure(self, gaitsim, two, name):
         gaitsim("differences", *two, "--quantity", "mean", "--by", "seconds", "--plot", name)
         assert Path(name).stat().st_size > 1000
 
-    def test_bad_input_is_told(self, gaitsim, two):
+    def test_invalid_input_is_reported(self, gaitsim, two):
         assert "no run 'three'" in gaitsim("differences", "one", "three", code=2).stderr
         assert ".txt" in gaitsim("differences", "one", "--plot", "a.txt", code=2).stderr
         (two[1] / "history.csv").write_text("nonsense\n")
@@ -351,12 +351,12 @@ class TestCommand:
 
 class TestPlay:
     def test_a_still_is_printed(self, gaitsim, two):
-        said = gaitsim("play", "one", "--at", "1", "--generation", "2").stdout
-        assert said.startswith("one  generation 2")
-        assert len(said.splitlines()) == 23
+        output = gaitsim("play", "one", "--at", "1", "--generation", "2").stdout
+        assert output.startswith("one  generation 2")
+        assert len(output.splitlines()) == 23
 
     @pytest.mark.parametrize(
-        ("options", "said"),
+        ("options", "message"),
         [
             ((), "not a terminal"),
             (("--at", "99"), "99 s is after the end of the motion"),
@@ -364,5 +364,5 @@ class TestPlay:
             (("--generation", "9"), "no generation 9"),
         ],
     )
-    def test_bad_input_is_told(self, gaitsim, two, options, said):
-        assert said in gaitsim("play", "one", *options, code=2).stderr
+    def test_invalid_input_is_reported(self, gaitsim, two, options, message):
+        assert message in gaitsim("play", "one", *options, code=2).stderr

@@ -1,4 +1,4 @@
-"""Home: the runs as they are, found again, sorted, filtered, deleted."""
+"""Home: runs listed, followed, sorted, filtered, renamed and deleted."""
 
 import os
 import shutil
@@ -26,13 +26,13 @@ SIZES = [(80, 24), (160, 48)]
 
 
 def cells(driver):
-    """The table as text, a list a row."""
+    """Return the table as a list of rows of text."""
     table = driver.screen.query_one("#runs")
     return [[cell.plain for cell in table.get_row_at(row)] for row in range(table.row_count)]
 
 
 def rows(driver):
-    """The same without marks."""
+    """Return the rows without marks."""
     return [[row[0].removeprefix(MARK).removeprefix(NO_MARK), *row[1:]] for row in cells(driver)]
 
 
@@ -53,13 +53,13 @@ async def look(driver):
     "name", ["", "walker", "walker-rough-2", "長い名前長い名前", "a\x1b[2J" * 9]
 )
 @pytest.mark.parametrize("width", [1, 2, 3, 8, 12, 13])
-def test_a_name_fits_its_room(name, width):
+def test_a_clipped_name_fits_its_width(name, width):
     assert cell_len(clip_name(name, width)) <= width
 
 
 class TestTable:
     @pytest.mark.parametrize("size", SIZES)
-    def test_a_row_tells_name_body_generation_best_and_state(self, walk, drive, size):
+    def test_a_row_has_name_body_generation_best_score_and_state(self, walk, drive, size):
         path = walk()
         (path / ".lock").touch()
 
@@ -79,7 +79,7 @@ class TestTable:
             assert sum(cells + 2 for _, cells in found) <= width - 1
             assert [column.name for column, _ in found] in ([*NARROW], [*COLUMNS])
 
-    def test_no_runs_says_how_to_begin(self, here, drive):
+    def test_an_empty_folder_shows_how_to_create_a_run(self, here, drive):
         async def test(driver):
             text = driver.text("#empty")
             assert "No runs in runs yet" in text
@@ -94,7 +94,7 @@ class TestTable:
 
         drive(test)
 
-    def test_a_folder_that_is_none_says_so(self, here, drive):
+    def test_a_missing_folder_is_reported(self, here, drive):
         Path("runs").write_text("")
 
         async def test(driver):
@@ -102,7 +102,7 @@ class TestTable:
 
         drive(test)
 
-    def test_a_damaged_run_says_what_is_wrong_and_is_not_opened(self, walk, drive):
+    def test_a_damaged_run_shows_its_problem_and_is_not_opened(self, walk, drive):
         path = walk()
         (path / "experiment.toml").write_text("[[[")
 
@@ -113,20 +113,20 @@ class TestTable:
             assert "home.delete" in driver.offered()
             await driver.press("enter")
             assert isinstance(driver.screen, Home)
-            assert "not valid TOML" in driver.told()
+            assert "not valid TOML" in driver.notifications()
 
         drive(test)
 
-    def test_names_are_shown_as_they_are(self, walk, drive):
+    def test_names_are_not_interpreted_as_markup(self, walk, drive):
         walk("ugly [bold]x[b] $y {z}")
 
         async def test(driver):
-            assert names(driver)[0].startswith("ugly [bold]")  # cut where there is little room
+            assert names(driver)[0].startswith("ugly [bold]")  # clipped on narrow screens
             assert "ugly [bold]x[b] $y {z}" in driver.text("#details")
 
         drive(test, size=(160, 48))
 
-    def test_long_names_that_differ_at_their_ends_can_be_told_apart(self, walk, drive):
+    def test_long_names_keep_their_ends(self, walk, drive):
         walk("walker-rough-2")
         walk("walker-rough-3")
 
@@ -151,7 +151,7 @@ class TestTable:
 
 class TestFollowing:
     @pytest.mark.slow
-    def test_a_run_that_another_process_writes_is_followed(self, walk, drive):
+    def test_a_run_written_by_another_process_is_followed(self, walk, drive):
         path = walk("walk", 1, "organism.pause=0.02", generations=40)
         command = [sys.executable, "-m", "gaitsim", "resume", str(path), "--json"]
 
@@ -173,7 +173,7 @@ class TestFollowing:
 
         drive(test)
 
-    def test_a_lock_is_seen_and_its_end_too(self, walk, drive):
+    def test_locking_and_unlocking_a_run_changes_its_state(self, walk, drive):
         path = walk()
 
         async def test(driver):
@@ -187,11 +187,11 @@ class TestFollowing:
 
         drive(test)
 
-    def test_the_run_under_the_cursor_stays_there_when_others_come(self, walk, drive):
+    def test_the_cursor_stays_on_its_run_when_runs_are_added(self, walk, drive):
         walk("b")
 
         async def test(driver):
-            await driver.press("s")  # by the name, after the last column
+            await driver.press("s")  # by name, the first column, after the last one
             while driver.screen.query_one("#runs").order != "run":
                 await driver.press("s")
             for name in ("a", "c"):
@@ -206,7 +206,7 @@ class TestFollowing:
 
         drive(test)
 
-    def test_only_cells_that_changed_are_drawn(self, walk, drive, monkeypatch):
+    def test_only_changed_cells_are_drawn(self, walk, drive, monkeypatch):
         path = walk()
         walk("other")
         drawn = []
@@ -229,9 +229,7 @@ class TestFollowing:
 
 
 class TestManyRuns:
-    def test_they_are_listed_as_they_are_read_and_keys_work_meanwhile(
-        self, walk, drive, monkeypatch
-    ):
+    def test_runs_are_listed_while_the_scan_continues_and_keys_work(self, walk, drive, monkeypatch):
         for number, name in enumerate("abc"):
             os.utime(walk(name, 0) / "experiment.toml", (number, number))
         read, gate = overview.RunFollower.poll, Event()
@@ -257,7 +255,7 @@ class TestManyRuns:
 
         drive(test, ready=False)
 
-    def test_the_app_ends_while_they_are_read(self, walk, drive, monkeypatch):
+    def test_the_app_can_quit_during_the_first_scan(self, walk, drive, monkeypatch):
         for name in "abc":
             walk(name, 0)
         read, gate, seen = overview.RunFollower.poll, Event(), []
@@ -286,7 +284,7 @@ class TestSortingAndFiltering:
         walk("two", 1)
         walk("three", 5)
 
-    def test_the_latest_first_then_by_any_column_both_ways(self, three, drive):
+    def test_sorting_by_time_then_by_any_column_in_both_directions(self, three, drive):
         async def test(driver):
             assert names(driver) == ["three", "two", "one"]
             table = driver.screen.query_one("#runs")
@@ -308,7 +306,7 @@ class TestSortingAndFiltering:
 
         drive(test)
 
-    def test_words_are_looked_for_in_name_plugins_and_state(self, three, drive):
+    def test_the_filter_searches_name_plugins_and_state(self, three, drive):
         async def test(driver):
             await driver.press("slash")
             await driver.type("tw puppet stop")
@@ -320,7 +318,7 @@ class TestSortingAndFiltering:
 
         drive(test)
 
-    def test_words_that_none_has_say_so_and_can_be_taken_back(self, three, drive):
+    def test_a_filter_without_matches_is_reported_and_can_be_removed(self, three, drive):
         async def test(driver):
             await driver.press("slash")
             await driver.type("zebra[b]")
@@ -332,7 +330,7 @@ class TestSortingAndFiltering:
         drive(test)
 
     @pytest.mark.parametrize("text", ["new", "dy", "q r", "/?"])
-    def test_letters_that_come_at_one_stroke_are_text(self, three, drive, text):
+    def test_pasted_letters_are_typed_into_the_filter(self, three, drive, text):
         async def test(driver):
             for char in f"/{text}":
                 driver.app.post_message(Key(_character_to_key(char), char))
@@ -348,13 +346,13 @@ class TestSortingAndFiltering:
 
 
 class TestDeleting:
-    def test_a_run_is_deleted_when_that_is_confirmed(self, walk, drive):
+    def test_a_run_is_deleted_after_confirmation(self, walk, drive):
         path = walk()
 
         async def test(driver):
             await driver.press("d")
             await driver.at("Confirm")
-            await driver.press("enter")  # the button that does no harm has the focus
+            await driver.press("enter")  # "Cancel" has the focus
             await driver.at("Home")
             assert path.exists()
             await driver.press("d")
@@ -365,7 +363,7 @@ class TestDeleting:
 
         drive(test)
 
-    def test_one_that_began_to_be_written_meanwhile_stays(self, walk, drive):
+    def test_a_run_that_starts_during_the_question_is_kept(self, walk, drive):
         path = walk()
 
         async def test(driver):
@@ -373,15 +371,13 @@ class TestDeleting:
             await driver.at("Confirm")
             lock = RunLock(path)
             await driver.press("y")
-            await driver.until(lambda: "being written" in driver.told())
+            await driver.until(lambda: "being written" in driver.notifications())
             lock.release()
             assert path.exists()
 
         drive(test)
 
-    def test_marked_runs_are_deleted_after_one_question_and_those_that_evolve_stay(
-        self, walk, drive
-    ):
+    def test_marked_runs_are_deleted_after_one_question_except_live_ones(self, walk, drive):
         for name in ("a", "b", "c", "kept"):
             walk(name, 0)
         lock = RunLock(Path("runs/c"))
@@ -404,7 +400,7 @@ class TestDeleting:
         drive(test)
         lock.release()
 
-    def test_one_that_is_written_is_not_offered(self, walk, drive):
+    def test_deleting_a_live_run_is_not_offered(self, walk, drive):
         path = walk()
         lock = RunLock(path)
 
@@ -413,14 +409,14 @@ class TestDeleting:
             assert "home.delete" not in driver.offered()
             await driver.press("d")
             assert isinstance(driver.screen, Home)
-            assert "stop it first" in driver.told()
+            assert "stop it first" in driver.notifications()
 
         drive(test)
         lock.release()
 
 
 class TestNamesAndNotes:
-    def test_a_run_is_renamed_and_keeps_cursor_and_mark(self, walk, drive):
+    def test_a_renamed_run_keeps_cursor_and_mark(self, walk, drive):
         for name in ("a", "b", "c"):
             walk(name, 0)
 
@@ -481,7 +477,7 @@ class TestNamesAndNotes:
 
 
 class TestBackground:
-    def test_its_state_is_shown_and_it_is_stopped_by_a_key(self, walk, drive):
+    def test_a_background_run_shows_its_state_and_is_stopped_with_a_key(self, walk, drive):
         path = walk("b")
         walk("a")
         start_detached(path, paused=True)
@@ -522,7 +518,7 @@ class TestMouse:
 
         drive(test)
 
-    def test_a_key_at_the_foot_works_by_a_click(self, walk, drive):
+    def test_a_key_in_the_footer_can_be_clicked(self, walk, drive):
         walk("a", 0)
 
         async def test(driver):
@@ -533,8 +529,8 @@ class TestMouse:
         drive(test)
 
 
-class TestGoing:
-    def test_to_each_screen_and_back(self, walk, drive):
+class TestNavigation:
+    def test_each_screen_opens_and_returns_to_home(self, walk, drive):
         walk("a")
         walk("b")
 
@@ -565,7 +561,7 @@ class TestGoing:
 
         drive(test)
 
-    def test_the_command_that_shows_the_run_is_copied(self, walk, drive):
+    def test_the_equivalent_command_is_copied(self, walk, drive):
         walk("two words")
 
         async def test(driver):

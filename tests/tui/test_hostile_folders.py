@@ -1,4 +1,4 @@
-"""Attacked run folders in the terminal UI: every screen opens or says why not, and can be left."""
+"""Attacked run folders in the terminal UI: every screen opens or shows an error, and closes."""
 
 import shutil
 import sys
@@ -80,7 +80,7 @@ def test_an_attacked_run(template, drive, tmp_path, monkeypatch):
         ("provenance.json", "{", '{"unknown": [null, {"a": 1e999}], '),
     ],
 )
-def test_values_that_no_run_has(file, old, new, template, drive):
+def test_invalid_values(file, old, new, template, drive):
     path = template / "runs/victim" / file
     text = path.read_text()
     assert old in text

@@ -1,4 +1,4 @@
-"""No text of a stranger reaches the terminal as a command or as markup, on any screen."""
+"""No screen sends text from files to the terminal as control characters or markup."""
 
 import os
 
@@ -12,73 +12,73 @@ from gaitsim.tui.plain import PlainText
 
 
 @pytest.fixture
-def wicked(install, walk, monkeypatch):
-    """A run whose folder, plugins, options, terms, measures and reasons hold hostile texts."""
+def hostile_run(install, walk, monkeypatch):
+    """Return a run with hostile texts in its folder, plugins, options, terms and reasons."""
     folder = install("wicked", PACKAGE, ENTRIES)
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     return walk(NAME, 3, *CHANGES)
 
 
-def shown(ui):
-    """Everything on the screen, after checking that none of it steers the terminal."""
+def screen_text(ui):
+    """Return the text on the screen, after checking that it has no control characters."""
     rows = ui.screen._compositor.render_strips()
     text = "\n".join("".join(segment.text for segment in row) for row in rows)
     assert not raw(text)
     return text
 
 
-async def shows(ui, text):
-    await ui.until(lambda: text in shown(ui))
+async def wait_for_text(ui, text):
+    await ui.until(lambda: text in screen_text(ui))
 
 
-def test_texts_of_others_at_home_and_live(wicked, drive):
+def test_hostile_texts_at_home_and_live(hostile_run, drive):
     async def test(ui):
-        await shows(ui, MARKUP)
+        await wait_for_text(ui, MARKUP)
         await ui.press("d")
-        await shows(ui, "\\u202e")
+        await wait_for_text(ui, "\\u202e")
         await ui.press("n", "enter")
         live = await ui.at("Live")
-        await shows(ui, "[bold]b")
+        await wait_for_text(ui, "[bold]b")
         live.board.show_problem(GaitsimError(HOSTILE))
-        await shows(ui, "\\u202e")
+        await wait_for_text(ui, "\\u202e")
 
     drive(test, size=(180, 50))
 
 
 @pytest.mark.slow
-def test_texts_of_others_on_other_screens(wicked, drive):
+def test_hostile_texts_on_other_screens(hostile_run, drive):
     async def test(ui):
         home = ui.screen
         for open_it in (
-            lambda: ui.app.open_replay(wicked),
-            lambda: ui.app.open_compare([wicked, wicked]),
-            lambda: ui.app.open_new(str(wicked / "experiment.toml")),
+            lambda: ui.app.open_replay(hostile_run),
+            lambda: ui.app.open_compare([hostile_run, hostile_run]),
+            lambda: ui.app.open_new(str(hostile_run / "experiment.toml")),
         ):
             open_it()
             await ui.until(lambda: ui.screen is not home)
-            await shows(ui, "é")
+            await wait_for_text(ui, "é")
             await ui.press("escape")
             await ui.at("Home")
         await ui.press("e")
-        await shows(ui, "$ gaitsim export")
+        await wait_for_text(ui, "$ gaitsim export")
         await ui.press("escape", "enter")
         await ui.at("Live")
         for key in ("c", "f"):
             await ui.press(key)
-            await shows(ui, "organism.length")
+            await wait_for_text(ui, "organism.length")
             await ui.press("escape")
         await ui.press("escape", "p")
         await ui.at("Plugins")
-        await shows(ui, "wicked")
-        task = ui.app.tasks.begin(["show", str(wicked)])
+        await wait_for_text(ui, "wicked")
+        task = ui.app.tasks.begin(["show", str(hostile_run)])
         await ui.press("t")
         await ui.until(lambda: not task.running)
-        await shows(ui, "measure")
+        await wait_for_text(ui, "measure")
 
     drive(test, size=(180, 50))
 
 
-def test_each_line_stays_as_wide():
+def test_removing_control_characters_keeps_the_width():
     line = [Segment("a\x1b[1mb\u202e\udc80"), Segment("é"), Segment("\x9b\x07")]
     drawn = PlainText().apply(line, Color(0, 0, 0))
     assert [segment.text for segment in drawn] == ["a[1mb\ufffd", "é", ""]

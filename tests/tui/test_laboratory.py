@@ -1,4 +1,4 @@
-"""The laboratory: legs off and on, the champion before and after, trials until a gait walks."""
+"""The laboratory: removed legs, the champion before and after, and the trials."""
 
 from functools import partial
 from pathlib import Path
@@ -21,7 +21,7 @@ from gaitsim.tui.screens.laboratory_trials import axes_of, mark
 
 @pytest.fixture
 def atlas(here, monkeypatch):
-    """A small atlas of the spider; trials are not watched."""
+    """Return a small atlas of the spider; trials are not shown while they run."""
     monkeypatch.setattr(Laboratory, "WATCHED", 0)
     small = (
         "evolution.population=10",
@@ -42,7 +42,7 @@ def plan(screen):
     return "\n".join(strip.text for strip in strips(screen.plan))
 
 
-def test_trials_have_signs_on_the_map_and_the_axes_are_those_of_a_damaged_leg():
+def test_trials_are_marked_on_a_map_of_the_damaged_leg():
     trials = [Trial(number, number, 1.0, 0.1, 0.5) for number in (1, 10, 36)]
     assert [mark(trial, trials[1]) for trial in trials] == ["1", "★", "+"]
     assert mark(trials[1], None) == "a"
@@ -54,7 +54,7 @@ def test_trials_have_signs_on_the_map_and_the_axes_are_those_of_a_damaged_leg():
 
 
 @pytest.mark.slow
-def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
+def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
     async def test(driver):
         await driver.press("L")
         screen = await driver.at("Laboratory")
@@ -86,7 +86,7 @@ def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
         await driver.press("escape")
         await driver.at("Laboratory")
 
-        # Another damage is another search; the same one again has the trials that were made.
+        # New damage starts a new search; the previous damage restores its trials.
         await driver.press("enter")
         await driver.until(lambda: not screen.damage and not screen.is_busy("walk"))
         assert screen.trials.table.row_count == 0
@@ -101,7 +101,7 @@ def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
 
 
 @pytest.mark.slow
-def test_a_joint_is_damaged_as_far_as_the_body_allows(atlas, drive):
+def test_joint_damage_is_checked_against_the_body(atlas, drive):
     async def test(driver):
         driver.app.open_laboratory(atlas)
         screen = await driver.at("Laboratory")
@@ -128,7 +128,7 @@ def test_a_joint_is_damaged_as_far_as_the_body_allows(atlas, drive):
 
 
 @pytest.mark.slow
-def test_a_run_that_is_no_atlas_can_be_damaged_and_a_body_without_legs_cannot(walk, drive):
+def test_damage_needs_a_body_with_legs_but_not_an_atlas(walk, drive):
     path = walk()
 
     async def test(driver):

@@ -1,4 +1,4 @@
-"""The live screen: a run steered from here, followed, or at rest."""
+"""The live screen: a run that is steered, followed or stopped."""
 
 import asyncio
 import dataclasses
@@ -51,7 +51,7 @@ def here(tmp_path, monkeypatch, puppets):
 
 @pytest.fixture
 def make(puppet):
-    """Makes a run of puppets that stands at a generation."""
+    """Return a function that creates a run of puppets evolved up to a generation."""
 
     def make(generation=0, *overrides, out="runs/walk", generations=20):
         path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
@@ -66,7 +66,7 @@ def make(puppet):
 
 
 def live(run, test, *, size=(80, 24), **options):
-    """Run a test on the screen, once it knows how the run stands."""
+    """Run a test on the screen, once it knows the state of the run."""
 
     async def go():
         app = GaitsimApp(Path("runs"))
@@ -84,7 +84,7 @@ def live(run, test, *, size=(80, 24), **options):
 
 
 def options_of(dialog):
-    """How many options a dialog lists."""
+    """Return the number of options in a dialog."""
     return dialog.query_one("#change-options").option_count
 
 
@@ -100,7 +100,7 @@ async def type_in(pilot, text, field="#change-text"):
 
 
 def offered(screen):
-    """The keys of the screen that work now."""
+    """Return the ids of the screen's available bindings."""
     return {
         active.binding.id.removeprefix("live.")
         for active in screen.active_bindings.values()
@@ -113,7 +113,7 @@ def text(screen, selector):
 
 
 def footer(screen):
-    """What the footer offers."""
+    """Return the labels in the footer."""
     return {key.description for key in screen.query("FooterKey")}
 
 
@@ -123,13 +123,13 @@ def problem(screen):
 
 
 def whole(make, gaitsim, *overrides, **options):
-    """The fingerprint of the same run, never stopped."""
+    """Return the fingerprint of the same run without interruptions."""
     path = make(0, *overrides, out="whole", **options)
     gaitsim("resume", path)
     return RunSnapshot(path).fingerprint()
 
 
-class TestAtRest:
+class TestStopped:
     def test_a_new_run(self, make):
         async def test(screen, pilot):
             assert screen.state == "stopped"
@@ -163,7 +163,7 @@ class TestAtRest:
             np.testing.assert_array_equal(mean.y, history["mean"])
             await pilot.press("l")
             await app_until(pilot, lambda: "best" in text(screen, "#live-events"))
-            assert "kept as a champion" in text(screen, "#live-events")
+            assert "saved as a champion" in text(screen, "#live-events")
             assert screen.command_line() == "gaitsim resume runs/walk"
 
         live(run, test)
@@ -187,7 +187,7 @@ class TestAtRest:
 
         live(make(20), test)
 
-    def test_scores_of_another_stage_are_drawn_apart(self, make, gaitsim):
+    def test_incomparable_scores_of_earlier_stages_have_their_own_scale(self, make, gaitsim):
         run = make(7)
         gaitsim("resume", run, "--set", "fitness.price=4", "--generations", 12)
 
@@ -204,8 +204,8 @@ class TestAtRest:
 
 class TestSteering:
     @pytest.mark.slow
-    def test_pauses_and_steps_change_nothing(self, make, gaitsim):
-        run = make(0, SLOW, generations=150)  # longer than a busy machine takes to press a key
+    def test_pauses_and_steps_do_not_change_the_result(self, make, gaitsim):
+        run = make(0, SLOW, generations=150)  # more than a busy machine needs to press a key
 
         async def test(screen, pilot):
             await pilot.press("n")
@@ -233,7 +233,7 @@ class TestSteering:
         live(run, test)
         assert RunSnapshot(run).fingerprint() == whole(make, gaitsim, generations=150)
 
-    def test_the_footer_offers_what_can_be_done_once_it_has_finished(self, make):
+    def test_the_footer_of_a_finished_run_offers_only_available_actions(self, make):
         async def test(screen, pilot):
             await pilot.press("space")
             await app_until(pilot, lambda: screen.state == "finished" and screen.process is None)
@@ -242,13 +242,13 @@ class TestSteering:
 
         live(make(3), test, size=(160, 48))
 
-    def test_it_goes_on_at_once_if_asked(self, make):
+    def test_a_run_can_be_resumed_when_the_screen_opens(self, make):
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.state == "finished")
 
         live(make(), test, resume=True)
 
-    def test_an_option_is_changed_while_it_runs(self, make, gaitsim):
+    def test_an_option_is_changed_while_the_run_evolves(self, make, gaitsim):
         run = make(0, SLOW, generations=100_000)
 
         async def test(screen, pilot):
@@ -259,12 +259,12 @@ class TestSteering:
             await app_until(pilot, lambda: options_of(dialog))
             await type_in(pilot, "fitness.price=0.7 elites=[/b]")
             await pilot.press("enter")
-            said = dialog.query_one("#change-said", Static)
-            await app_until(pilot, lambda: "elites" in str(said.render()))
+            message = dialog.query_one("#change-message", Static)
+            await app_until(pilot, lambda: "elites" in str(message.render()))
             assert pilot.app.screen is dialog
             await type_in(pilot, "fitness.price=0.7")
             command = str(dialog.query_one("#change-command").render())
-            await app_until(pilot, lambda: "not comparable" in str(said.render()))
+            await app_until(pilot, lambda: "not comparable" in str(message.render()))
             command = str(dialog.query_one("#change-command").render())
             assert command == "$ gaitsim resume runs/walk --set fitness.price=0.7"
             await pilot.press("enter")
@@ -290,7 +290,10 @@ class TestSteering:
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             dialog = pilot.app.screen
             await app_until(pilot, lambda: options_of(dialog))
-            typed, said = dialog.query_one("#change-text", Input), dialog.query_one("#change-said")
+            typed, message = (
+                dialog.query_one("#change-text", Input),
+                dialog.query_one("#change-message"),
+            )
             await type_in(pilot, "search.elites=1 ")
             for way in (["down", "enter"], ["enter"], ["tab"], "click"):
                 await pilot.press("end", *"pric")
@@ -299,8 +302,8 @@ class TestSteering:
                 else:
                     await pilot.press(*way)
                 await app_until(pilot, lambda: typed.value == "search.elites=1 fitness.price=")
-                await app_until(pilot, lambda: "Current value" in str(said.render()))
-                assert not said.has_class("problem")
+                await app_until(pilot, lambda: "Current value" in str(message.render()))
+                assert not message.has_class("problem")
                 await pilot.press("enter")  # no value yet
                 await pilot.press(*"0.7")
                 assert typed.value == "search.elites=1 fitness.price=0.7"
@@ -318,7 +321,7 @@ class TestSteering:
 
     @pytest.mark.slow
     @pytest.mark.parametrize("way", [["down", "enter"], ["enter"], ["tab"]])
-    def test_an_option_is_chosen_before_the_list_is_read(self, make, way, monkeypatch):
+    def test_an_option_is_completed_before_the_list_is_read(self, make, way, monkeypatch):
         ready = threading.Event()
 
         def slow(run):
@@ -350,21 +353,24 @@ class TestSteering:
         live(run, test)
 
     @pytest.mark.slow
-    def test_the_text_that_a_finished_run_begins_with_is_accepted(self, make):
+    def test_the_initial_text_for_a_finished_run_is_accepted(self, make):
         async def test(screen, pilot):
             await pilot.press("c")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             dialog = pilot.app.screen
             await app_until(pilot, lambda: options_of(dialog))
-            typed, said = dialog.query_one("#change-text", Input), dialog.query_one("#change-said")
-            await app_until(pilot, lambda: "generation 30" in str(said.render()))
+            typed, message = (
+                dialog.query_one("#change-text", Input),
+                dialog.query_one("#change-message"),
+            )
+            await app_until(pilot, lambda: "generation 30" in str(message.render()))
             await pilot.press(*"fitness", "full_stop", *"price=4")
             assert typed.value == "evolution.generations=30 fitness.price=4"
-            await app_until(pilot, lambda: "not comparable" in str(said.render()))
+            await app_until(pilot, lambda: "not comparable" in str(message.render()))
             typed.value = "fitness.price=4"
-            await app_until(pilot, lambda: said.has_class("problem"))
-            assert "evolution.generations=" in str(said.render())
-            assert "--" not in str(said.render())
+            await app_until(pilot, lambda: message.has_class("problem"))
+            assert "evolution.generations=" in str(message.render())
+            assert "--" not in str(message.render())
             await pilot.click("#change-do")
             await pilot.press("escape", "c")
             await app_until(pilot, lambda: pilot.app.screen not in (screen, dialog))
@@ -374,7 +380,7 @@ class TestSteering:
         live(make(20), test)
 
     @pytest.mark.slow
-    def test_a_fork_goes_its_own_way(self, make):
+    def test_a_fork_does_not_change_the_original(self, make):
         run = make(0, SLOW, generations=100_000)
 
         async def test(screen, pilot):
@@ -400,7 +406,7 @@ class TestSteering:
         live(run, test, resume=True)
         assert RunSnapshot(Path("runs/[red]fork")).stages[0].last <= RunSnapshot(run).generation
 
-    def test_a_copy_that_cannot_be_made_is_told(self, make):
+    def test_a_failed_fork_is_reported(self, make):
         async def test(screen, pilot):
             await pilot.press("f")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
@@ -415,7 +421,7 @@ class TestSteering:
 
 class TestLeaving:
     @pytest.mark.slow
-    def test_it_evolves_on_and_is_steered_again(self, make):
+    def test_a_run_continues_after_leaving_and_can_be_steered_again(self, make):
         run = make(0, SLOW, generations=100_000)
 
         async def test(screen, pilot):
@@ -423,9 +429,9 @@ class TestLeaving:
             process = screen.process
             await pilot.press("escape")
             await app_until(pilot, lambda: not screen.is_attached)
-            said = [note.title + note.message for note in pilot.app._notifications]
+            notes = [note.title + note.message for note in pilot.app._notifications]
             assert any(
-                "is evolving in the background" in text and "gaitsim stop" in text for text in said
+                "is evolving in the background" in text and "gaitsim stop" in text for text in notes
             )
             assert evolving(run) == "running"
             again, other = Live(run), Live(run)
@@ -441,7 +447,7 @@ class TestLeaving:
             kinds = [event.generation for event in again.board.live.events]
             assert kinds == sorted(kinds)
             assert len(set(again.board.live.events)) == len(kinds)
-            await pilot.press("space")  # both see what one of them does
+            await pilot.press("space")  # both screens show the action of one
             await app_until(pilot, lambda: other.state == again.state == "paused")
             await pilot.press("s")
             await app_until(pilot, lambda: other.process is again.process is None)
@@ -461,7 +467,7 @@ class TestLeaving:
 
         live(run, test, resume=True)
 
-    def test_at_the_end_of_the_app_it_is_asked_about(self, make):
+    def test_quitting_asks_about_live_runs(self, make):
         run = make(0, SLOW, generations=100_000)
 
         async def test(screen, pilot):
@@ -481,7 +487,7 @@ class TestLeaving:
         assert RunSnapshot(run).generation == len(RunSnapshot(run).history["best"]) > 2
         assert not is_locked(run)
 
-    def test_a_run_at_rest_is_left_at_once(self, make):
+    def test_a_stopped_run_is_left_without_a_question(self, make):
         async def test(screen, pilot):
             await pilot.press("escape")
             await app_until(pilot, lambda: pilot.app.screen is not screen)
@@ -492,7 +498,7 @@ class TestLeaving:
 
 class TestProblems:
     @pytest.mark.slow
-    def test_a_run_that_another_program_writes_is_followed(self, make, start):
+    def test_a_run_written_by_another_program_is_followed(self, make, start):
         run = make(0, "organism.pause=0.05", generations=100_000)
         process = start("resume", run)
 
@@ -512,7 +518,7 @@ class TestProblems:
         live(run, test)
 
     @pytest.mark.slow
-    def test_a_run_that_is_taken_meanwhile_is_told_and_followed(self, make):
+    def test_a_run_locked_by_another_program_is_reported_and_followed(self, make):
         run = make(3)
 
         async def test(screen, pilot):
@@ -521,14 +527,16 @@ class TestProblems:
             await app_until(pilot, lambda: screen.state == "elsewhere")
             assert f"is being written by process {os.getpid()}" in problem(screen)
             lock.release()
-            await app_until(pilot, lambda: screen.state == "failed")  # still, as nobody evolved it
+            await app_until(
+                pilot, lambda: screen.state == "failed"
+            )  # still, because no process has evolved it
             await pilot.press("n")
             await paused_at(pilot, screen, 4)
             assert problem(screen) == ""
 
         live(run, test)
 
-    def test_a_broken_plugin_is_told_in_its_words(self, make, install, monkeypatch):
+    def test_the_error_of_a_broken_plugin_is_shown(self, make, install, monkeypatch):
         source = (
             "import gaitsim_puppets as puppets\n"
             "class Body(puppets.Puppet):\n"
@@ -546,25 +554,25 @@ class TestProblems:
 
         live(make(0, "organism.plugin=spoilt"), test, resume=True)
 
-    def test_how_far_it_is_stays_when_it_cannot_be_gone_on_with(self, make):
+    def test_a_failed_resume_keeps_the_shown_generation(self, make):
         run = make(3)
-        said = set()
+        lines_shown = set()
 
         async def test(screen, pilot):
             status = screen.query_one("#live-status", Lines)
             draw = status.show
-            status.show = lambda lines: (said.add(lines[0].plain), draw(lines))
+            status.show = lambda lines: (lines_shown.add(lines[0].plain), draw(lines))
             (run / "history.csv").write_text("")
             await pilot.press("space")
             await app_until(pilot, lambda: screen.state == "failed" and screen.process is None)
             assert "history.csv ends at generation 0" in problem(screen)
             assert {"go", "fork", "replay", "export"} <= offered(screen)
             await app_until(pilot, lambda: "failed  3/20" in text(screen, "#live-status"), 10)
-            assert set(re.findall(r"\d+/\d+", " ".join(said))) == {"3/20"}
+            assert set(re.findall(r"\d+/\d+", " ".join(lines_shown))) == {"3/20"}
 
         live(run, test)
 
-    def test_a_body_that_cannot_be_drawn_is_told_where_it_would_be(self, make, monkeypatch):
+    def test_an_error_replaces_a_body_that_cannot_be_drawn(self, make, monkeypatch):
         run = make(3)
 
         def fail(*_):
@@ -580,7 +588,7 @@ class TestProblems:
         live(run, test)
 
     @pytest.mark.slow
-    def test_a_folder_that_is_deleted_is_told(self, make):
+    def test_a_deleted_folder_is_reported(self, make):
         run = make(3, SLOW, generations=100_000)
 
         async def test(screen, pilot):
@@ -598,7 +606,7 @@ class TestProblems:
 
         live(run, test, resume=True)
 
-    def test_a_damaged_run_is_told(self, make):
+    def test_a_damaged_run_is_reported(self, make):
         run = make(3)
         (run / "history.csv").write_text("")
 
@@ -608,7 +616,7 @@ class TestProblems:
 
         live(run, test)
 
-    def test_a_process_that_dies_is_told_and_can_be_begun_again(self, make):
+    def test_a_killed_process_is_reported_and_can_be_restarted(self, make):
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             screen.process.kill()
@@ -622,7 +630,7 @@ class TestProblems:
         live(make(0, SLOW, generations=100_000), test, resume=True)
 
     @pytest.mark.slow
-    def test_a_second_stop_does_not_wait(self, make):
+    def test_a_second_stop_kills_the_process(self, make):
         run = make(2, "organism.pause=0", generations=100_000)
         toml = run / "experiment.toml"
         toml.write_text(re.sub(r"pause = [\d.]+", "pause = 1000.0", toml.read_text()))
@@ -630,16 +638,16 @@ class TestProblems:
         async def test(screen, pilot):
             await app_until(
                 pilot, lambda: screen.snapshot.stage == 2
-            )  # it is judged anew, and long
+            )  # it is re-evaluated, which takes long
             await pilot.press("s")
-            await app_until(pilot, lambda: "again stops at once" in text(screen, "#live-status"))
+            await app_until(pilot, lambda: "stops immediately" in text(screen, "#live-status"))
             await pilot.press("s")
             await app_until(pilot, lambda: screen.process is None)
 
         live(run, test, resume=True)
         assert RunSnapshot(run).generation == 2
 
-    def test_rows_that_did_not_come_are_read(self, make):
+    def test_missing_rows_are_read_from_the_folder(self, make):
         async def test(screen, pilot):
             course = screen.board.live.course
             screen.board.live.course = HistoryBuffer()
@@ -654,7 +662,7 @@ class TestProblems:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
-def test_another_theme_and_no_colour_change_nothing_but_colours(make, size, monkeypatch):
+def test_themes_change_only_colours(make, size, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
 
     async def test(screen, pilot):
@@ -671,7 +679,7 @@ def test_another_theme_and_no_colour_change_nothing_but_colours(make, size, monk
 
 
 @pytest.mark.parametrize("number", [4, 60])
-def test_all_islands_and_terms_can_be_seen(make, number):
+def test_all_islands_and_terms_are_visible(make, number):
     run = make(3, f"islands.number={number}", "evolution.population=6")
 
     async def test(screen, pilot):
@@ -713,7 +721,7 @@ async def _written(run):
     return True
 
 
-class TestWords:
+class TestFormatting:
     SNAPSHOT = Snapshot(
         "running",
         generation=1234,
@@ -725,7 +733,7 @@ class TestWords:
     )
 
     @pytest.mark.parametrize("width", [1, 5, 12, 30, 40, 80, 160, 300])
-    def test_they_fit_any_width(self, width):
+    def test_lines_fit_any_width(self, width):
         course = HistoryBuffer(
             {name: np.arange(1, 9.0) for name in ("generation", "best", "mean", "diversity")}
         )
@@ -737,14 +745,14 @@ class TestWords:
         if width >= 30:
             assert {line.cell_len for line in lines} <= set(range(width + 1))
 
-    def test_the_status_says_how_long_it_takes(self):
+    def test_the_status_has_the_remaining_time(self):
         line = formatting.status(self.SNAPSHOT, "running", 100, STYLES).plain
         assert "1,234/100,000" in line
         assert "123,456 evaluations/s" in line
         assert "16:27 min left" in line
         assert line.endswith("stage 12")
 
-    def test_the_table_says_the_best_of_each_island(self):
+    def test_the_table_has_the_best_score_of_each_island(self):
         snapshot = dataclasses.replace(self.SNAPSHOT, islands=(0.5, 2.25, np.nan, -1.0))
         for width, rows in ((55, 1), (38, 2), (30, 4), (9, 5)):
             lines = [
@@ -754,10 +762,10 @@ class TestWords:
             assert lines[: len(found)] == found
             assert len(found) == rows
             assert all(len(line) <= width for line in found if width > 18)
-            said = " ".join(found).split()
-            assert " ".join(said) == "best of each island 0.500 2.250 – −1.000"
+            words = " ".join(found).split()
+            assert " ".join(words) == "best of each island 0.500 2.250 – −1.000"
 
-    def test_the_table_says_what_is_no_number(self):
+    def test_the_table_marks_values_that_are_not_finite(self):
         lines = formatting.table(self.SNAPSHOT, HistoryBuffer(), 120, STYLES)
         plain = [line.plain for line in lines]
         assert plain[1].split() == ["score", "–", *["1.500"] * 5]
@@ -766,7 +774,7 @@ class TestWords:
         assert plain[4].split() == ["mean", *"–––––"] or plain[4].split()[1:] == [*"––––––"]
 
 
-def test_a_run_in_the_background_is_not_taken_for_one_of_another_program(tmp_path, monkeypatch):
+def test_a_background_run_is_not_mistaken_for_a_run_of_another_program(tmp_path, monkeypatch):
     seen = Snapshot("elsewhere", generation=3)
     assert with_failure(seen, seen, tmp_path).state == "elsewhere"
     monkeypatch.setattr("gaitsim.tui.screens.live_source.evolving", lambda run: "paused")

@@ -1,4 +1,4 @@
-"""How the app's own screens look, small and large, with a fixed clock and fixed runs."""
+"""Snapshots of the app's screens, small and large, with a fixed clock and fixed runs."""
 
 import math
 from pathlib import Path
@@ -69,7 +69,7 @@ RUNS = [
 
 @pytest.fixture
 def look(here, monkeypatch, snap_compare):
-    """Compares a screen with how it looked."""
+    """Return a function that compares a screen with its snapshot."""
 
     def look(size, before, runs=RUNS, theme=None):
         monkeypatch.setattr(RunsWatcher, "look", lambda watch, progress=None: runs)
@@ -88,7 +88,7 @@ def look(here, monkeypatch, snap_compare):
 
 @pytest.fixture
 def only_puppets(monkeypatch):
-    """Nothing but puppets is installed, so that pictures stay as they are."""
+    """Install only puppets, so that snapshots do not depend on other packages."""
     entries = registry.entries
 
     def ours(kind):

@@ -1,4 +1,4 @@
-"""The forms of a new run: made from the options, checked as they are typed, equal to a command."""
+"""The forms of a new run: fields of all options, validation while typing, and drafts."""
 
 import errno
 from pathlib import Path
@@ -17,13 +17,13 @@ SIZES = [(80, 24), (160, 48)]
 
 @pytest.fixture
 def fill(here, drive, puppet_file):
-    """Runs a test on the forms of the puppets' experiment file, or of what is asked for."""
+    """Return a function that runs a test on the forms of an experiment, by default puppets."""
 
     def fill(test, *, begin=str(puppet_file), **options):
         async def go(driver):
             driver.app.open_new(begin)
             screen = await driver.at("New")
-            await driver.until(lambda: screen.validation or "✗" in said(screen) or wrong(screen))
+            await driver.until(lambda: screen.validation or "✗" in status(screen) or wrong(screen))
             await test(driver, screen)
 
         drive(go, **options)
@@ -31,7 +31,7 @@ def fill(here, drive, puppet_file):
     return fill
 
 
-def said(screen):
+def status(screen):
     return str(screen.query_one("#status").render())
 
 
@@ -44,13 +44,13 @@ def fields(screen):
 
 
 def choices(select):
-    """What a select offers."""
+    """Return the labels of a select."""
     menu = select.query_one(OptionList)
     return [str(menu.get_option_at_index(at).prompt) for at in range(menu.option_count)]
 
 
-async def part(driver, screen, section):
-    """Turn to a part, and wait for its form."""
+async def open_section(driver, screen, section):
+    """Open a section and wait for its form; return its fields."""
     screen.sections.active = section
     form = screen.validation.forms[section]
     keys = {option.key for option in form.options}
@@ -59,14 +59,14 @@ async def part(driver, screen, section):
 
 
 async def enter(driver, screen, field, text):
-    """Type into an option, and wait until it is checked."""
+    """Type a value of an option and wait for its validation."""
     before = screen.validation
     field.query_one(Input).value = text
     await driver.until(lambda: screen.validation is not before)
 
 
-async def ended(driver, live):
-    """Stop a run that evolves, so that its process does not outlive the test's event loop."""
+async def stop_run(driver, live):
+    """Stop a live run, so that its process does not outlive the test's event loop."""
     await driver.until(lambda: live.process is not None or live.state == "finished")
     live.action_stop()
     await driver.until(lambda: live.process is None)
@@ -79,7 +79,7 @@ class TestForms:
         async def test(driver, screen):
             experiment = load_experiment(screen.builder.preset.reference)
             for section in ("evolution", *KINDS):
-                found = await part(driver, screen, section)
+                found = await open_section(driver, screen, section)
                 model = (
                     experiment.evolution if section == "evolution" else getattr(experiment, section)
                 )
@@ -91,22 +91,22 @@ class TestForms:
 
         fill(test, size=size)
 
-    def test_units_and_bounds_are_told(self, fill):
+    def test_units_and_bounds_are_shown(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "organism"))["organism.pause"]
+            field = (await open_section(driver, screen, "organism"))["organism.pause"]
             assert "a number ≥ 0" in str(field.query_one(".field-about").render())
             assert str(field.query_one(".field-unit").render()) == "s"
 
         fill(test)
 
     @pytest.mark.slow
-    def test_a_file_may_be_begun_with_and_another_typed(self, shaped, fill):
+    def test_the_file_of_an_option_can_be_replaced(self, shaped, fill):
         Path("a.shape").write_text("<a/>\n" * 30_000)
         Path("b.shape").write_text("<b/>\n<c/>\n")
 
         async def test(driver, screen):
             assert screen.command_line() == "gaitsim run ./a.shape"
-            field = (await part(driver, screen, "organism"))["organism.shape"]
+            field = (await open_section(driver, screen, "organism"))["organism.shape"]
             typed = field.query_one(Input)
             assert (typed.value, typed.placeholder[:19]) == ("", "<a/> (150 kB of tex")
             await enter(driver, screen, field, "none.shape")
@@ -124,9 +124,9 @@ class TestForms:
         fill(test, begin="./a.shape")
 
     @pytest.mark.slow
-    def test_an_option_that_chooses_among_words_offers_them(self, fill):
+    def test_a_choice_lists_its_values(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "organism"))["organism.encoding"]
+            field = (await open_section(driver, screen, "organism"))["organism.encoding"]
             found = choices(field.query_one(Select))
             assert found == ["sine", "cpg", "recurrence"]
             field.query_one(Select).value = "cpg"
@@ -135,9 +135,9 @@ class TestForms:
         fill(test, begin="spider")
 
     @pytest.mark.slow
-    def test_an_option_that_is_not_set_says_so(self, fill):
+    def test_an_unset_option_is_marked(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["evolution.target_score"]
+            field = (await open_section(driver, screen, "evolution"))["evolution.target_score"]
             box = field.query_one(Input)
             assert (box.value, box.placeholder) == ("", "none")
             await enter(driver, screen, field, "3")
@@ -149,10 +149,10 @@ class TestForms:
         fill(test)
 
 
-class TestFinding:
+class TestSearch:
     @pytest.mark.slow
     @pytest.mark.parametrize("width", [80, 120])
-    def test_all_tabs_are_seen_and_the_form_has_half_of_the_width(self, fill, width):
+    def test_all_tabs_are_visible_and_the_form_has_half_the_width(self, fill, width):
         async def test(driver, screen):
             for tab in screen.query(Tab):
                 assert not tab.display or 0 <= tab.region.x < tab.region.right <= width
@@ -176,7 +176,7 @@ class TestFinding:
             box = fields(screen)["fitness.price"].query_one(Input)
             await driver.until(lambda: driver.app.focused is box)
             assert screen.sections.active == "fitness"
-            await driver.press("ctrl+f")  # which an input takes for itself elsewhere
+            await driver.press("ctrl+f")  # an input would take the key elsewhere
             palette = await driver.at("CommandPalette")
             await driver.type("tournament size")
             await driver.until(lambda: palette.query_one(OptionList).option_count)
@@ -189,7 +189,7 @@ class TestFinding:
         fill(test)
 
     @pytest.mark.slow
-    def test_the_file_follows_the_option_that_is_edited(self, fill):
+    def test_the_file_scrolls_to_the_edited_option(self, fill):
         async def test(driver, screen):
             def marked():
                 text = screen.query_one("#beside Static").content
@@ -206,7 +206,7 @@ class TestFinding:
             await enter(driver, screen, fields(screen)["fitness.price"], "0.25")
             assert marked()[0].startswith("price = 0.25")
             await enter(driver, screen, fields(screen)["fitness.price"], "x")
-            assert marked()[0].startswith("price = 0.25")  # as long as there is no other file
+            assert marked()[0].startswith("price = 0.25")  # if no other file exists
             assert view.has_class("-stale")
             screen.query_one("#seed").focus()
             await driver.until(lambda: marked()[0].startswith("seed = "))
@@ -218,16 +218,16 @@ class TestFinding:
 
 class TestDrafts:
     @pytest.mark.slow
-    def test_changes_are_kept_on_leaving_and_asked_for_on_quitting(self, fill):
+    def test_changes_become_a_draft_and_quitting_asks_about_it(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            field = (await open_section(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
             screen.query_one("#seed", Input).value = "-"
             await driver.until(lambda: len(screen.builder.changes) == 2)
             reference = screen.builder.preset.reference
             await driver.press("escape")
             await driver.at("Home")
-            await driver.until(lambda: "Kept as a draft: 2 changes" in driver.told())
+            await driver.until(lambda: "Kept as a draft: 2 changes" in driver.notifications())
             driver.app.open_new("spider")  # another preset leaves the draft alone
             await driver.until(lambda: getattr(driver.screen, "validation", None))
             assert not driver.screen.builder.changes
@@ -239,7 +239,7 @@ class TestDrafts:
             assert again.builder.preset.reference == reference
             assert again.builder.changes == {"evolution.population": "12", "seed": "-"}
             assert again.query_one("#seed", Input).value == "-"
-            assert "Restored your draft: 2 changes" in driver.told()
+            assert "Restored your draft: 2 changes" in driver.notifications()
             await driver.press("ctrl+q")
             await driver.at("Confirm")
             await driver.press("n")
@@ -256,14 +256,14 @@ class TestDrafts:
         fill(test)
 
     @pytest.mark.slow
-    def test_what_is_saved_as_a_file_is_no_draft(self, fill):
+    def test_a_saved_experiment_is_not_a_draft(self, fill):
         async def test(driver, screen):
             screen.query_one("#seed", Input).value = "5"
             await driver.until(lambda: screen.builder.changes)
             await driver.press("ctrl+s")
             (await driver.at("Ask")).query_one(Input).value = "mine"
             await driver.press("enter")
-            await driver.until(lambda: "Saved" in driver.told())
+            await driver.until(lambda: "Saved" in driver.notifications())
             await driver.press("escape")
             await driver.at("Home")
             assert not driver.app.drafts
@@ -271,25 +271,25 @@ class TestDrafts:
         fill(test)
 
 
-class TestChecking:
-    def test_what_is_wrong_is_told_below_it_on_the_tab_and_at_the_foot(self, fill):
+class TestValidation:
+    def test_a_problem_is_shown_below_its_option_on_the_tab_and_in_the_status(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "fitness"))["fitness.price"]
+            field = (await open_section(driver, screen, "fitness"))["fitness.price"]
             await enter(driver, screen, field, "-1")
             assert "✗ a number ≥ 0" in str(field.query_one(".field-about").render())
             tab = screen.query_one("Tab#fitness")
             assert str(tab.label) == f"✗ {TITLES['fitness']}"
-            assert "✗ fitness.price: -1 is not allowed" in said(screen)
+            assert "✗ fitness.price: -1 is not allowed" in status(screen)
             await enter(driver, screen, field, "0.5")
             assert not field.has_class("-wrong")
             assert str(tab.label) == TITLES["fitness"]
-            assert "Ready to run" in said(screen)
+            assert "Ready to run" in status(screen)
 
         fill(test)
 
-    def test_what_is_typed_fast_is_checked_once_it_rests(self, fill):
+    def test_fast_typing_is_checked_once(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "fitness"))["fitness.price"]
+            field = (await open_section(driver, screen, "fitness"))["fitness.price"]
             field.query_one(Input).focus()
             await driver.press("end", "backspace", "5", "7")
             await driver.until(lambda: "fitness.price=0.57" in screen.command_line())
@@ -298,10 +298,10 @@ class TestChecking:
         fill(test)
 
     @pytest.mark.slow
-    def test_parts_that_do_not_fit_each_other(self, fill):
+    def test_incompatible_parts(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["evolution.population"]
-            await enter(driver, screen, field, "2")  # as many as there are elites
+            field = (await open_section(driver, screen, "evolution"))["evolution.population"]
+            await enter(driver, screen, field, "2")  # equal to the number of elites
             assert field.has_class("-wrong")
 
         fill(test)
@@ -321,22 +321,22 @@ class TestChecking:
 
 class TestPlugins:
     @pytest.mark.slow
-    def test_only_what_works_is_offered_and_another_body_brings_its_parts(self, fill):
+    def test_only_compatible_plugins_are_offered_and_a_new_body_replaces_others(self, fill):
         async def test(driver, screen):
-            await part(driver, screen, "mutation")
+            await open_section(driver, screen, "mutation")
             select = screen.query_one("#part-mutation .plugin", Select)
             assert "bit-flip" not in choices(select)
-            await part(driver, screen, "organism")
+            await open_section(driver, screen, "organism")
             screen.query_one("#part-organism .plugin", Select).value = "bit-puppet"
             await driver.until(lambda: screen.validation.forms["organism"].plugin == "bit-puppet")
             assert screen.validation.experiment is not None, screen.validation.problems
-            await part(driver, screen, "mutation")
+            await open_section(driver, screen, "mutation")
             select = screen.query_one("#part-mutation .plugin", Select)
             await driver.until(lambda: "bit-flip" in choices(select))
 
         fill(test)
 
-    def test_a_body_that_is_broken_is_told(self, fill, install):
+    def test_a_broken_body_is_reported(self, fill, install):
         install("broken", "raise RuntimeError('no [b]luck')", {"organism": {"bad": "Bad"}})
 
         async def test(driver, screen):
@@ -346,7 +346,7 @@ class TestPlugins:
         fill(test)
 
 
-class TestBeginning:
+class TestLoading:
     @pytest.mark.slow
     @pytest.mark.parametrize(
         ("begin", "what"),
@@ -356,11 +356,11 @@ class TestBeginning:
             ("./bad [b].toml", "not valid TOML"),
         ],
     )
-    def test_what_cannot_be_begun_with_is_told_and_another_can(self, fill, begin, what):
+    def test_an_invalid_experiment_is_reported_and_a_preset_can_be_loaded(self, fill, begin, what):
         Path("bad [b].toml").write_text("[[[")
 
         async def test(driver, screen):
-            assert what in said(screen)
+            assert what in status(screen)
             assert begin in choices(screen.query_one("#preset", Select))
             screen.query_one("#preset", Select).value = "millipede"
             await driver.until(lambda: screen.validation is not None)
@@ -369,9 +369,9 @@ class TestBeginning:
         fill(test, begin=begin)
 
     @pytest.mark.slow
-    def test_another_preset_asks_before_changes_are_dropped(self, fill):
+    def test_loading_a_preset_asks_before_discarding_changes(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            field = (await open_section(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
             preset = screen.query_one("#preset", Select)
             before = preset.value
@@ -390,9 +390,9 @@ class TestBeginning:
         fill(test)
 
     @pytest.mark.slow
-    def test_reset_takes_all_back(self, fill):
+    def test_reset_undoes_all_changes(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            field = (await open_section(driver, screen, "evolution"))["evolution.population"]
             ready = field.option.preset
             await enter(driver, screen, field, "12")
             await driver.press("ctrl+z")
@@ -405,7 +405,7 @@ class TestBeginning:
 
         fill(test)
 
-    def test_a_file_can_be_begun_with(self, fill):
+    def test_a_file_can_be_loaded(self, fill):
         async def test(driver, screen):
             Path("mine.toml").write_text(load_experiment("millipede", {"seed": 77}).to_toml())
             await driver.press("ctrl+l")
@@ -418,10 +418,10 @@ class TestBeginning:
         fill(test)
 
 
-class TestLeaving:
-    def test_run_makes_the_run_that_the_command_would(self, fill):
+class TestStartingAndSaving:
+    def test_run_creates_the_same_run_as_the_command(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["evolution.generations"]
+            field = (await open_section(driver, screen, "evolution"))["evolution.generations"]
             await enter(driver, screen, field, "2")
             overrides = screen.builder.overrides
             reference = screen.builder.preset.reference
@@ -432,40 +432,40 @@ class TestLeaving:
                 RunSnapshot(path).experiment_text == load_experiment(reference, overrides).to_toml()
             )
             await driver.until(lambda: RunSnapshot(path).generation == 2)
-            await driver.until(lambda: live.process is None)  # else it asks before it leaves
+            await driver.until(lambda: live.process is None)  # else leaving would ask first
             await driver.press("escape")
             await driver.at("Home")
 
         fill(test)
 
     @pytest.mark.slow
-    def test_run_before_the_experiment_is_loaded_begins_it_then(self, here, drive, puppet_file):
+    def test_run_pressed_during_loading_starts_after_it(self, here, drive, puppet_file):
         async def test(driver):
             driver.app.open_new(str(puppet_file))
             await driver.at("New")
             await driver.press("ctrl+r")
             live = await driver.at("Live")
             assert live.run == Path("runs/puppet")
-            await ended(driver, live)
+            await stop_run(driver, live)
             driver.app.open_new("./nowhere.toml")
             screen = await driver.at("New")
             await driver.press("ctrl+r")
-            await driver.until(lambda: "cannot read" in said(screen))
+            await driver.until(lambda: "cannot read" in status(screen))
             assert driver.screen is screen
 
         drive(test)
 
     @pytest.mark.slow
-    def test_the_name_that_the_run_will_have_is_told(self, fill):
+    def test_the_name_of_the_new_run_is_shown(self, fill):
         Path("runs/puppet").mkdir(parents=True)
         Path("runs/puppet-2").symlink_to("nowhere")
 
         async def test(driver, screen):
-            assert said(screen) == "✓ Ready to run as runs/puppet-3"
+            assert status(screen) == "✓ Ready to run as runs/puppet-3"
             await driver.press("ctrl+r")
             live = await driver.at("Live")
             assert live.run == Path("runs/puppet-3")
-            await ended(driver, live)
+            await stop_run(driver, live)
 
         fill(test)
 
@@ -477,16 +477,16 @@ class TestLeaving:
             live = await driver.at("Live")
             assert live.run == Path("elsewhere/puppet")
             await driver.until(lambda: RunSnapshot(live.run).generation > 0)
-            await ended(driver, live)
+            await stop_run(driver, live)
 
         fill(test, folder=Path("elsewhere"))
 
     @pytest.mark.slow
-    def test_what_is_wrong_is_gone_to_instead(self, fill):
+    def test_run_focuses_the_first_invalid_option(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "fitness"))["fitness.price"]
+            field = (await open_section(driver, screen, "fitness"))["fitness.price"]
             await enter(driver, screen, field, "x")
-            await part(driver, screen, "evolution")
+            await open_section(driver, screen, "evolution")
             await driver.press("ctrl+r")
             await driver.until(lambda: driver.app.focused is field.query_one(Input))
             assert not Path("runs").exists()
@@ -494,22 +494,22 @@ class TestLeaving:
         fill(test)
 
     @pytest.mark.slow
-    def test_a_full_disk_is_told(self, fill, monkeypatch):
+    def test_a_full_disk_is_reported(self, fill, monkeypatch):
         async def test(driver, screen):
             def full(*_, **__):
                 raise OSError(errno.ENOSPC, "No space left on device")
 
             monkeypatch.setattr(Path, "mkdir", full)
             await driver.press("ctrl+r")
-            await driver.until(lambda: "No space left" in driver.told())
+            await driver.until(lambda: "No space left" in driver.notifications())
             monkeypatch.undo()
             assert driver.screen is screen
 
         fill(test)
 
-    def test_save_writes_the_file_that_is_shown(self, fill):
+    def test_save_writes_the_displayed_file(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            field = (await open_section(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
             shown = screen.validation.toml
             assert "population = 12" in str(screen.query_one("#beside Static").render())
@@ -520,12 +520,12 @@ class TestLeaving:
             await driver.until(lambda: Path("mine.toml").exists())
             assert Path("mine.toml").read_text() == shown
             assert load_experiment("mine.toml") == screen.validation.experiment
-            await driver.until(lambda: "gaitsim run mine.toml" in driver.told())
+            await driver.until(lambda: "gaitsim run mine.toml" in driver.notifications())
 
         fill(test, size=(160, 48))
 
     @pytest.mark.slow
-    def test_a_file_is_replaced_only_when_that_is_confirmed(self, fill):
+    def test_a_file_is_replaced_only_after_confirmation(self, fill):
         async def test(driver, screen):
             Path("puppet.toml").write_text("mine")
             for answer, kept in (("n", True), ("y", False)):
@@ -541,13 +541,13 @@ class TestLeaving:
         fill(test)
 
     @pytest.mark.slow
-    def test_a_place_that_cannot_be_written_is_told(self, fill):
+    def test_an_unwritable_folder_is_reported(self, fill):
         async def test(driver, screen):
             await driver.press("ctrl+s")
             ask = await driver.at("Ask")
             ask.query_one(Input).value = "nowhere/mine.toml"
             await driver.press("enter")
-            await driver.until(lambda: "cannot be written" in driver.told())
+            await driver.until(lambda: "cannot be written" in driver.notifications())
 
         fill(test)
 

@@ -1,4 +1,4 @@
-"""What is installed, as the UI tells it."""
+"""The screen of installed plugins."""
 
 import pytest
 from rich.console import Console
@@ -9,7 +9,7 @@ from gaitsim.tui.widgets.plugin_view import plugin_view
 
 
 def shown(driver):
-    """What stands on the right, as text."""
+    """Return the text on the right side."""
     console = Console(width=400, color_system=None)
     with console.capture() as capture:
         console.print(driver.screen.query_one("#about-plugin").content)
@@ -42,7 +42,7 @@ def look(here, drive):
 
 
 @pytest.mark.parametrize("size", [(80, 24), pytest.param((160, 48), marks=pytest.mark.slow)])
-def test_all_that_is_installed_is_listed_with_where_it_comes_from(look, size):
+def test_all_plugins_are_listed_with_their_packages(look, size):
     async def test(driver):
         assert keys(driver) == [f"{k} {n}" for k in (*KINDS, EXPERIMENTS) for n in entries(k)]
         for key in keys(driver):
@@ -56,7 +56,7 @@ def test_all_that_is_installed_is_listed_with_where_it_comes_from(look, size):
     look(test, size=size)
 
 
-def test_options_are_told_in_full(look):
+def test_options_are_described_in_full(look):
     async def test(driver):
         await go(driver, "fitness puppet-reach")
         text, field = shown(driver), driver.screen.catalogue.classes["fitness"]["puppet-reach"]
@@ -81,8 +81,8 @@ def test_no_width_breaks_a_word(width, puppets):
             words = {*capture.get().replace("=", " ").split()}
             for option, field in plugin.model_fields.items():
                 cells = option, options.default(field), options.meaning(field)
-                told = " ".join([*cells, options.allowed(field)]).replace("=", " ")
-                assert {*told.split()} <= words, (name, cells)
+                described = " ".join([*cells, options.allowed(field)]).replace("=", " ")
+                assert {*described.split()} <= words, (name, cells)
 
 
 @pytest.mark.slow
@@ -109,7 +109,7 @@ def test_the_list_is_filtered_by_words(look):
     look(test)
 
 
-def test_what_is_broken_is_marked_and_says_why(look, install):
+def test_broken_plugins_are_marked_with_the_reason(look, install):
     install("broken", "raise RuntimeError('no [b]luck')", {"fitness": {"ba[d]": "Bad"}})
     install("one", "", {"mutation": {"twice": "A"}})
     install("two", "", {"mutation": {"twice": "B"}})
@@ -128,16 +128,16 @@ def test_what_is_broken_is_marked_and_says_why(look, install):
     look(test)
 
 
-def test_an_installation_that_cannot_be_read_is_told(look, monkeypatch):
+def test_an_unreadable_installation_is_reported(look, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.plugins.unreadable", lambda: ["/lib/odd[b].dist-info"])
 
     async def test(driver):
-        assert "/lib/odd[b].dist-info" in driver.told()
+        assert "/lib/odd[b].dist-info" in driver.notifications()
 
     look(test)
 
 
-def test_a_body_or_a_preset_begins_a_new_run(look):
+def test_a_body_or_a_preset_opens_a_new_run(look):
     async def test(driver):
         for key, name in (("organism fly", "fly"), (f"{EXPERIMENTS} millipede", "millipede")):
             await go(driver, key)
@@ -154,7 +154,7 @@ def test_a_body_or_a_preset_begins_a_new_run(look):
     look(test)
 
 
-def test_the_command_that_shows_it_is_copied(look):
+def test_the_equivalent_command_is_copied(look):
     async def test(driver):
         await go(driver, "mutation gaussian")
         await driver.press("y")
@@ -167,7 +167,7 @@ def test_the_command_that_shows_it_is_copied(look):
 
 
 @pytest.mark.slow
-def test_the_check_tells_its_verdict(look, install, working, monkeypatch):
+def test_a_check_shows_its_verdict(look, install, working, monkeypatch):
     broken = "class X(Body):\n    def move(self, genomes):\n        return 'no [b]motion'\n"
     folder = install("odd", working + broken, {"organism": {"odd": "X"}})
     monkeypatch.setenv("PYTHONPATH", str(folder))
@@ -187,7 +187,7 @@ def test_the_check_tells_its_verdict(look, install, working, monkeypatch):
     look(test)
 
 
-def test_a_check_that_is_under_way_ends_with_the_screen(look, install, working, monkeypatch):
+def test_leaving_the_screen_ends_a_running_check(look, install, working, monkeypatch):
     loops = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
     folder = install("odd", working + loops, {"organism": {"odd": "X"}})
     monkeypatch.setenv("PYTHONPATH", str(folder))

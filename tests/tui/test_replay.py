@@ -1,4 +1,4 @@
-"""The replay: any generation, frame by frame, two in step; its sliders and footfalls."""
+"""The replay: generations, frames, two synchronous bodies, sliders and footfalls."""
 
 import asyncio
 import re
@@ -114,7 +114,7 @@ plugin = "gaussian"
 
 @pytest.fixture
 def walk(install, tmp_path, monkeypatch):
-    """Makes a finished run of walkers."""
+    """Return a function that creates a finished run of walkers."""
     entries = {"organism": {"stilt": "Walker"}, "fitness": {"far": "Far"}}
     install("walkers", WALKERS, entries)
     monkeypatch.chdir(tmp_path)
@@ -131,14 +131,14 @@ def walk(install, tmp_path, monkeypatch):
 
 
 def replay(run, test, *, generation=None, beside=None, size=(80, 24), playing=False):
-    """Run a test on the screen once its bodies are there."""
+    """Run a test on the screen once its bodies are shown."""
 
     async def go():
         app = GaitsimApp(Path("runs"))
         async with app.run_test(size=size) as pilot:
             app.open_replay(run, generation, beside)
             await pilot.pause()
-            if not playing:  # what moves keeps a pilot waiting
+            if not playing:  # motion delays a pilot
                 app.screen.action_pause()
             await settled(pilot)
             await test(app.screen, pilot)
@@ -147,7 +147,7 @@ def replay(run, test, *, generation=None, beside=None, size=(80, 24), playing=Fa
 
 
 async def settled(pilot):
-    """Wait until nothing is read any more."""
+    """Wait until no individual is being read."""
     await pilot.pause()
     screen = pilot.app.screen
     for _ in range(100):
@@ -156,7 +156,7 @@ async def settled(pilot):
         await pilot.app.workers.wait_for_complete()
         await pilot.pause()
     else:
-        raise AssertionError("it still reads")
+        raise AssertionError("an individual is still being read")
     await pilot.pause()
 
 
@@ -171,7 +171,7 @@ def title(pane):
 
 
 def space(screen):
-    """What the footer says of the space bar."""
+    """Return the footer's label of the space bar."""
     return screen.active_bindings["space"].binding.description
 
 
@@ -179,10 +179,10 @@ def words(canvas):
     return " ".join("".join(strip.text for strip in strips(canvas)).split())
 
 
-def test_a_key_writes_a_page_of_the_bodies_that_are_shown(walk, monkeypatch):
-    begun = []
+def test_a_key_writes_a_page_of_the_displayed_bodies(walk, monkeypatch):
+    started = []
     monkeypatch.setattr(
-        GaitsimApp, "start_task", lambda app, words, opens=False: begun.append((words, opens))
+        GaitsimApp, "start_task", lambda app, words, opens=False: started.append((words, opens))
     )
     run = walk()
 
@@ -194,7 +194,7 @@ def test_a_key_writes_a_page_of_the_bodies_that_are_shown(walk, monkeypatch):
 
     replay(run, test, generation=2)
     words = ("export", str(run), "--format", "html")
-    assert begun == [
+    assert started == [
         ((*words, "--generation", "2"), True),
         ((*words, "--generation", "4"), True),
         ((*words, "--generations", "4,1"), True),
@@ -215,7 +215,7 @@ class TestTime:
 
         replay(walk(), test, playing=True)
 
-    def test_frames_go_round_and_everything_keeps_step(self, walk):
+    def test_frames_wrap_round_and_all_views_are_synchronous(self, walk):
         async def test(screen, pilot):
             pane = screen.pane
             pane.canvas.show_frame(0)
@@ -228,7 +228,7 @@ class TestTime:
 
         replay(walk(), test)
 
-    def test_the_slider_is_time(self, walk):
+    def test_the_slider_sets_the_time(self, walk):
         async def test(screen, pilot):
             slider = screen.query_one("#frame", Scrubber)
             slider.focus()
@@ -254,7 +254,7 @@ class TestTime:
 
 
 class TestGenerations:
-    def test_it_begins_with_the_champion(self, walk):
+    def test_the_champion_is_shown_first(self, walk):
         run = walk()
 
         async def test(screen, pilot):
@@ -265,7 +265,7 @@ class TestGenerations:
 
         replay(run, test)
 
-    def test_keys_go_from_one_to_the_next_and_stop_at_the_ends(self, walk):
+    def test_keys_step_through_generations_and_stop_at_the_ends(self, walk):
         async def test(screen, pilot):
             await press(pilot, "right_square_bracket")
             assert screen.pane.shown.generation == 3
@@ -277,7 +277,7 @@ class TestGenerations:
 
         replay(walk(), test, generation=2)
 
-    def test_the_slider_reads_only_the_last_one_asked_for(self, walk, monkeypatch):
+    def test_only_the_last_requested_generation_is_read(self, walk, monkeypatch):
         read = []
         load = Loader.load
         monkeypatch.setattr(
@@ -296,7 +296,7 @@ class TestGenerations:
         replay(walk(), test, generation=1)
 
     @pytest.mark.slow
-    def test_a_number_goes_to_a_generation(self, walk):
+    def test_go_to_shows_a_generation_by_number(self, walk):
         async def test(screen, pilot):
             await press(pilot, "g", "4", "enter")
             assert screen.pane.shown.generation == 4
@@ -311,8 +311,8 @@ class TestGenerations:
 
         replay(walk(), test)
 
-    def test_members_of_a_front_are_chosen_as_generations_are(self, walk):
-        objectives = 'search.objectives={ distance = "max", "measure 0" = "min" }'  # all are equals
+    def test_members_of_a_front_are_chosen_like_generations(self, walk):
+        objectives = 'search.objectives={ distance = "max", "measure 0" = "min" }'
         run = walk("front", "search.plugin=nsga-2", objectives, "organism.many=1")
 
         async def test(screen, pilot):
@@ -335,7 +335,7 @@ class TestGenerations:
 
         replay(run, test)
 
-    def test_a_run_is_read_again_only_when_it_has_changed(self, walk, monkeypatch):
+    def test_a_run_is_reread_only_after_changes(self, walk, monkeypatch):
         run, read, now = walk(), [], [0.0]
         monkeypatch.setattr(
             "gaitsim.tui.screens.replay_loading.RunSnapshot",
@@ -378,7 +378,7 @@ class TestCamera:
 
         replay(walk(), test)
 
-    def test_both_bodies_are_seen_from_the_same_side(self, walk):
+    def test_both_bodies_share_the_camera(self, walk):
         async def test(screen, pilot):
             screen.panes[1].canvas.focus()
             await press(pilot, "left", "up")
@@ -389,8 +389,8 @@ class TestCamera:
         replay(walk(), test, beside=walk("other"))
 
 
-class TestTwo:
-    def test_they_keep_step_with_the_longer_one(self, walk):
+class TestTwoBodies:
+    def test_the_longer_motion_sets_the_time(self, walk):
         async def test(screen, pilot):
             short, long = (pane.canvas for pane in screen.panes)
             assert screen.leader is long
@@ -419,20 +419,20 @@ class TestTwo:
         replay(walk(), test, generation=4)
 
 
-class TestRoom:
+class TestLayout:
     @pytest.mark.slow
-    def test_measures_stand_beside_the_body_where_there_is_room(self, walk):
+    def test_measures_are_beside_the_body_on_wide_screens(self, walk):
         async def test(screen, pilot):
             assert screen.pane.measures_shown
-            said = str(screen.pane.query_one(".measures").render())
-            assert "distance" in said
-            assert " m" in said
+            measures = str(screen.pane.query_one(".measures").render())
+            assert "distance" in measures
+            assert " m" in measures
             await press(pilot, "m")
             assert not screen.pane.measures_shown
 
         replay(walk(), test, size=(160, 48))
 
-    def test_and_else_when_asked_for_with_a_scroll_bar_to_the_last_term(self, walk):
+    def test_measures_can_be_shown_on_narrow_screens_and_scrolled(self, walk):
         async def test(screen, pilot):
             pane = screen.pane
             assert not pane.measures_shown
@@ -440,9 +440,9 @@ class TestRoom:
             assert pane.measures_shown
             scroll = pane.numbers
             assert scroll.has_focus
-            said = str(pane.query_one(".measures").render())
-            assert all(f"measure {number} " in said for number in range(30))
-            assert "terms of the score\ndistance" in said
+            measures = str(pane.query_one(".measures").render())
+            assert all(f"measure {number} " in measures for number in range(30))
+            assert "terms of the score\ndistance" in measures
             assert scroll.show_vertical_scrollbar
             assert scroll.max_scroll_y + scroll.size.height == 35
             await press(pilot, "G")
@@ -451,7 +451,7 @@ class TestRoom:
         replay(walk("walk", "organism.many=30"), test)
 
     @pytest.mark.slow
-    def test_of_two_narrow_ones_measures_take_the_place_of_the_bodies(self, walk):
+    def test_measures_replace_narrow_bodies(self, walk):
         async def test(screen, pilot):
             await press(pilot, "m")
             assert [pane.canvas.display for pane in screen.panes] == [False, False]
@@ -467,31 +467,31 @@ class TestRoom:
         replay(walk("fly", "organism.feet=false"), test)
 
 
-class TestTrouble:
+class TestProblems:
     @pytest.mark.parametrize(
-        ("override", "said"),
+        ("override", "message"),
         [
             ("fitness.failing=true", "has no champion"),
             ("organism.broken=skeleton", "not finite"),
             ("organism.broken=move", "out of [bold]breath"),
         ],
     )
-    def test_it_says_why_there_is_no_body(self, walk, override, said):
+    def test_an_error_replaces_a_missing_body(self, walk, override, message):
         async def test(screen, pilot):
-            assert said in words(screen.pane.canvas)
+            assert message in words(screen.pane.canvas)
             for key in ("space", "full_stop", "v", "f", "m", "comma", "greater_than_sign"):
                 await press(pilot, key)
             await press(pilot, "s", "b")
 
         replay(walk("walk", override), test)
 
-    def test_a_body_that_cannot_be_measured_is_shown(self, walk):
+    def test_a_body_without_measures_is_shown(self, walk):
         async def test(screen, pilot):
             assert screen.leader.skeleton is not None
 
         replay(walk("walk", "organism.broken=measures"), test)
 
-    def test_a_run_that_is_deleted_meanwhile(self, walk):
+    def test_a_run_deleted_during_the_replay(self, walk):
         run = walk()
 
         async def test(screen, pilot):
@@ -511,14 +511,14 @@ class TestTrouble:
 
         replay(run, test)
 
-    def test_a_name_with_markup_is_shown_as_it_is(self, walk):
+    def test_names_are_not_interpreted_as_markup(self, walk):
         async def test(screen, pilot):
             assert visible("a[red]\x1b漢") in title(screen.pane)
 
         replay(walk("a[red]\x1b漢"), test)
 
 
-def test_it_says_the_command_that_plays_the_same(walk):
+def test_the_screen_has_an_equivalent_command(walk):
     async def test(screen, pilot):
         assert screen.command_line() == "gaitsim play runs/walk --generation 2"
 
@@ -534,11 +534,11 @@ def test_looks(size, walk, snap_compare):
         await pilot.pause()
         pilot.app.screen.action_pause()
         await settled(pilot)
-        for frame in (0, 13):  # it may have come to any moment, even within this frame
+        for frame in (0, 13):  # it may have reached any time
             pilot.app.screen.query_one("#frame", Scrubber).choose(frame)
         await settled(pilot)
         curve = pilot.app.screen.query_one(CurvePlot)
-        if size[0] > 120:  # it is shown, and drawn once it is laid out
+        if size[0] > 120:  # it is drawn after its layout
             await app_until(pilot, lambda: any("┤" in row.text for row in strips(curve)))
 
     assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
@@ -552,7 +552,7 @@ def test_looks_of_two(walk, snap_compare):
         await pilot.pause()
         pilot.app.screen.action_pause()
         await settled(pilot)
-        for frame in (0, 13):  # it may have come to any moment, even within this frame
+        for frame in (0, 13):  # it may have reached any time
             pilot.app.screen.query_one("#frame", Scrubber).choose(frame)
         await settled(pilot)
 
@@ -566,7 +566,7 @@ class TestFootfalls:
         codes, inks = strip(touching, names, sides, frame, rate, columns, rows)
         return ["".join(map(chr, row)).rstrip() for row in codes], inks
 
-    def test_a_bar_is_a_foot_on_the_ground(self):
+    def test_a_bar_marks_a_foot_on_the_ground(self):
         touching = np.zeros((16, 2))
         touching[2:5, 0] = touching[5:8, 1] = 1
         rows, inks = self.drawn(touching, 0, 11, rate=1.0)
@@ -576,7 +576,7 @@ class TestFootfalls:
         assert inks[1, 4] == QUIET
         assert inks[0, 3] == inks[1, 3] == CURSOR
 
-    def test_the_moment_moves_and_then_the_diagram(self):
+    def test_the_cursor_moves_before_the_diagram_scrolls(self):
         touching = np.ones((400, 1))
         columns = [
             int(np.argwhere(self.drawn(touching, frame, names=("L1",))[1] == CURSOR)[0, 1])
@@ -584,27 +584,27 @@ class TestFootfalls:
         ]
         assert columns[0] < columns[1] < columns[2] == columns[3] < columns[4]
 
-    def test_a_row_more_has_the_seconds(self):
+    def test_an_extra_row_has_the_seconds(self):
         touching = np.ones((90, 1))
         rows, _ = self.drawn(touching, 0, 49, names=("L1",), rate=10.0)
         assert re.findall(r"\d+ s", rows[1]) == ["0 s", "5 s"]
         assert rows[1].index("5 s") - rows[1].index("0 s") == 25
 
-    def test_feet_share_rows_where_there_are_few(self):
+    def test_feet_share_rows_on_short_screens(self):
         touching = np.zeros((8, 4))
         touching[:, 0] = touching[4:, 1] = 1
         rows, _ = self.drawn(touching, 7, 14, rows=2, rate=1.0, names=("L1", "R1", "L2", "R2"))
         assert rows[0] == "L1 R1 ▀▀▀▀████"
         assert rows[1].startswith("L2 R2")
 
-    def test_a_short_motion_is_stretched_over_the_room(self):
+    def test_a_short_motion_is_stretched_to_the_width(self):
         touching = np.zeros((10, 1))
         touching[5:] = 1
         rows, inks = self.drawn(touching, 9, 43, names=("L1",))
         assert rows[0] == "L1 " + "·" * 15 + "█" * 15
         assert inks[0, 30] == CURSOR
 
-    def test_fast_frames_are_drawn_together(self):
+    def test_several_frames_share_a_cell(self):
         touching = np.zeros((4000, 1))
         touching[2000:] = 1
         rows, _ = self.drawn(touching, 2000, rate=1000.0, names=("L1",))
@@ -626,7 +626,7 @@ class Slider(App):
 
 class TestColours:
     @pytest.mark.parametrize("theme", [theme.name for theme in THEMES])
-    def test_labels_are_legible_and_the_moment_is_of_neither_side(self, walk, theme):
+    def test_labels_are_legible_and_the_cursor_differs_from_both_sides(self, walk, theme):
         async def test(screen, pilot):
             pilot.app.theme = theme
             await settled(pilot)
@@ -656,7 +656,7 @@ def contrast(one, other):
 
 
 class TestScrubber:
-    def test_it_is_dragged(self):
+    def test_dragging_changes_the_value(self):
         async def go():
             app = Slider()
             async with app.run_test(size=(60, 3)) as pilot:
@@ -673,7 +673,7 @@ class TestScrubber:
 
         asyncio.run(go())
 
-    def test_the_value_stays_between_the_ends(self):
+    def test_the_value_stays_in_its_range(self):
         slider = Scrubber("time", 1, 5, 9)
         assert slider.value == 5
         slider.set_range(1, 3)

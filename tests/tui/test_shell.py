@@ -326,7 +326,7 @@ class TestPalette:
             hit = (await self.found(driver, "compare"))["Compare"]
             assert "Mark two" in hit.help
             hit.command()
-            assert "Mark two" in driver.told()
+            assert "Mark two" in driver.notifications()
             await driver.press("space", "space")
             assert "Mark two" not in (await self.found(driver, "compare"))["Compare"].help
             await driver.press("enter")
@@ -442,8 +442,8 @@ class TestKeys:
 
     def test_what_is_wrong_is_told_and_the_app_starts(self, here, drive, config):
         async def test(driver):
-            await driver.until(lambda: "home.delte" in driver.told())
-            told = driver.told()
+            await driver.until(lambda: "home.delte" in driver.notifications())
+            told = driver.notifications()
             assert "unknown theme" in told
             assert "did you mean 'gaitsim-light'?" in told
             assert "did you mean 'home.delete'?" in told
@@ -460,8 +460,8 @@ class TestKeys:
         walk()
 
         async def test(driver):
-            await driver.until(lambda: "no key" in driver.told())
-            told = driver.told()
+            await driver.until(lambda: "no key" in driver.notifications())
+            told = driver.notifications()
             assert '• keys.app.quit: "" is not allowed; ' in told
             assert '• keys.home.export: there is no key "notakey"; ' in told
             assert "• keys: the key n is assigned to home.new and to home.replay; " in told
@@ -479,12 +479,13 @@ class TestKeys:
         walk()
 
         async def test(driver):
-            await driver.until(lambda: "assigned to" in driver.told())
-            assert "the key r is assigned to home.new and to home.replay" in driver.told()
+            await driver.until(lambda: "assigned to" in driver.notifications())
+            assert "the key r is assigned to home.new and to home.replay" in driver.notifications()
             assert (
-                "the key question_mark is assigned to app.help and to home.export" in driver.told()
+                "the key question_mark is assigned to app.help and to home.export"
+                in driver.notifications()
             )
-            assert "live" not in driver.told()
+            assert "live" not in driver.notifications()
             await driver.press("r")
             await driver.at("New")
 

@@ -11,7 +11,7 @@ from gaitsim.tui.screens.steering import Steering
 
 
 class Clock:
-    """Seconds that a test lets pass."""
+    """A clock that a test advances."""
 
     def __init__(self):
         self.now = 100.0
@@ -22,12 +22,12 @@ class Clock:
 
 @pytest.fixture
 def kite(here, puppet, puppets, monkeypatch):
-    """The experiment of a kite."""
+    """Return the experiment of a kite."""
     fly_kites(monkeypatch, puppets.Puppet)
     return puppet()
 
 
-async def begun(driver, load, clock):
+async def open_steering(driver, load, clock):
     screen = Steering(load, "gaitsim steer", clock)
     driver.app.push_screen(screen)
     await driver.until(lambda: screen.drive is not None)
@@ -35,23 +35,23 @@ async def begun(driver, load, clock):
 
 
 async def fly(driver, screen, clock, seconds):
-    """Let time pass until it is simulated, or the flight has ended."""
+    """Advance the clock until a time is simulated or the flight has ended."""
     wanted = screen.drive.seconds + seconds
     clock.now += seconds
     await driver.until(lambda: screen.drive.ending or screen.drive.seconds >= wanted - 0.02)
 
 
-def test_keys_choose_the_command_until_the_ground_ends_the_flight(kite, drive):
+def test_keys_choose_commands_until_the_flight_ends(kite, drive):
     async def test(driver):
         clock = Clock()
-        screen = await begun(driver, partial(drive_with, kite, {}), clock)
+        screen = await open_steering(driver, partial(drive_with, kite, {}), clock)
         assert screen.drive.command.name == "stay"
         await driver.press("up")
         assert screen.drive.command.name == "rise"
         await fly(driver, screen, clock, 0.5)
         assert screen.drive.altitude == pytest.approx(1.5, abs=0.03)
-        for said in ("rise", "altitude", "in the air", "100 %"):
-            assert said in driver.text("#steering-facts")
+        for text in ("rise", "altitude", "in the air", "100 %"):
+            assert text in driver.text("#steering-facts")
         await driver.press("left")  # no command has this key
         assert screen.drive.command.name == "rise"
         await driver.press("down")
@@ -59,11 +59,11 @@ def test_keys_choose_the_command_until_the_ground_ends_the_flight(kite, drive):
         await driver.press("space")
         for _ in range(4):
             await fly(driver, screen, clock, 0.9)
-        assert "hit the ground after" in driver.text("#steering-said")
+        assert "hit the ground after" in driver.text("#steering-message")
         assert "steering.up" not in driver.offered()
         await driver.press("r")
         assert screen.drive.seconds < 0.1
-        assert "holds until the next key" in driver.text("#steering-said")
+        assert "holds until the next key" in driver.text("#steering-message")
         assert screen.command_line() == "gaitsim steer"
         await driver.press("escape")
         await driver.at("Home")
@@ -71,16 +71,16 @@ def test_keys_choose_the_command_until_the_ground_ends_the_flight(kite, drive):
     drive(test)
 
 
-def test_p_pauses_h_helps_and_v_changes_the_view_at_any_size(kite, drive):
+def test_pause_help_and_view_keys_at_several_sizes(kite, drive):
     async def test(driver):
         clock = Clock()
-        screen = await begun(driver, partial(drive_with, kite, {}), clock)
+        screen = await open_steering(driver, partial(drive_with, kite, {}), clock)
         await driver.press("p")
         seconds = screen.drive.seconds
         clock.now += 0.5
         await driver.pilot.pause(0.15)
         assert screen.drive.seconds == seconds
-        assert "Paused" in driver.text("#steering-said")
+        assert "Paused" in driver.text("#steering-message")
         await driver.press("p")
         await fly(driver, screen, clock, 0.2)
         view = screen.body.chosen
@@ -94,7 +94,7 @@ def test_p_pauses_h_helps_and_v_changes_the_view_at_any_size(kite, drive):
     drive(test, size=(160, 48))
 
 
-def test_a_controller_that_cannot_be_read_shows_why(kite, drive):
+def test_an_unreadable_controller_is_reported(kite, drive):
     def load():
         raise GaitsimError("there is no such run")
 
@@ -109,7 +109,7 @@ def test_a_controller_that_cannot_be_read_shows_why(kite, drive):
     drive(test)
 
 
-def test_it_is_reached_from_home_a_new_run_and_a_replay(kite, walk, drive, monkeypatch):
+def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive, monkeypatch):
     run = walk()
     monkeypatch.setattr("gaitsim.steering.load_experiment", lambda _: kite)
 

@@ -1,4 +1,4 @@
-"""Studies, comparisons and verification in the app: begun, followed, continued, read."""
+"""Studies, comparisons and verification in the app: start, follow, continue, read."""
 
 import shutil
 from pathlib import Path
@@ -24,7 +24,7 @@ target = 1.0
 
 @pytest.fixture
 def sweep(here):
-    """A study's file, named small.toml."""
+    """Write the file of a study, small.toml."""
     Path("small.toml").write_text(STUDY)
 
 
@@ -37,8 +37,8 @@ def rows(driver):
     return [[str(cell) for cell in table.get_row_at(row)] for row in range(table.row_count)]
 
 
-def words(driver):
-    """All that the results say."""
+def displayed_texts(driver):
+    """Return all texts of the results."""
     texts = [str(one.render()) for one in driver.screen.query(".heading, .paragraph")]
     tables = driver.screen.query(DataTable)
     cells = [table.get_row_at(row) for table in tables for row in range(table.row_count)]
@@ -53,7 +53,7 @@ async def write(driver, text):
 
 class TestStudies:
     @pytest.mark.slow
-    def test_a_study_is_begun_followed_opened_and_continued_by_keys(self, sweep, drive):
+    def test_a_study_is_started_followed_opened_and_continued_with_keys(self, sweep, drive):
         async def test(driver):
             await driver.press("u")
             screen = await driver.at("Studies")
@@ -75,13 +75,13 @@ class TestStudies:
             assert "studies.continue" not in driver.offered()
             await driver.press("enter")
             results = await driver.at("StudyResults")
-            await driver.until(lambda: "Cells" in words(driver))
-            assert "Cheapest population" in words(driver)
-            assert "±" in words(driver)
-            assert "surface-1-millipede-random.png" in words(driver)
+            await driver.until(lambda: "Cells" in displayed_texts(driver))
+            assert "Cheapest population" in displayed_texts(driver)
+            assert "±" in displayed_texts(driver)
+            assert "surface-1-millipede-random.png" in displayed_texts(driver)
             assert results.command_line() == "gaitsim study studies/small"
             await driver.press("f", "down", "p")
-            await driver.until(lambda: "Copied" in driver.told())
+            await driver.until(lambda: "Copied" in driver.notifications())
             await driver.press("escape")
             next(Path("studies/small/cells").iterdir()).unlink()
             await driver.until(lambda: "stopped" in rows(driver)[0][1])
@@ -93,7 +93,7 @@ class TestStudies:
         drive(test)
 
     @pytest.mark.slow
-    def test_one_that_runs_is_stopped(self, sweep, drive):
+    def test_a_running_study_is_stopped(self, sweep, drive):
         Path("small.toml").write_text(STUDY.replace("= 3", "= 100000"))
 
         async def test(driver):
@@ -113,7 +113,7 @@ class TestStudies:
 
         drive(test)
 
-    def test_folders_that_cannot_be_read_say_why(self, sweep, drive):
+    def test_unreadable_folders_show_the_reason(self, sweep, drive):
         for name in ("broken", "[red]odd\x1b"):
             Path("studies", name).mkdir(parents=True)
             Path("studies", name, "study.toml").write_text("name = 3")
@@ -130,17 +130,17 @@ class TestStudies:
                 assert ("damaged" in state) == (kind == "study")
                 await driver.press("enter")
                 await driver.at("StudyResults")
-                await driver.until(lambda: "Files" in words(driver))
-                said = words(driver)
-                assert ("is required" in said) == (kind == "study")
-                assert ("[b]\\x1b" in said) == (kind == "comparison")
+                await driver.until(lambda: "Files" in displayed_texts(driver))
+                texts = displayed_texts(driver)
+                assert ("is required" in texts) == (kind == "study")
+                assert ("[b]\\x1b" in texts) == (kind == "comparison")
                 await driver.press("escape", "down")
 
         drive(test)
 
 
 @pytest.mark.slow
-def test_marked_runs_are_repeated_with_statistics_by_the_mouse(walk, drive):
+def test_a_comparison_of_marked_runs_is_started_with_the_mouse(walk, drive):
     runs = [walk("one"), walk("two", 3, "seed=2")]
 
     async def test(driver):
@@ -159,7 +159,7 @@ def test_marked_runs_are_repeated_with_statistics_by_the_mouse(walk, drive):
         await driver.until(lambda: "not a list of scores" in driver.text("#study-problem"))
         targets.query_one(Input).value = "-9,99"
         await driver.until(lambda: "-9,99" in driver.text("#study-command"))
-        # A button takes no press while it still shows the one before.
+        # A button ignores a click while it is still drawn as pressed.
         await driver.until(lambda: not driver.screen.query_one("#begin").has_class("-active"))
         await driver.pilot.click("#begin")
         await driver.at("Studies")
@@ -169,16 +169,16 @@ def test_marked_runs_are_repeated_with_statistics_by_the_mouse(walk, drive):
         await driver.until(lambda: rows(driver) and "finished" in rows(driver)[0][1])
         await driver.pilot.click(OpenTable, offset=(5, 1))
         await driver.at("StudyResults")
-        await driver.until(lambda: "Methods" in words(driver))
-        assert "against" in words(driver)
-        assert "2 of 2" in words(driver)
+        await driver.until(lambda: "Methods" in displayed_texts(driver))
+        assert "against" in displayed_texts(driver)
+        assert "2 of 2" in displayed_texts(driver)
 
     drive(test)
 
 
 class TestVerify:
     @pytest.mark.slow
-    def test_a_run_is_verified_where_it_is_shown(self, walk, drive):
+    def test_a_run_is_verified_from_its_screen(self, walk, drive):
         run = walk()
 
         async def test(driver):
@@ -197,7 +197,7 @@ class TestVerify:
             await driver.press("a")
             await driver.until(lambda: "different" in driver.text("#verify-state"))
             assert driver.text("#verify-command") == "$ gaitsim verify runs/walk --all"
-            assert "different" in driver.told()
+            assert "different" in driver.notifications()
             driver.app.pop_screen()
             driver.app.open_run(run)
             live = await driver.at("Live")
@@ -206,7 +206,7 @@ class TestVerify:
 
         drive(test)
 
-    def test_one_that_cannot_be_verified_says_why(self, walk, drive):
+    def test_a_failed_verification_shows_the_reason(self, walk, drive):
         walk()
         Path("runs/walk/history.csv").write_text("nonsense")
 

@@ -1,4 +1,4 @@
-"""What is made in the background: as the command line makes it, with progress, stopped, failed."""
+"""Tasks in the background: records, progress, stopping, failures, and the export dialog."""
 
 import asyncio
 import json
@@ -46,18 +46,18 @@ class TestRecords:
         line = '{"kind": "progress", "what": "walker", "done": 0, "total": null}'
         assert self.task(line).part is None
 
-    def test_files_are_collected_whatever_their_names(self):
+    def test_files_with_unusual_names_are_collected(self):
         lines = [json.dumps({"kind": "result", "files": [name]}) for name in ("a: b.csv", "c d")]
         assert self.task(*lines).files == [Path("a: b.csv"), Path("c d")]
 
-    def test_an_error_arrives_in_its_parts(self):
+    def test_an_error_keeps_its_parts(self):
         problem = GaitsimError("unknown key", where="x.toml", key="mutation.rat", allowed="rate")
         task = self.task(json.dumps({"kind": "error", **ExperimentError([problem]).to_dict()}))
         assert isinstance(task.error, ExperimentError)
         assert task.error.problems[0].key == "mutation.rat"
         assert "unknown key" in task.message
 
-    def test_notices_and_what_libraries_print_are_kept(self):
+    def test_notices_and_output_of_libraries_are_kept(self):
         task = self.task('{"kind": "notice", "text": "one\\ntwo"}', "Warning: [b]odd[/b]\x1b[2K")
         assert task.notices == ["one", "two", "Warning: [b]odd[/b]\\x1b[2K"]
 
@@ -68,12 +68,12 @@ class TestRecords:
             *('{"kind": "error", "what": "half"}', '{"kind": "result", "files": [3]}'),
         ],
     )
-    def test_a_line_that_is_no_record_is_shown_as_it_is(self, line):
+    def test_a_line_that_is_not_a_record_is_a_notice(self, line):
         assert self.task(line).notices == [line]
 
 
 def run(*arguments, during=None):
-    """Run a command as a task; the task, and how it stood each time it changed."""
+    """Run a command as a task; return the task and its state after each change."""
     seen = []
 
     async def go():
@@ -90,21 +90,21 @@ def run(*arguments, during=None):
 
 
 class TestTask:
-    def test_one_that_comes_to_its_end(self, walk):
+    def test_a_task_that_succeeds(self, walk):
         task, seen = run("export", str(walk()), "--format", "csv")
         assert (task.state, seen[0][0], seen[-1][0]) == ("done", "running", "done")
         [file] = task.files
         assert file.is_file()
         assert not task.notices
 
-    def test_one_that_fails_says_why(self, here):
+    def test_a_failed_task_has_a_message(self, here):
         task, _ = run("export", "nowhere [b]")
         assert task.state == "failed"
         assert "nowhere [b]" in task.error.what
         assert "gaitsim runs" in task.error.remedy
 
-    def test_it_reports_its_progress_as_records(self, here, monkeypatch):
-        # A program in gaitsim's place that reports as it does.
+    def test_progress_records_are_read(self, here, monkeypatch):
+        # A program in place of gaitsim, with the same records.
         Path("gaitsim.py").write_text(
             "import json, os, sys\n"
             "assert os.environ['GAITSIM_PROGRESS'] == 'json' and not sys.stderr.isatty()\n"
@@ -119,13 +119,13 @@ class TestTask:
         assert task.notices == []
         assert {("running", n / 10) for n in range(1, 10)} <= {*seen}
 
-    def test_a_line_without_an_end_is_dropped_and_the_rest_read(self, here, monkeypatch):
+    def test_an_overlong_line_is_dropped_and_the_rest_read(self, here, monkeypatch):
         Path("gaitsim.py").write_text("print('x' * 3_000_000); print('end')")
         monkeypatch.setenv("PYTHONPATH", str(here))
         task, _ = run("video", "x")
         assert (task.state, task.output[-1]) == ("done", "end")
 
-    def test_stopped_like_by_ctrl_c(self, here, monkeypatch):
+    def test_stopping_sends_sigint(self, here, monkeypatch):
         Path("gaitsim.py").write_text(
             "import time\n"
             "try:\n"
@@ -145,7 +145,7 @@ class TestTask:
         task, _ = run("video", "x", during=during)
         assert (task.state, task.output[-1]) == ("stopped", "mopped up")
 
-    def test_one_that_does_not_stop_is_ended(self, here, monkeypatch):
+    def test_a_task_that_ignores_sigint_is_killed(self, here, monkeypatch):
         Path("gaitsim.py").write_text(
             "import signal, time\n"
             "signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
@@ -162,14 +162,14 @@ class TestTask:
 
         assert run("video", "x", during=during)[0].state == "stopped"
 
-    def test_python_that_is_gone(self, here, monkeypatch):
+    def test_a_missing_interpreter_is_reported(self, here, monkeypatch):
         monkeypatch.setattr(sys, "executable", "/nowhere/python")
         task, _ = run("runs")
         assert task.state == "failed"
         assert "cannot be started" in task.message
 
 
-class TestOpening:
+class TestOpener:
     @pytest.mark.parametrize(
         ("name", "code", "opened"),
         [
@@ -177,7 +177,7 @@ class TestOpening:
             *(("a.desktop", 0, False), ("gone.png", None, False)),
         ],
     )
-    def test_data_and_pictures_are_opened_by_the_systems_program(
+    def test_data_and_pictures_are_opened_with_the_systems_program(
         self, name, code, opened, here, monkeypatch
     ):
         program = here / "xdg-open"
@@ -199,10 +199,10 @@ class TestOpening:
         assert not asyncio.run(open_file(Path("a.png")))
 
 
-class TestMaking:
+class TestExports:
     def test_products_offer_the_options_and_choices_of_their_commands(self):
         app = typer.main.get_command(cli)
-        made = {"--out", "--json", "--kind", "--plot", "--body"}  # which the product itself gives
+        made = {"--out", "--json", "--kind", "--plot", "--body"}  # set by the product itself
         for verb in {product.command[0] for product in PRODUCTS}:
             known = {
                 flag: one for one in app.load(verb).params for flag in one.opts if "--" in flag
@@ -213,7 +213,7 @@ class TestMaking:
                 for name, field in product.fields().items()
                 if product.command[0] == verb
             }
-            # An argument, the ending of a path.
+            # Passed as an argument: the suffix of a path.
             in_words = {"--runs", "--gait", "--format"} - known.keys()
             assert offered.keys() - in_words == known.keys() - made
             for flag in offered.keys() & known.keys():
@@ -221,7 +221,7 @@ class TestMaking:
                 for text in {*options.choices(offered[flag])} - {"none", "true", "false"}:
                     assert flag == "--figure" or repr(text) in taken
 
-    def test_options_become_words_and_wrong_ones_are_refused(self):
+    def test_options_become_arguments_and_invalid_ones_are_rejected(self):
         run, products = Path("runs/a b"), {product.title: product for product in PRODUCTS}
         for title, texts, words in (
             ("Gait file", {}, "export 'runs/a b'"),
@@ -265,7 +265,7 @@ class TestMaking:
             assert problems.keys() == {name}
 
     @pytest.mark.parametrize("angles", [True, False])
-    def test_what_the_body_lacks_is_found_by_the_commands_own_checks(
+    def test_unsupported_products_are_found_by_the_checks_of_the_commands(
         self, angles, walk, puppets, gaitsim, monkeypatch
     ):
         run = walk()
@@ -277,9 +277,13 @@ class TestMaking:
             arguments = product.arguments(run, product.read({})[0])
             assert found[product].what in gaitsim(*arguments, code=2).stderr
         verbs = {product.command[0] for product in found}
-        assert verbs == {"plot", "export", *(() if angles else ("imitate",))}  # it has no archive
+        assert verbs == {
+            "plot",
+            "export",
+            *(() if angles else ("imitate",)),
+        }  # no archive
 
-    def test_the_form_makes_the_command_and_its_file_is_opened(self, walk, drive, monkeypatch):
+    def test_the_form_runs_its_command_and_opens_the_file(self, walk, drive, monkeypatch):
         path = walk("two words")
         monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ())
 
@@ -299,7 +303,7 @@ class TestMaking:
             await driver.at("Home")
             await driver.until(lambda: list((path / "exports").glob("*.csv")))
             await driver.until(lambda: driver.app.tasks.all[0].state == "done")
-            assert "Done" in driver.told()
+            assert "Done" in driver.notifications()
             await driver.press("t")
             await driver.at("TaskList")
             [file] = (path / "exports").glob("*.csv")
@@ -310,7 +314,7 @@ class TestMaking:
             assert driver.app.clipboard == line[2:]
             assert "tasks.stop" not in driver.offered()
             await driver.press("enter")
-            await driver.until(lambda: "No program to open the file" in driver.told())
+            await driver.until(lambda: "No program to open the file" in driver.notifications())
             assert driver.app.clipboard == str(file.absolute())
             with monkeypatch.context() as browser:
                 sent = []
@@ -325,7 +329,7 @@ class TestMaking:
 
         drive(test)
 
-    def test_every_format_of_exports_can_be_made(self):
+    def test_every_export_format_has_a_product(self):
         made = {product.command[2] for product in PRODUCTS if product.command[1:2] == ("--format",)}
         assert made | {*get_args(GaitFormat)} >= {*FORMATS}
 
@@ -337,11 +341,11 @@ class TestMaking:
         async def test(driver):
             task = Task(("export",), state="done", files=[page], opens=True)
             driver.app._task_changed(task)
-            await driver.until(lambda: "No program to open the file" in driver.told())
+            await driver.until(lambda: "No program to open the file" in driver.notifications())
             monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ("true",))
-            await hand_over(driver.app, page)  # one that came with a run
-            await driver.until(lambda: "may contain scripts" in driver.told())
-            assert "Opened" not in driver.told()
+            await hand_over(driver.app, page)  # a page that came with a run
+            await driver.until(lambda: "may contain scripts" in driver.notifications())
+            assert "Opened" not in driver.notifications()
             assert driver.app.clipboard == str(page.absolute())
             shown = []
             monkeypatch.setattr(type(driver.app), "is_web", True)
@@ -366,7 +370,7 @@ class TestMaking:
             assert screen.query_one("#files").row_count == 1
             file.unlink()
             await driver.press("enter")
-            await driver.until(lambda: "file not found" in driver.told())
+            await driver.until(lambda: "file not found" in driver.notifications())
             await driver.press("e")
             await driver.at("ExportDialog")
             await driver.press("escape")
@@ -376,7 +380,7 @@ class TestMaking:
         drive(test)
 
     @pytest.mark.slow
-    def test_what_a_body_lacks_is_shown_and_not_made(self, walk, drive):
+    def test_an_unsupported_product_shows_the_reason_and_cannot_be_exported(self, walk, drive):
         path = walk()
 
         async def test(driver):
@@ -385,11 +389,11 @@ class TestMaking:
             menu = dialog.query_one("#products")
             at = next(n for n, one in enumerate(PRODUCTS) if one.title == "Footfalls")
             menu.highlighted = menu.get_option_index(str(at))
-            await driver.press("enter")  # before it is known that it has no feet
+            await driver.press("enter")  # before the check finds that it has no feet
             await driver.until(
                 lambda: any("has no feet" in str(one.render()) for one in dialog.query(Static))
             )
-            await driver.pilot.click("#products", offset=(4, 5))  # a click shows, a second makes
+            await driver.pilot.click("#products", offset=(4, 5))  # selects
             await driver.until(lambda: "--kind terms" in driver.text("#export-command"))
             assert driver.screen is dialog
             assert not driver.app.tasks.all
@@ -401,7 +405,7 @@ class TestMaking:
             await driver.until(lambda: "runs" in [one.option.key for one in dialog.query(Field)])
             runs = dialog.query(Field).first()
             assert dialog.query_one("#make").disabled
-            assert not runs.has_class("-wrong")  # before anything is typed or asked for
+            assert not runs.has_class("-wrong")  # before anything is typed or submitted
             await driver.press("enter")
             await driver.until(lambda: runs.has_class("-wrong"))
             assert driver.app.focused is runs.query_one("Input")
@@ -410,7 +414,7 @@ class TestMaking:
 
         drive(test)
 
-    def test_a_task_runs_again(self, here, drive, monkeypatch):
+    def test_a_task_can_be_repeated(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("raise SystemExit('no [b]luck')")
         monkeypatch.setenv("PYTHONPATH", str(here))
 
@@ -428,7 +432,7 @@ class TestMaking:
 
         drive(test)
 
-    def test_what_makes_no_file_has_no_path_to_copy(self, here, drive, monkeypatch):
+    def test_a_task_without_files_has_no_path_to_copy(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("print('Terms:'); print('• constant')")
         monkeypatch.setenv("PYTHONPATH", str(here))
 
@@ -438,12 +442,12 @@ class TestMaking:
             await driver.at("TaskList")
             await driver.until(lambda: driver.app.tasks.all[0].state == "done")
             await driver.until(lambda: "• constant" in driver.text("#task-text"))
-            assert "Done" not in driver.told()  # the list says so
+            assert "Done" not in driver.notifications()  # the task list shows it
             assert "tasks.copy" not in driver.offered()
 
         drive(test)
 
-    def test_long_lines_and_commands_are_shown_whole(self, here, drive, monkeypatch):
+    def test_long_lines_and_commands_are_wrapped(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("print('word ' * 40 + 'end' + '/path' * 40)")
         monkeypatch.setenv("PYTHONPATH", str(here))
 
@@ -461,17 +465,17 @@ class TestMaking:
 
         drive(test)
 
-    def test_what_fails_is_told_and_its_message_kept(self, here, drive):
+    def test_a_failure_is_reported_and_its_message_kept(self, here, drive):
         async def test(driver):
             driver.app.start_task(["export", "no [b]where"])
-            await driver.until(lambda: "there is no run 'no [b]where'" in driver.told())
+            await driver.until(lambda: "there is no run 'no [b]where'" in driver.notifications())
             driver.app.action_tasks()
             await driver.at("TaskList")
             await driver.until(lambda: "there is no run 'no [b]where'" in driver.text("#task-text"))
 
         drive(test)
 
-    def test_quitting_asks_and_stops_what_is_made(self, here, drive, monkeypatch):
+    def test_quitting_asks_and_stops_running_tasks(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("import time; print('begun', flush=True); time.sleep(60)")
         monkeypatch.setenv("PYTHONPATH", str(here))
 

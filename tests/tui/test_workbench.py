@@ -1,6 +1,6 @@
-"""A day at the workbench: the same tasks by the keyboard alone and by the mouse alone.
+"""Whole sessions in the app, with the keyboard alone and with the mouse alone.
 
-Text is typed in both: a mouse has no letters.
+In both, text is typed.
 """
 
 import re
@@ -18,52 +18,52 @@ pytestmark = pytest.mark.slow
 RUN = Path("runs/walk")
 
 
-def shown(app):
-    """The rows of text on the screen."""
+def screen_rows(app):
+    """Return the rows of text on the screen."""
     compositor = app.screen._compositor
     return ["".join(segment.text for segment in strip) for strip in compositor.render_strips()]
 
 
-def place(app, words, *, last=False):
-    """Where words stand on the screen, or in its last row, as cells; None where they do not."""
+def find_text(app, words, *, last=False):
+    """Return the column and row of words on the screen, or in its last row; or None."""
     pattern = re.compile(rf"(?<!\w){re.escape(words)}(?!\w)")
-    for row, line in [*enumerate(shown(app))][-1 if last else 0 :]:
+    for row, line in [*enumerate(screen_rows(app))][-1 if last else 0 :]:
         found = pattern.search(line)
         if found:
             return found.start() + len(words) // 2, row
     return None
 
 
-class Hand:
-    """One who looks at the screen, and acts on what stands there."""
+class User:
+    """A user who reads the screen and acts on its text."""
 
     def __init__(self, driver):
         self.driver, self.app, self.pilot = driver, driver.app, driver.pilot
 
     async def at(self, kind):
-        """Wait for a screen of that class."""
+        """Wait for a screen of a class."""
         await self._until(lambda: type(self.app.screen).__name__ == kind, kind)
 
     async def sees(self, words):
-        """Wait until words stand on the screen."""
-        await self._until(lambda: place(self.app, words), words)
+        """Wait until words are on the screen."""
+        await self._until(lambda: find_text(self.app, words), words)
 
     async def _until(self, holds, what):
         try:
             await self.driver.until(holds, 30)
         except TimeoutError:
-            pytest.fail("\n".join([f"{what!r} is not there:", *shown(self.app)]))
+            pytest.fail("\n".join([f"{what!r} is not shown:", *screen_rows(self.app)]))
 
     async def write(self, text):
         await self.driver.type(text)
 
     async def click(self, words, *, times=1):
         await self.sees(words)
-        await self.pilot.click(offset=place(self.app, words), times=times)
+        await self.pilot.click(offset=find_text(self.app, words), times=times)
         await self.pilot.pause()
 
 
-class Keyboard(Hand):
+class Keyboard(User):
     async def do(self, key, _word):
         """Press the key of an action."""
         await self.driver.press(key)
@@ -85,11 +85,11 @@ class Keyboard(Hand):
         await self.driver.press("enter")
 
     async def take(self, _words):
-        """Take the first suggestion."""
+        """Accept the first suggestion."""
         await self.driver.press("down", "enter")
 
     async def agree(self, _words):
-        """Take what a dialog proposes."""
+        """Accept the proposal of a dialog."""
         await self.driver.press("enter")
 
     async def confirm(self, key, _words):
@@ -102,22 +102,22 @@ class Keyboard(Hand):
         await self.driver.press(key)
 
 
-class Mouse(Hand):
+class Mouse(User):
     async def do(self, key, word):
-        """Click an action in the footer, or in the help where the footer has no room."""
+        """Click an action in the footer, or in the help if the footer is full."""
         active = self.app.screen.active_bindings.values()
         about = next(one.binding.tooltip for one in active if one.binding.description == word)
         about = " ".join(about.split()[1:3]).rstrip(",")
-        for _ in range(60):  # the footer is made anew when other keys work
-            before = shown(self.app)[-1]
+        for _ in range(60):  # the footer is rebuilt when the available keys change
+            before = screen_rows(self.app)[-1]
             await self.pilot.pause(0.3)
-            if before == shown(self.app)[-1] and (self._at("More") or self._at("Help")):
+            if before == screen_rows(self.app)[-1] and (self._at("More") or self._at("Help")):
                 break
         if not await self._foot(word):
             assert await self._foot("More") or await self._foot("Help")
             await self.at("Help")
             for _ in range(40):
-                if place(self.app, about):
+                if find_text(self.app, about):
                     break
                 down = [MouseScrollDown]
                 await self.pilot._post_mouse_events(down, "#help", offset=(5, 5))
@@ -126,7 +126,7 @@ class Mouse(Hand):
         await self.pilot.pause()
 
     async def _foot(self, word):
-        """Click a word of the footer; return whether it is there."""
+        """Click a word of the footer; return whether it was found."""
         found = self._at(word)
         if found:
             await self.pilot.click(offset=found)
@@ -134,11 +134,11 @@ class Mouse(Hand):
         return found is not None
 
     def _at(self, word):
-        return place(self.app, word, last=True)
+        return find_text(self.app, word, last=True)
 
     async def mark(self, name):
         await self.sees(name)
-        _, row = place(self.app, name)
+        _, row = find_text(self.app, name)
         await self.pilot.click(offset=(1, row))
         await self.pilot.pause()
 
@@ -161,153 +161,153 @@ class Mouse(Hand):
         await self.click(word)
 
 
-async def at_rest(hand, name, state):
+async def at_rest(user, name, state):
     """Wait until home shows a run in a state."""
 
     def holds():
-        runs = {run.name: run for run in hand.app.screen.runs or ()}
+        runs = {run.name: run for run in user.app.screen.runs or ()}
         return name in runs and runs[name].state == state
 
-    await hand.driver.until(holds)
+    await user.driver.until(holds)
 
 
 @pytest.fixture(params=[(Keyboard, (120, 34)), (Mouse, (80, 24))], ids=["keyboard", "mouse"])
-def day(request, drive):
-    """Runs a task with one of the two hands on the app; the mouse where the footer is short."""
-    hand, size = request.param
+def run_task(request, drive):
+    """Return a function that runs a task with the keyboard, or with the mouse on a small screen."""
+    user, size = request.param
 
-    def day(task):
+    def run_task(task):
         async def test(driver):
-            await task(hand(driver))
+            await task(user(driver))
 
         drive(test, size=size)
 
-    return day
+    return run_task
 
 
-def test_steering(day, walk):
-    """A run is continued, left, found again, changed, forked and stopped."""
+def test_evolving(run_task, walk):
+    """Resume, leave, reopen, change, fork and stop a run."""
     walk("walk", 3, "organism.pause=0.01", generations=4000)
 
-    async def task(hand):
-        await hand.open("walk")
-        await hand.at("Live")
-        await hand.do("space", "Resume")
-        await hand.sees("Pause")
-        await hand.do("escape", "Back")
-        await hand.at("Home")
-        await at_rest(hand, "walk", "running")
-        await hand.open("walk")
-        await hand.at("Live")
-        await hand.sees("running")
-        await hand.do("c", "Change")
-        await hand.at("ChangeDialog")
-        await hand.write("pric")
-        await hand.sees("Continue typing")
-        await hand.take("fitness.price")
-        await hand.write("4")
-        await hand.sees("now 4.0")
-        await hand.agree("Change")
-        await hand.at("Live")
-        await hand.sees("stage 2")
-        await hand.do("f", "Fork")
-        await hand.at("ChangeDialog")
-        await hand.agree("Fork")
-        await hand.driver.until(lambda: evolving(Path("runs/walk-2")) == "running")
-        await hand.sees("walk-2")
-        await hand.do("s", "Stop")
-        await hand.sees("stopped")
-        await hand.do("escape", "Back")
-        await hand.sees("walk — puppet")
-        await hand.do("escape", "Back")
-        await hand.at("Home")
-        await hand.mark("walk")
-        await hand.do("x", "Stop")
-        await at_rest(hand, "walk", "stopped")
+    async def task(user):
+        await user.open("walk")
+        await user.at("Live")
+        await user.do("space", "Resume")
+        await user.sees("Pause")
+        await user.do("escape", "Back")
+        await user.at("Home")
+        await at_rest(user, "walk", "running")
+        await user.open("walk")
+        await user.at("Live")
+        await user.sees("running")
+        await user.do("c", "Change")
+        await user.at("ChangeDialog")
+        await user.write("pric")
+        await user.sees("Continue typing")
+        await user.take("fitness.price")
+        await user.write("4")
+        await user.sees("now 4.0")
+        await user.agree("Change")
+        await user.at("Live")
+        await user.sees("stage 2")
+        await user.do("f", "Fork")
+        await user.at("ChangeDialog")
+        await user.agree("Fork")
+        await user.driver.until(lambda: evolving(Path("runs/walk-2")) == "running")
+        await user.sees("walk-2")
+        await user.do("s", "Stop")
+        await user.sees("stopped")
+        await user.do("escape", "Back")
+        await user.sees("walk — puppet")
+        await user.do("escape", "Back")
+        await user.at("Home")
+        await user.mark("walk")
+        await user.do("x", "Stop")
+        await at_rest(user, "walk", "stopped")
 
-    day(task)
+    run_task(task)
     run = RunSnapshot(RUN)
     assert [str(change) for change in run.stages[1].changes]
     assert evolving(RUN) is evolving(Path("runs/walk-2")) is None
 
 
-def test_looking(day, walk):
-    """Runs are compared and replayed, a generation is chosen and with_failure, a file is made."""
+def test_comparing_replaying_and_exporting(run_task, walk):
+    """Compare and replay runs, choose and explain a generation, and export a file."""
     walk("walk", 5)
     walk("other", 4)
 
-    async def task(hand):
-        await hand.mark("walk")
-        await hand.mark("other")
-        await hand.do("c", "Compare")
-        await hand.at("Compare")
-        await hand.tool("m", "smooth")
-        await hand.sees("median of")
-        await hand.tool("0", "all")
-        await hand.tool("m", "smooth")
-        await hand.do("escape", "Back")
-        await hand.at("Home")
-        await hand.mark("walk")
-        await hand.mark("other")
-        await hand.open("walk")
-        await hand.at("Live")
-        await hand.do("r", "Replay")
-        await hand.at("Replay")
-        await hand.sees("generation 5")
-        await hand.do("left_square_bracket", "Generation")
-        await hand.do("g", "Go to")
-        await hand.at("Ask")
-        await hand.write("2")
-        await hand.agree("OK")
-        await hand.sees("generation 2")
-        await hand.do("w", "Why")
-        await hand.at("Why")
-        await hand.sees("reach")
-        await hand.do("escape", "Back")
-        await hand.do("e", "Export")
-        await hand.at("ExportDialog")
-        await hand.sees("--generation 2")
-        await hand.agree("Export")
-        await hand.driver.until(lambda: [*RUN.glob("exports/*")])
-        await hand.at("Replay")
-        await hand.do("escape", "Back")
-        await hand.at("Live")
-        await hand.do("escape", "Back")
-        await hand.at("Home")
+    async def task(user):
+        await user.mark("walk")
+        await user.mark("other")
+        await user.do("c", "Compare")
+        await user.at("Compare")
+        await user.tool("m", "smooth")
+        await user.sees("median of")
+        await user.tool("0", "all")
+        await user.tool("m", "smooth")
+        await user.do("escape", "Back")
+        await user.at("Home")
+        await user.mark("walk")
+        await user.mark("other")
+        await user.open("walk")
+        await user.at("Live")
+        await user.do("r", "Replay")
+        await user.at("Replay")
+        await user.sees("generation 5")
+        await user.do("left_square_bracket", "Generation")
+        await user.do("g", "Go to")
+        await user.at("Ask")
+        await user.write("2")
+        await user.agree("OK")
+        await user.sees("generation 2")
+        await user.do("w", "Why")
+        await user.at("Why")
+        await user.sees("reach")
+        await user.do("escape", "Back")
+        await user.do("e", "Export")
+        await user.at("ExportDialog")
+        await user.sees("--generation 2")
+        await user.agree("Export")
+        await user.driver.until(lambda: [*RUN.glob("exports/*")])
+        await user.at("Replay")
+        await user.do("escape", "Back")
+        await user.at("Live")
+        await user.do("escape", "Back")
+        await user.at("Home")
 
-    day(task)
+    run_task(task)
 
 
-def test_keeping(day, walk):
-    """Runs are verified, noted, found by a word of the note, and deleted."""
+def test_verifying_noting_and_deleting(run_task, walk):
+    """Verify runs, attach a note, find a run by its note, and delete runs."""
     walk("walk", 5)
     walk("other", 4)
 
-    async def task(hand):
-        await hand.open("walk")
-        await hand.at("Live")
-        await hand.do("v", "Verify")
-        await hand.at("Verify")
-        await hand.sees("identical")
-        await hand.do("escape", "Back")
-        await hand.at("Live")
-        await hand.do("escape", "Back")
-        await hand.at("Home")
-        await hand.do("N", "Note")
-        await hand.at("NoteDialog")
-        await hand.write("it walks")
-        await hand.confirm("ctrl+s", "Save")
-        await hand.at("Home")
-        await hand.do("slash", "Filter")
-        await hand.write("walks")
-        await hand.driver.until(lambda: not place(hand.app, "other"))
-        await hand.do("escape", "Back")
-        await hand.mark("walk")
-        await hand.mark("other")
-        await hand.do("d", "Delete")
-        await hand.at("Confirm")
-        await hand.confirm("y", "Delete")
-        await hand.driver.until(lambda: not RUN.exists())
+    async def task(user):
+        await user.open("walk")
+        await user.at("Live")
+        await user.do("v", "Verify")
+        await user.at("Verify")
+        await user.sees("identical")
+        await user.do("escape", "Back")
+        await user.at("Live")
+        await user.do("escape", "Back")
+        await user.at("Home")
+        await user.do("N", "Note")
+        await user.at("NoteDialog")
+        await user.write("it walks")
+        await user.confirm("ctrl+s", "Save")
+        await user.at("Home")
+        await user.do("slash", "Filter")
+        await user.write("walks")
+        await user.driver.until(lambda: not find_text(user.app, "other"))
+        await user.do("escape", "Back")
+        await user.mark("walk")
+        await user.mark("other")
+        await user.do("d", "Delete")
+        await user.at("Confirm")
+        await user.confirm("y", "Delete")
+        await user.driver.until(lambda: not RUN.exists())
 
-    day(task)
+    run_task(task)
     assert not Path("runs/other").exists()

@@ -90,7 +90,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         )
         self._folder = Input(placeholder=f"{run}-2", compact=True, id="change-out")
         self._options = OptionList(id="change-options")
-        self._message = Static("Reading the experiment …", id="change-said")
+        self._message = Static("Reading the experiment …", id="change-message")
         self._shell = Static(id="change-command", classes="command")
 
     def compose(self) -> ComposeResult:

@@ -32,7 +32,7 @@ HINTS = {
     "paused": "Paused. Space continues, n evolves one generation, c changes options, f forks.",
     "stopping": "Stopping after this generation; s again stops immediately.",
     "stopped": "Stopped. Space continues, c changes options first, g sets the goal.",
-    "elsewhere": "Another program is evolving this run; it can only be watched here. f forks a copy.",
+    "elsewhere": "Another program is evolving this run; you can only watch it here. f forks it.",
 }
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
 TITLES = (

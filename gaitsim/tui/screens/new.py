@@ -60,7 +60,8 @@ class New(GaitScreen):
     HELP_TEXT = """
 Start from a preset and change any option. Each tab is a part of the experiment, with the options
 that its plugin declares. Problems appear below the option as you type, and a ✗ marks the tab. Only
-plugins that work with the body are offered; choosing a different body also replaces parts that do not.
+plugins that work with the body are offered; choosing a different body also replaces parts that do
+not.
 
 The screen shows the equivalent **command** and the experiment **file**. / or Ctrl-F **searches**
 the options by words. Leaving the screen keeps your changes as a draft, which the next new run

@@ -76,7 +76,7 @@ The arrow keys and space choose the controller in command; the others fade out.
         & #steering-side { width: 31; border-left: solid $border-blurred; }
         & #steering-facts { height: auto; padding: 0 1; }
         & #steering-curve { height: 10; display: none; }
-        & #steering-said { height: auto; max-height: 3; padding: 0 1; background: $surface; }
+        & #steering-message { height: auto; max-height: 3; padding: 0 1; background: $surface; }
         &.-tall #steering-curve { display: block; }
         &.-wide #steering-side { width: 44; }
     }
@@ -110,7 +110,7 @@ The arrow keys and space choose the controller in command; the others fade out.
                 yield self.plan
                 with Vertical(id="steering-curve"):
                     yield self.curve
-        yield Static(id="steering-said")
+        yield Static(id="steering-message")
         yield Footer()
 
     @work(group="read")
@@ -119,7 +119,7 @@ The arrow keys and space choose the controller in command; the others fade out.
             self.drive = await self.in_thread(self._load)
         except GaitsimError as error:
             self.body.say(visible_lines(str(error)))
-            self.query_one("#steering-said").display = False
+            self.query_one("#steering-message").display = False
             return
         self._restart_clock()
         self.set_interval(1 / FPS, self._tick)
@@ -173,7 +173,7 @@ The arrow keys and space choose the controller in command; the others fade out.
         """Show how keys act, or why the flight has ended."""
         drive = self.drive
         assert drive is not None, "shown only after loading"
-        message = self.query_one("#steering-said", Static)
+        message = self.query_one("#steering-message", Static)
         key = SIGNS[drive.commands[0].key]
         if drive.ending:
             best = f" Best: {self._best:.1f} s." if self._best > drive.seconds else ""
