@@ -16,7 +16,7 @@ from gaitsim.cli.display import RESTING, Display, Row
 from gaitsim.cli.options import Json, RunName
 from gaitsim.cli.progress import display
 from gaitsim.cli.summary import summarise
-from gaitsim.live.background import evolving
+from gaitsim.live.background import background_state
 from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watching import RunWatcher
@@ -42,7 +42,7 @@ def attach(run: RunName, json: Json = False) -> None:
     gaitsim attach night --json > log.jsonl
     """
     path = find_evolved(run)
-    in_background = evolving(path) is not None
+    in_background = background_state(path) is not None
     if not in_background and not is_locked(path):
         raise at_rest(path)
     last = asyncio.run(_follow(path, json, in_background=in_background))
@@ -63,7 +63,7 @@ def attach(run: RunName, json: Json = False) -> None:
 async def _follow(path: Path, json: bool, *, in_background: bool) -> Snapshot:
     """Show a run until it ends or the user stops watching; return the last snapshot."""
     known = await asyncio.to_thread(RunWatcher(path).look)
-    process = RunProcess(path, known=known, begin=False) if in_background else None
+    process = RunProcess(path, initial=known, launch=False) if in_background else None
     follower = _Follower(path, display(path, known, json), known)
     following = asyncio.create_task(follower.follow(process or RunWatcher(path)))
     loop = asyncio.get_running_loop()
@@ -71,8 +71,8 @@ async def _follow(path: Path, json: bool, *, in_background: bool) -> Snapshot:
         loop.add_signal_handler(number, following.cancel)
     await asyncio.wait([following])
     if process is not None:
-        process.leave()
-        await process.ended()
+        process.disconnect()
+        await process.wait_ended()
     if not following.cancelled():
         following.result()
     return follower.last

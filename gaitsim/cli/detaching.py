@@ -8,13 +8,13 @@ from gaitsim.cli.summary import summarise
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Overrides
 from gaitsim.live.background import (
+    background_state,
     check_detached,
-    evolving,
     send,
     start_detached,
 )
-from gaitsim.live.places import places
 from gaitsim.live.protocol import Command
+from gaitsim.live.slots import slot_count
 from gaitsim.runs.background import DOES, background_process, last_failure, make_runtime_folder
 from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.resume import stop_reason_of
@@ -32,7 +32,7 @@ def check_detachable(dask: str | None) -> None:
             in the foreground starts and stops a cluster.
     """
     make_runtime_folder()
-    places()
+    slot_count()
     if dask is not None:
         raise GaitsimError(
             "--dask cannot be combined with --detach",
@@ -56,7 +56,7 @@ def evolve_detached(
     Raises:
         GaitsimError: the run cannot be evolved, or fails within the first second.
     """
-    if evolving(path) == "paused" and not overrides and generations is None:
+    if background_state(path) == "paused" and not overrides and generations is None:
         send(path, Command("go"))
         _report(path, "running", json)
         return
@@ -69,7 +69,7 @@ def evolve_detached(
         any_version=any_version,
     )
     end = time.monotonic() + FIRST_MOMENTS
-    while (state := evolving(path)) == "preparing" and time.monotonic() < end:
+    while (state := background_state(path)) == "preparing" and time.monotonic() < end:
         time.sleep(PERIOD)
     if state is not None:
         _report(path, state, json)
@@ -110,7 +110,7 @@ def find_evolved(reference: str) -> Path:
     """
     places = [Path(place) for place in (reference, RUNS / reference) if reference]
     for path in places:
-        if evolving(path):
+        if background_state(path):
             return path
     try:
         return find_run(reference)

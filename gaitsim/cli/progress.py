@@ -11,7 +11,7 @@ from gaitsim.cli.display import BEST_SHOWN, Display, Row, stage_line
 from gaitsim.cli.live_view import LiveView
 from gaitsim.evolution import Generation
 from gaitsim.experiment import Experiment
-from gaitsim.live.protocol import Best, Snapshot, ranked
+from gaitsim.live.protocol import Best, Snapshot, top_individuals
 from gaitsim.runs.files.history import island_bests, row
 
 
@@ -39,7 +39,7 @@ def snapshot_of(generation: Generation | None, experiment: Experiment, **more: A
         generations=generations,
         stage=progress.stage,
         evaluations=progress.evaluations,
-        top=ranked(generation.scores, generation.evaluation.terms, BEST_SHOWN),
+        top=top_individuals(generation.scores, generation.evaluation.terms, BEST_SHOWN),
         islands=bests,
         # A re-evaluated generation has no champion yet.
         champion=Best(found, progress.best_score, ()) if progress.stagnation >= 0 else None,

@@ -12,7 +12,7 @@ from gaitsim.cli.console import echo, notice, print_json, status
 from gaitsim.cli.detaching import at_rest, find_evolved
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.live.background import evolving, request_stop
+from gaitsim.live.background import background_state, request_stop
 from gaitsim.live.background import stop as stop_run
 from gaitsim.runs.background import background_processes, last_failure, make_runtime_folder
 from gaitsim.runs.files.folder import command
@@ -88,7 +88,7 @@ def _evolving(name: str) -> Path:
         RunError: the run is evolving elsewhere, or is not evolving.
     """
     path = find_evolved(name)
-    if evolving(path) is None:
+    if background_state(path) is None:
         RunLock(path).release()  # raises an error that names the process evolving it elsewhere
         raise at_rest(path)
     return path
@@ -98,7 +98,7 @@ def _wait(path: Path, json: bool) -> GaitsimError | None:
     """Wait until a run has stopped, and report it; return its failure if it failed."""
     try:
         with status(f"Stopping {path} after its current generation …"):
-            if evolving(path) is not None:
+            if background_state(path) is not None:
                 stop_run(path)
     except KeyboardInterrupt:
         notice(f"{path} will stop after its current generation.")

@@ -3,13 +3,13 @@
     a program             commands, one JSON object per line ──▶ stdin  python -m gaitsim.live RUN
                           ◀── snapshots, one JSON object per line stdout
 
-    RunProcess, in        commands ──▶ a Unix socket    python -m gaitsim.live --listen RUN
-    any number of places  ◀── snapshots
+    RunProcess, in any    commands ──▶ a Unix socket    python -m gaitsim.live --listen RUN
+    number of programs    ◀── snapshots
 
 With `--listen` the process detaches from its parent, outlives it, and accepts commands from any
-client of its socket in a private folder of the user (`gaitsim.runs.background`). A new client first
-receives a snapshot with everything but the rows, which are in the run's folder. A client that
-disconnects, or does not read for two seconds, does not affect the run.
+client of its socket, which is in a private folder of the user (`gaitsim.runs.background`). A new
+client first receives a snapshot with all keys but `rows`; the rows are in the run's folder. A
+client that disconnects, or does not read for two seconds, does not affect the run.
 
 Commands:
 
@@ -17,12 +17,12 @@ Commands:
     {"do": "go"}                                       continue after a pause
     {"do": "step"}                                     evolve one generation, then pause
     {"do": "set", "values": {"mutation.rate": 0.1}}    change options between two generations, as
-                                                       a stage; "typed" instead of "values" takes
-                                                       texts as --set does
+                                                       a stage; "typed" instead of "values" holds
+                                                       texts in the syntax of --set
     {"do": "stop"}                                     save and stop after the current generation
 
-SIGTERM and the end of standard input act as `stop`. SIGINT is ignored, as Ctrl-C in a terminal is
-meant for the program in the foreground. Lines that are not commands are ignored.
+SIGTERM and the end of standard input act as `stop`. SIGINT is ignored, because Ctrl-C in a
+terminal is meant for the program in the foreground. Lines that are not commands are ignored.
 
 A snapshot is written after each change, at most twenty times a second. Its keys are as follows;
 those after `generations_per_second` appear only if they have changed:
@@ -37,7 +37,7 @@ those after `generations_per_second` appear only if they have changed:
     evaluations   number of individuals evaluated so far
     evaluations_per_second, generations_per_second  current speed; 0 while the search is idle
     rows          history of the generations since the last snapshot: {column: [numbers]}; for a
-                  slow reader the oldest rows are omitted, but remain in the run's folder
+                  slow reader the oldest rows are omitted; the run's folder holds all
     top           best individuals of the last generation, best first:
                   [{"score": number, "terms": {term: number}}]
     islands       best score of each island in the last generation: [numbers]; only with several

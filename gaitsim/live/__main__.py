@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from gaitsim.live.commands import CommandQueue
     from gaitsim.live.reporter import Reporter
 
-Connected = tuple["CommandQueue", "Reporter"]
+Connection = tuple["CommandQueue", "Reporter"]
 
 
 def main() -> int:
-    """Evolve the run; return 0, or 2 if that failed."""
+    """Evolve the run; return the exit code: 0, or 2 after an error."""
     parser = argparse.ArgumentParser("python -m gaitsim.live", allow_abbrev=False)
     parser.add_argument("run", type=Path)
     parser.add_argument("--listen", action="store_true")
@@ -30,33 +30,33 @@ def main() -> int:
     parser.add_argument("--set", action="append", default=[], dest="overrides")
     parser.add_argument("--paused", action="store_true")
     parser.add_argument("--any-version", action="store_true")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
 
-    # First, as Ctrl-C may arrive while the libraries are being loaded.
+    # Done first, because Ctrl-C may arrive while libraries are imported.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if given.listen and os.fork() > 0:
-        # The child is orphaned, so the process that started it need not wait for it.
+    if arguments.listen and os.fork() > 0:
+        # The child is orphaned, so the program that started it need not wait for it.
         os._exit(0)
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import parse_assignments
     from gaitsim.live.session import evolve_live
 
     try:
-        connected = _on_socket if given.listen else _on_stdio
-        with connected(given.run, paused=given.paused) as (commands, reporter):
+        connect = _connect_socket if arguments.listen else _connect_stdio
+        with connect(arguments.run, paused=arguments.paused) as (commands, reporter):
             try:
-                overrides = parse_assignments(given.overrides)
+                overrides = parse_assignments(arguments.overrides)
             except GaitsimError as error:
                 reporter.state("failed", error=error)
                 return 2
             state = evolve_live(
-                given.run,
+                arguments.run,
                 commands,
                 reporter,
                 overrides=overrides,
-                generations=given.generations,
-                workers=given.workers,
-                any_version=given.any_version,
+                generations=arguments.generations,
+                workers=arguments.workers,
+                any_version=arguments.any_version,
             )
     except GaitsimError as error:  # the socket cannot be opened
         print(json.dumps({"error": error.to_dict()}), flush=True)  # noqa: T201
@@ -65,7 +65,7 @@ def main() -> int:
 
 
 @contextmanager
-def _on_stdio(_run: Path, *, paused: bool) -> Iterator[Connected]:
+def _connect_stdio(_run: Path, *, paused: bool) -> Iterator[Connection]:
     """Read commands from standard input until it ends, and report to standard output."""
     source, sink = isolate_stdio()
     from gaitsim.live.commands import CommandQueue
@@ -74,37 +74,38 @@ def _on_stdio(_run: Path, *, paused: bool) -> Iterator[Connected]:
     commands = CommandQueue(paused=paused)
     stop = _stop_on_sigterm(commands)
     commands.listen(lines(source))
-    yield commands, Reporter(partial(write_all, sink), lost=stop)
+    yield commands, Reporter(partial(write_all, sink), on_disconnect=stop)
 
 
 @contextmanager
-def _on_socket(run: Path, *, paused: bool) -> Iterator[Connected]:
+def _connect_socket(run: Path, *, paused: bool) -> Iterator[Connection]:
     """Accept commands from any client of a socket, and report to all clients."""
     from gaitsim.live.commands import CommandQueue
     from gaitsim.live.hub import Hub
-    from gaitsim.live.places import Place, places
     from gaitsim.live.presence import Presence
     from gaitsim.live.reporter import Reporter
+    from gaitsim.live.slots import Slot, slot_count
     from gaitsim.runs.background import make_runtime_folder
 
-    place = Place(make_runtime_folder(), places())
+    slot = Slot(make_runtime_folder(), slot_count())
     presence = Presence(run)
-    commands = CommandQueue(paused=paused, place=place, check=presence.check)
+    commands = CommandQueue(paused=paused, slot=slot, check=presence.check)
     _stop_on_sigterm(commands)
-    hub = Hub(presence.listener, commands, presence.tend)
-    reporter = Reporter(hub.write, on_state=presence.note)
-    hub.serve(reporter.everything)
+    hub = Hub(presence.listener, commands, presence.maintain)
+    reporter = Reporter(hub.write, on_state=presence.publish_state)
+    hub.serve(reporter.full_snapshot)
     with suppress(OSError):  # the parent process has ended
         print(json.dumps({"pid": os.getpid()}), flush=True)  # noqa: T201
     presence.redirect()
     try:
         yield commands, reporter
     finally:
-        place.leave()
+        slot.release()
         hub.close()
 
 
 def _stop_on_sigterm(commands: "CommandQueue") -> Callable[[], None]:
+    """Queue a `stop` on SIGTERM; return the function that queues it."""
     from gaitsim.live.protocol import Command
 
     def stop(*_: object) -> None:

@@ -26,13 +26,13 @@ from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import text
 
-STARTING = 60.0  # seconds
-ANSWERING = 5.0  # seconds
-PERIOD = 0.05  # seconds between two checks whether a process has ended
+START_TIMEOUT = 60.0  # seconds
+ANSWER_TIMEOUT = 5.0  # seconds
+PERIOD = 0.05  # seconds between two checks for the end of a process
 
 
-def evolving(run: Path) -> State | None:
-    """Return the state of the process that evolves a run in the background; None without one."""
+def background_state(run: Path) -> State | None:
+    """Return the state of the process that evolves a run in the background, or None."""
     found = background_process(run)
     return found.state if found else None
 
@@ -49,6 +49,7 @@ def check_detached(
     Raises:
         ExperimentError: the experiment has problems, with or without the overrides.
         RunError: a process already evolves the run, or it cannot continue with these options.
+        GaitsimError: the run uses Python code that another process cannot import.
     """
     RunLock(run).release()
     found = RunSnapshot(run, keep_damaged=True)
@@ -57,7 +58,7 @@ def check_detached(
         raise GaitsimError(
             f"the {entry} cannot be sent to another process",
             where=entry.target,
-            remedy="evolve the run in this one: run.resume()",
+            remedy="evolve the run in this process: run.resume()",
         )
 
 
@@ -70,7 +71,7 @@ def start_detached(
     paused: bool = False,
     any_version: bool = False,
 ) -> int:
-    """Evolve a run in its own process, which outlives this one; return its process id.
+    """Evolve a run in its own process, which outlives this one; return its process ID.
 
     The run starts immediately, or is queued while as many runs evolve in the background as there
     are cores. Later failures are reported to its clients and by
@@ -90,16 +91,16 @@ def start_detached(
     """
     if sys.platform == "win32":
         raise GaitsimError(
-            "runs cannot evolve in the background on Windows", remedy="leave out --detach"
+            "cannot evolve runs in the background on Windows", remedy="omit --detach"
         )
     arguments = [
         *([f"--generations={generations}"] if generations is not None else []),
         *([f"--workers={workers}"] if workers is not None else []),
-        *(f"--set={key}={_typed(value)}" for key, value in (overrides or {}).items()),
+        *(f"--set={key}={_as_typed(value)}" for key, value in (overrides or {}).items()),
         *(["--paused"] if paused else []),
         *(["--any-version"] if any_version else []),
     ]
-    said = b""
+    errors = b""
     try:
         done = subprocess.run(
             [sys.executable, "-m", "gaitsim.live", "--listen", *arguments, "--", str(run)],
@@ -107,14 +108,14 @@ def start_detached(
             capture_output=True,
             start_new_session=True,  # keeps Ctrl-C and SIGHUP from the child
             check=False,
-            timeout=STARTING,
+            timeout=START_TIMEOUT,
         )
-        said = done.stderr
+        errors = done.stderr
         answer = json.loads(done.stdout)
     except (OSError, subprocess.TimeoutExpired, ValueError) as error:
-        reason = next(iter(said.decode(errors="replace").strip().splitlines()[-1:]), str(error))
+        reason = next(iter(errors.decode(errors="replace").strip().splitlines()[-1:]), str(error))
         raise GaitsimError(
-            f"the process that evolves the run cannot be started: {reason}", where=str(run)
+            f"cannot start the background process of the run: {reason}", where=str(run)
         ) from None
     if "error" in answer:
         raise error_from_dict(answer["error"])
@@ -149,9 +150,9 @@ def stop(run: Path, timeout: float | None = None) -> bool:
 
 
 def request_stop(run: Path) -> BackgroundProcess | None:
-    """Stop a run in the background after its current generation; return its process.
+    """Ask a background run to stop after its current generation; return its process, if any.
 
-    A signal reaches a process even while it accepts no commands.
+    A signal is sent, because it arrives even while the process does not accept commands.
     """
     found = background_process(run)
     if found is not None:
@@ -170,16 +171,17 @@ def send(run: Path, *commands: Command) -> None:
             socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client,
             address(runtime_file(run, SOCKET)) as name,
         ):
-            client.settimeout(ANSWERING)
+            client.settimeout(ANSWER_TIMEOUT)
             client.connect(name)
             client.sendall(b"".join(map(write_command, commands)))
-            # Closing a connection before everything is read would reset it.
+            # Closing before everything is read would reset the connection and lose commands.
             client.shutdown(socket.SHUT_WR)
             while client.recv(65536):
                 pass
     except OSError as error:
         raise RunError(
-            f"the process of the run {run} accepts no commands: {error.strerror or error}",
+            f"the background process of the run {run} does not accept commands: "
+            f"{error.strerror or error}",
             remedy="list the runs and their states with 'gaitsim runs'",
         ) from None
 
@@ -196,6 +198,6 @@ def _signal(pid: int, number: signal.Signals) -> None:
         os.kill(pid, number)
 
 
-def _typed(value: Any) -> str:
+def _as_typed(value: Any) -> str:
     """Return a value in the syntax of `--set`."""
     return value if isinstance(value, Typed) else text(value)

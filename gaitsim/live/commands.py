@@ -10,27 +10,27 @@ from typing import Protocol
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Command, State, read_command
 
-PERIOD = 0.4  # seconds between two checks for a free place, and for the run's folder
+PERIOD = 0.4  # seconds between two checks for a free slot, and for the run's folder
 
 
-class Place(Protocol):
-    """A permit to evolve, if only some runs may evolve at a time."""
+class Slot(Protocol):
+    """A permit to evolve, where the number of concurrent runs is limited."""
 
-    def take(self) -> bool:
-        """Return whether the run may evolve; if not, call it again later."""
+    def try_acquire(self) -> bool:
+        """Return whether the run may evolve now; otherwise, the caller tries again later."""
 
-    def leave(self) -> None:
-        """Let another run evolve."""
+    def release(self) -> None:
+        """Give the slot up, so that another run may evolve."""
 
 
-class OwnPlace:
-    """The place of a run that does not compete with others."""
+class UnlimitedSlot:
+    """A slot that is always free, for a run that does not compete with others."""
 
-    def take(self) -> bool:
+    def try_acquire(self) -> bool:
         """Return True."""
         return True
 
-    def leave(self) -> None:
+    def release(self) -> None:
         """Do nothing."""
 
 
@@ -39,7 +39,7 @@ class CommandQueue:
 
     Args:
         paused: whether the search starts paused.
-        place: place that is taken while the search runs.
+        slot: slot that the run holds while its search runs; None for no limit.
         check: function called before each generation, and occasionally while the search is idle;
             raises a GaitsimError if the run cannot continue.
     """
@@ -48,24 +48,24 @@ class CommandQueue:
         self,
         *,
         paused: bool = False,
-        place: Place | None = None,
+        slot: Slot | None = None,
         check: Callable[[], object] | None = None,
     ) -> None:
         self.paused = paused
-        self._place = place or OwnPlace()
-        self._check, self._checked = check or (lambda: None), check is not None
+        self._slot = slot or UnlimitedSlot()
+        self._check, self._has_check = check or (lambda: None), check is not None
         self._commands: queue.SimpleQueue[Command] = queue.SimpleQueue()
         self._later: deque[Command] = deque()
         self._step = False
 
     def cause(self, error: GaitsimError) -> GaitsimError:
-        """Return the underlying reason why the run cannot continue, or else the error itself.
+        """Return the reason why the run cannot continue, such as a deleted folder, or else `error`.
 
-        While a folder is being deleted, missing files cause other errors first.
+        While a folder is being deleted, its missing files cause other errors first.
         """
         try:
             self._check()
-            time.sleep(PERIOD if self._checked else 0.0)
+            time.sleep(PERIOD if self._has_check else 0.0)
             self._check()
         except GaitsimError as cause:
             return cause
@@ -84,16 +84,16 @@ class CommandQueue:
                     command = read_command(line)
                     if command is not None:
                         self.add(command)
-            except (OSError, ValueError):  # a broken stream ends the commands too
+            except (OSError, ValueError):  # treat a broken stream like the end of the lines
                 pass
             self.add(Command("stop"))
 
         threading.Thread(target=read, daemon=True).start()
 
-    def turn(self, on_state: Callable[[State], None]) -> bool:
-        """Wait until a run that is not open yet may evolve; return False on a `stop`.
+    def wait_for_slot(self, on_state: Callable[[State], None]) -> bool:
+        """Wait for a slot before the run is opened; return False on a `stop`.
 
-        A `set` is kept for `next`.
+        A `set` is queued for `next`.
 
         Args:
             on_state: function called with `queued` or `paused` during the wait.
@@ -101,11 +101,11 @@ class CommandQueue:
         Raises:
             GaitsimError: the run cannot continue.
         """
-        resting, reported = False, ""
-        while resting or not self._place.take():
-            if resting:
-                self._place.leave()
-            reported = _report("paused" if resting else "queued", reported, on_state)
+        on_hold, reported = False, ""
+        while on_hold or not self._slot.try_acquire():
+            if on_hold:
+                self._slot.release()
+            reported = _report("paused" if on_hold else "queued", reported, on_state)
             self._check()
             command = self._get(PERIOD)
             if command is None:
@@ -116,7 +116,7 @@ class CommandQueue:
                 case "set":
                     self._later.append(command)
                 case verb:
-                    resting = self.paused = verb == "pause"
+                    on_hold = self.paused = verb == "pause"
                     self._step = verb == "step"
         return True
 
@@ -133,24 +133,25 @@ class CommandQueue:
         reported = ""
         while True:
             self._check()
-            waits = True
+            waiting = True
             if self.paused and not self._step:
-                self._place.leave()
+                self._slot.release()
                 reported = _report("paused", reported, on_state)
-            elif not self._place.take():
+            elif not self._slot.try_acquire():
                 reported = _report("queued", reported, on_state)
             elif self._step and not self._later:
                 self._step, self.paused = False, True
                 break
             else:
-                waits = False
-            command = self._later.popleft() if self._later else self._get(PERIOD if waits else 0.0)
+                waiting = False
+            seconds = PERIOD if waiting else 0.0
+            command = self._later.popleft() if self._later else self._get(seconds)
             if command is not None and command.do in ("stop", "set"):
                 return command
             if command is not None:
                 self._step = command.do == "step"
                 self.paused = self.paused if self._step else command.do == "pause"
-            elif not waits:
+            elif not waiting:
                 break
         on_state("running")
         return None
@@ -164,7 +165,7 @@ class CommandQueue:
 
 
 def _report(state: State, reported: str, on_state: Callable[[State], None]) -> str:
-    """Report a state unless it was the last one reported; return it."""
+    """Report a state unless it is `reported`, the last one; return it."""
     if state != reported:
         on_state(state)
     return state

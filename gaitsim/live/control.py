@@ -1,4 +1,4 @@
-"""A run on disk that is evolved in the background."""
+"""Methods of a run on disk that evolve it in the background."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +11,7 @@ from gaitsim.runs.overview import State, overview
 
 
 class BackgroundControls:
-    """A run on disk, with the methods that evolve it in the background.
+    """The methods of a run that evolve it in the background.
 
     Attributes:
         path: folder of the run.
@@ -21,13 +21,13 @@ class BackgroundControls:
 
     @property
     def state(self) -> State | None:
-        """The state in `gaitsim runs`, such as `running`; None if the folder is gone."""
+        """The state in `gaitsim runs`, such as `running`; None if the folder does not exist."""
         found = overview(self.path)
         return found.state if found else None
 
     @property
     def failure(self) -> GaitsimError | None:
-        """The error of its last process in the background; None if that did not fail."""
+        """The error of its last process in the background; None if it did not fail."""
         return last_failure(self.path)
 
     def detach(
@@ -41,7 +41,8 @@ class BackgroundControls:
 
         Args:
             generations: last generation to evolve, counted from 1; None for the planned one.
-            set: options to change from here on, by key; a change of results starts a stage.
+            set: options to change from the next generation on, by key; if they affect results, a
+                new stage starts.
             workers: number of parallel workers; None for the body's default.
 
         Raises:

@@ -13,12 +13,12 @@ from gaitsim.runs.stages import RunStage
 def events_in(
     history: HistoryBuffer, stages: Sequence[RunStage], kept: Collection[int], first: int = 1
 ) -> list[Event]:
-    """Return new best scores, saved champions and stages from a generation on, in order.
+    """Return the new best scores, saved champions and stages of a run, in order.
 
     Args:
         history: history of the run.
         stages: stages of the run.
-        kept: generations with the file of a champion.
+        kept: generations whose champions are saved in files.
         first: first generation to report.
     """
     found = [

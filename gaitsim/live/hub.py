@@ -11,28 +11,29 @@ from gaitsim.live.commands import CommandQueue
 from gaitsim.live.protocol import read_command
 
 LONGEST_COMMAND = 2**20  # bytes
-PATIENCE = 2.0  # seconds that a client may leave lines unread
-TENDED_EVERY = 5.0  # seconds
+PATIENCE = 2.0  # seconds for which a client may leave lines unread
+MAINTENANCE_PERIOD = 5.0  # seconds
 
 
 class Hub:
-    """Sends lines to all clients and receives their commands, in its own thread.
+    """A server that sends lines to all clients and receives their commands, in its own thread.
 
-    Clients may disconnect at any time. A client that does not read is dropped and may reconnect.
+    Clients may disconnect at any time. A client that does not read is disconnected, and may
+    reconnect.
 
     Args:
         listener: listening socket.
         commands: queue for the commands of all clients.
-        tend: function called every few seconds.
+        maintain: function called every few seconds, for housekeeping.
     """
 
     def __init__(
         self,
         listener: socket.socket,
         commands: CommandQueue,
-        tend: Callable[[], object] = lambda: None,
+        maintain: Callable[[], object] = lambda: None,
     ) -> None:
-        self._listener, self._commands, self._tend = listener, commands, tend
+        self._listener, self._commands, self._maintain = listener, commands, maintain
         self._greeting: Callable[[], bytes] = bytes
         self._clients: dict[asyncio.StreamWriter, float | None] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -52,7 +53,7 @@ class Hub:
             self._loop.call_soon_threadsafe(self._send, line)
 
     def close(self) -> None:
-        """Send the remaining lines, with a time limit, and end."""
+        """Send the remaining lines, within a time limit, and stop serving."""
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._closing.set)
         self._thread.join(2 * PATIENCE)
@@ -64,9 +65,9 @@ class Hub:
         )
         self._ready.set()
         while not self._closing.is_set():
-            self._tend()
+            self._maintain()
             with suppress(TimeoutError):
-                await asyncio.wait_for(self._closing.wait(), TENDED_EVERY)
+                await asyncio.wait_for(self._closing.wait(), MAINTENANCE_PERIOD)
         server.close()
         with suppress(TimeoutError):
             await asyncio.wait_for(self._finish(), PATIENCE)
@@ -81,7 +82,7 @@ class Hub:
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(self._greeting())
         self._clients[writer] = None
-        # A line that is too long ends the connection too.
+        # A line that is too long raises a ValueError; it ends the connection, too.
         with suppress(OSError, ValueError):
             while line := await reader.readline():
                 command = read_command(line)

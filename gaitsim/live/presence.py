@@ -12,25 +12,28 @@ from filelock import FileLock, Timeout
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.background import (
+    DOES,
     FAILURE,
     LOCK,
     LOG,
     SOCKET,
     STATUS,
+    VARIABLE,
     background_process,
     identity,
     in_background,
     make_runtime_folder,
     runtime_file,
 )
+from gaitsim.runs.files.folder import deleted_or_moved
 
-WAITING = 32  # backlog of connecting clients
-LONGEST_ADDRESS = 100  # bytes; 104 on macOS, 108 on Linux
+BACKLOG = 32  # clients that may wait to be connected
+LONGEST_ADDRESS = 100  # bytes; the limit is 104 on macOS, 108 on Linux
 LONGEST_LOG = 2**20  # bytes
 
 
 class Presence:
-    """Makes this process visible to others, from the start until a state that ends it.
+    """The files that make this process visible to others, until it publishes a final state.
 
     Args:
         run: folder of the run that this process evolves.
@@ -40,7 +43,7 @@ class Presence:
 
     Raises:
         GaitsimError: the private folder cannot be used.
-        RunError: another process evolves the run in the background, or its folder is gone.
+        RunError: another process evolves the run in the background, or its folder does not exist.
     """
 
     def __init__(self, run: Path) -> None:
@@ -53,7 +56,7 @@ class Presence:
         self._state = ""
         self._lock = FileLock(self._files[LOCK])
         try:
-            # With a timeout, as checks for a living process hold the lock briefly.
+            # Wait a moment, because a check for a living process also holds the lock.
             self._lock.acquire(timeout=0.5, poll_interval=0.02)
         except Timeout:
             found = background_process(run)
@@ -61,24 +64,24 @@ class Presence:
                 in_background(run, found)
                 if found
                 else RunError(
-                    f"the run {run} is being started in the background", remedy="try again"
+                    f"the run {run} {DOES['preparing']} in the background", remedy="try again"
                 )
             ) from None
         except OSError as error:
             raise _unusable(folder, error) from None
-        with ExitStack() as undone:
-            undone.callback(self._leave, None)
+        with ExitStack() as cleanup:
+            cleanup.callback(self._close, None)
             self.check()
-            self.listener = undone.enter_context(socket.socket(socket.AF_UNIX))
+            self.listener = cleanup.enter_context(socket.socket(socket.AF_UNIX))
             try:
                 self._files[SOCKET].unlink(missing_ok=True)  # left by a killed process
                 with address(self._files[SOCKET]) as name:
                     self.listener.bind(name)
-                self.listener.listen(WAITING)
+                self.listener.listen(BACKLOG)
                 self._write(STATUS, state="preparing", pid=os.getpid())
             except OSError as error:
                 raise _unusable(folder, error) from None
-            undone.pop_all()
+            cleanup.pop_all()
 
     def check(self) -> None:
         """Check that the run's folder still exists.
@@ -87,10 +90,7 @@ class Presence:
             RunError: it was deleted, moved or replaced.
         """
         if self._identity is None or identity(self._run) != self._identity:
-            raise RunError(
-                f"the folder of the run {self._run} was deleted or moved while it was evolved",
-                remedy="start a new run, or resume this one in its new place",
-            )
+            raise deleted_or_moved(self._run)
 
     def redirect(self) -> None:
         """Redirect all output of this process to the log, and close its input."""
@@ -106,8 +106,8 @@ class Presence:
         os.close(nothing)
         os.close(log)
 
-    def tend(self) -> None:
-        """Shorten the log, and touch the files, as temporary folders are cleared of old ones."""
+    def maintain(self) -> None:
+        """Truncate a long log, and touch the files, because systems delete old temporary files."""
         with suppress(OSError):
             if os.fstat(2).st_size > LONGEST_LOG:
                 os.ftruncate(2, 0)
@@ -117,27 +117,27 @@ class Presence:
         with suppress(OSError):
             os.utime(self._files[LOCK].parent)
 
-    def note(self, state: str, error: GaitsimError | None = None) -> None:
-        """Publish a state; one that ends the process also removes its files."""
+    def publish_state(self, state: str, error: GaitsimError | None = None) -> None:
+        """Publish a state; remove the files if it is final."""
         if state == self._state:
             return
         self._state = state
         if state in ("finished", "stopped", "failed"):
-            self._leave(error)
+            self._close(error)
         else:
             with suppress(OSError):
                 self._write(STATUS, state=state, pid=os.getpid())
 
-    def _leave(self, error: GaitsimError | None) -> None:
+    def _close(self, error: GaitsimError | None) -> None:
         with suppress(OSError):
             self._files[SOCKET].unlink(missing_ok=True)
-            # If the error cannot be stored, others at least see that the process has ended.
+            # If the error cannot be stored, the status remains, which shows that the process died.
             if error is not None:
                 self._write(FAILURE, error=error.to_dict())
             for kind in (STATUS, LOG):
                 self._files[kind].unlink(missing_ok=True)
         with suppress(OSError):
-            # A process that waits for the lock of a removed file then locks a new file.
+            # Removed before the release, so that a waiting process locks a new file.
             self._files[LOCK].unlink(missing_ok=True)
             self._lock.release()
 
@@ -154,7 +154,7 @@ class Presence:
 
 @contextmanager
 def address(path: Path) -> Iterator[str]:
-    """Yield an address for a socket's path that is short enough for the system."""
+    """Yield an address for a socket's path that is short enough for the operating system."""
     name = os.fspath(path)
     if len(os.fsencode(name)) <= LONGEST_ADDRESS or not sys.platform.startswith("linux"):
         yield name
@@ -168,7 +168,7 @@ def address(path: Path) -> Iterator[str]:
 
 def _unusable(folder: Path, error: OSError) -> GaitsimError:
     return GaitsimError(
-        f"runs cannot evolve in the background: {error.strerror or error}",
+        f"cannot evolve runs in the background: {error.strerror or error}",
         where=str(folder),
-        remedy="set the environment variable GAITSIM_RUNTIME_DIR to another folder",
+        remedy=f"set the environment variable {VARIABLE} to another folder",
     )

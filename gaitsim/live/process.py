@@ -1,4 +1,4 @@
-"""The connection to a process that evolves a run in the background."""
+"""A connection to the process that evolves a run in the background."""
 
 import asyncio
 import contextlib
@@ -11,7 +11,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
 from gaitsim.live import background
 from gaitsim.live.presence import address
-from gaitsim.live.protocol import Command, Snapshot, State, merged, read_snapshot, write_command
+from gaitsim.live.protocol import Command, Snapshot, State, merge, read_snapshot, write_command
 from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.background import SOCKET, background_process, last_failure, runtime_file
 
@@ -20,18 +20,17 @@ PERIOD = 0.1  # seconds between two attempts to connect
 
 
 class RunProcess:
-    """A run that evolves in the background; an asynchronous iterator of snapshots.
+    """A run that evolves in the background, as an asynchronous iterator of snapshots.
 
-    The process outlives this one. If a process already evolves the run, this class connects to it
-    and sends `generations`, `overrides` and `paused` as commands. Ctrl-C in a terminal does not
-    reach the process.
+    The process outlives this one, and Ctrl-C in the terminal does not reach it. If a process
+    already evolves the run, `overrides` and `paused` are sent to it as commands.
 
     Args:
         run: folder of the run.
         overrides: options to change at the start, by key.
         paused: whether to pause before the first generation.
-        known: snapshot of the run until the process reports.
-        begin: whether to start a process if none evolves the run.
+        initial: snapshot of the run to yield until the process sends one; None for an empty one.
+        launch: whether to start a process if none evolves the run.
 
     Attributes:
         last: latest snapshot.
@@ -43,8 +42,8 @@ class RunProcess:
         *,
         overrides: Overrides | None = None,
         paused: bool = False,
-        known: Snapshot | None = None,
-        begin: bool = True,
+        initial: Snapshot | None = None,
+        launch: bool = True,
     ) -> None:
         self.run = run
         self._start_detached = partial(
@@ -53,53 +52,53 @@ class RunProcess:
             overrides=overrides,
             paused=paused,
         )
-        self._late = [Command("set", overrides)] if overrides else []
-        self._late += [Command("pause")] if paused else []
-        self._begin = begin
+        self._requests = [Command("set", overrides)] if overrides else []
+        self._requests += [Command("pause")] if paused else []
+        self._launch = launch
         self._writer: asyncio.StreamWriter | None = None
         self._reading: asyncio.Task[None] | None = None
-        self._left = False
-        self.last = _at_rest(known, "preparing") if known else Snapshot("preparing")
+        self._disconnected = False
+        self.last = _in_state(initial, "preparing") if initial else Snapshot("preparing")
         self._pending: Snapshot | None = self.last
-        self._news = asyncio.Event()
-        self._news.set()
+        self._updated = asyncio.Event()
+        self._updated.set()
 
     @property
     def pid(self) -> int | None:
-        """The process id; None without a process."""
+        """The process ID; None without a process."""
         found = background_process(self.run)
         return found.pid if found else None
 
     async def start(self) -> None:
-        """Connect to the process, and start it if there is none. A second call does nothing."""
-        if self._reading is not None or self.last.ended or self._left:
+        """Connect to the process; start one if there is none. A second call does nothing."""
+        if self._reading is not None or self.last.ended or self._disconnected:
             return
-        begun = False
+        launched = False
         try:
-            if self._begin and background.evolving(self.run) is None:
+            if self._launch and background.background_state(self.run) is None:
                 await asyncio.to_thread(self._start_detached)
-                begun = True
+                launched = True
         except GaitsimError as error:
             # Another process may have started it in the meantime.
-            if background.evolving(self.run) is None:
-                self._take(replace(_at_rest(self.last, "failed"), error=error))
+            if background.background_state(self.run) is None:
+                self._accept(replace(_in_state(self.last, "failed"), error=error))
                 return
-        if not begun:  # connected, so it reports immediately
+        if not launched:  # the process sends a snapshot as soon as it is connected
             self._pending = None
-            self._news.clear()
+            self._updated.clear()
         reader = await self._connect()
-        for late in () if begun else self._late:
-            self._send(late)
+        for request in () if launched else self._requests:
+            self._send(request)
         self._reading = asyncio.create_task(self._read(reader))
 
     async def __aiter__(self) -> AsyncIterator[Snapshot]:
-        """Yield snapshots until the run ends; snapshots not consumed in time are merged."""
+        """Yield snapshots until the run ends; unread snapshots are merged."""
         await self.start()
         while True:
-            await self._news.wait()
-            if self._left:
+            await self._updated.wait()
+            if self._disconnected:
                 return
-            self._news.clear()
+            self._updated.clear()
             snapshot, self._pending = self._pending, None
             if snapshot is not None:
                 yield snapshot
@@ -130,16 +129,16 @@ class RunProcess:
         """Kill the process; the run loses at most the current generation."""
         background.kill(self.run)
 
-    def leave(self) -> None:
+    def disconnect(self) -> None:
         """Disconnect; the run continues to evolve, and the iterator ends."""
-        self._left = True
-        self._news.set()
+        self._disconnected = True
+        self._updated.set()
         if self._writer is not None:
             # Closing before everything is read would reset the connection and lose commands.
             with contextlib.suppress(OSError, RuntimeError):
                 self._writer.write_eof()
 
-    async def ended(self) -> Snapshot:
+    async def wait_ended(self) -> Snapshot:
         """Wait for the end of the process, or of the connection; return the last snapshot."""
         if self._reading is not None:
             await asyncio.wait([self._reading])
@@ -151,49 +150,49 @@ class RunProcess:
 
     async def _connect(self) -> asyncio.StreamReader | None:
         """Connect to the process; return None if it has ended."""
-        while background.evolving(self.run) is not None:
+        while background.background_state(self.run) is not None:
             with contextlib.suppress(OSError), address(runtime_file(self.run, SOCKET)) as name:
                 reader, self._writer = await asyncio.open_unix_connection(name, limit=LONGEST_LINE)
                 return reader
             await asyncio.sleep(PERIOD)
         return None
 
-    def _disconnect(self) -> None:
+    def _close_writer(self) -> None:
         if self._writer is not None:
             self._writer.close()
 
     async def _read(self, reader: asyncio.StreamReader | None) -> None:
         """Read snapshots until the run ends; reconnect if the connection breaks."""
         while reader is not None and not self.last.ended:
-            # An invalid or overlong line ends the connection too.
+            # An invalid or overlong line ends the connection, too.
             with contextlib.suppress(OSError, ValueError):
                 async for line in reader:
-                    if not self._left:
-                        self._take(read_snapshot(line, self.last))
-            self._disconnect()
-            if self._left:
+                    if not self._disconnected:
+                        self._accept(read_snapshot(line, self.last))
+            self._close_writer()
+            if self._disconnected:
                 return
             if not self.last.ended:
                 await asyncio.sleep(PERIOD)
                 reader = await self._connect()
         if not self.last.ended:
-            self._take(await asyncio.to_thread(self._found))
+            self._accept(await asyncio.to_thread(self._final_snapshot))
 
-    def _found(self) -> Snapshot:
+    def _final_snapshot(self) -> Snapshot:
         """Return the run's final snapshot after its process ended without a report."""
         error = last_failure(self.run)
         if error is not None:
-            return replace(_at_rest(self.last, "failed"), error=error)
-        found = RunWatcher(self.run).look()
+            return replace(_in_state(self.last, "failed"), error=error)
+        found = RunWatcher(self.run).poll()
         return found if found.ended else replace(found, state="stopped")
 
-    def _take(self, snapshot: Snapshot) -> None:
+    def _accept(self, snapshot: Snapshot) -> None:
         self.last = snapshot
-        self._pending = merged(self._pending, snapshot) if self._pending else snapshot
-        self._news.set()
+        self._pending = merge(self._pending, snapshot) if self._pending else snapshot
+        self._updated.set()
 
 
-def _at_rest(known: Snapshot, state: State) -> Snapshot:
+def _in_state(known: Snapshot, state: State) -> Snapshot:
     """Return a known snapshot in another state, without rows and events."""
     return replace(
         known,

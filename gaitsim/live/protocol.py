@@ -16,14 +16,14 @@ from gaitsim.runs.follow import Rows
 State = Literal[
     "preparing", "queued", "running", "paused", "finished", "stopped", "failed", "elsewhere"
 ]
-"""State of a run; `elsewhere` while another program, which cannot be controlled, writes it."""
+"""State of a run; `elsewhere` while a program that cannot be controlled writes it."""
 
 ENDED: tuple[State, ...] = ("finished", "stopped", "failed")
-PLACE = ("generation", "generations", "stage", "scored_from", "evaluations")
+PROGRESS_KEYS = ("generation", "generations", "stage", "scored_from", "evaluations")
 """Keys of a snapshot about the progress of the run."""
 
 Verb = Literal["pause", "go", "step", "stop", "set"]
-Kind = Literal["best", "kept", "stage", "warning"]
+EventKind = Literal["best", "kept", "stage", "warning"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class RankedIndividual:
     terms: Mapping[str, float]
 
 
-def ranked(
+def top_individuals(
     scores: NDArray[np.float64], terms: Mapping[str, NDArray[np.float64]], count: int = 5
 ) -> tuple[RankedIndividual, ...]:
     """Return the best individuals of a generation, best first."""
@@ -86,7 +86,7 @@ class Event:
     """
 
     generation: int
-    kind: Kind
+    kind: EventKind
     text: str
 
 
@@ -125,17 +125,17 @@ class Snapshot:
         return max(self.generations - self.generation, 0) / speed if speed > 0 else None
 
 
-def merged(first: Snapshot, then: Snapshot) -> Snapshot:
+def merge(first: Snapshot, then: Snapshot) -> Snapshot:
     """Merge two snapshots for a slow reader, keeping all rows and events."""
     return replace(
         then,
-        rows=joined(first.rows, then.rows),
+        rows=concatenate(first.rows, then.rows),
         events=(*first.events, *then.events),
         error=then.error or first.error,
     )
 
 
-def joined(first: Rows, then: Rows) -> Rows:
+def concatenate(first: Rows, then: Rows) -> Rows:
     """Concatenate rows; fill missing columns with NaN."""
     if not first or not then:
         return then or first
@@ -176,7 +176,7 @@ def write_snapshot(values: Mapping[str, Any]) -> bytes:
 
 
 def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
-    """Parse a line; missing keys keep their values from `before`.
+    """Parse a line; missing keys keep their values from `before`, except rows, events and errors.
 
     Raises:
         ValueError: the line is not a snapshot.
@@ -184,7 +184,7 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
     try:
         data = json.loads(line)
         if not data.get("generations", True):  # the run is not open yet
-            data = {name: value for name, value in data.items() if name not in PLACE}
+            data = {name: value for name, value in data.items() if name not in PROGRESS_KEYS}
         champion = data.pop("champion", None)
         return replace(
             before,

@@ -1,4 +1,4 @@
-"""Report the progress of a run at a bounded rate, without ever blocking the search."""
+"""Reports of the progress of a run, at a bounded rate and without blocking the search."""
 
 import math
 import threading
@@ -10,25 +10,33 @@ from typing import Any
 from gaitsim.errors import GaitsimError
 from gaitsim.evolution import Generation
 from gaitsim.experiment import OWN_WORLD
-from gaitsim.live.protocol import ENDED, Best, Event, Kind, State, ranked, write_snapshot
+from gaitsim.live.protocol import (
+    ENDED,
+    Best,
+    Event,
+    EventKind,
+    State,
+    top_individuals,
+    write_snapshot,
+)
 from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.folder import champion_file
 from gaitsim.runs.files.history import island_bests, row
 from gaitsim.runs.writer import RunWriter
 
 PERIOD = 0.05  # seconds between two lines
-ROWS_KEPT = 1000  # maximum for a slow reader; all rows are on disk
+ROWS_KEPT = 1000  # for a slow reader; all rows are on disk
 EVENTS_KEPT = 50
 RECENT = 2.0  # seconds over which speeds are measured
-PASSING = ("rows", "events", "error")  # keys omitted for later readers
+TRANSIENT_KEYS = ("rows", "events", "error")  # keys that later clients do not receive
 
 
 class Reporter:
-    """Collects the progress of a run, and writes it in its own thread.
+    """A collector of a run's progress, which writes snapshots in its own thread.
 
     Args:
-        write: function that writes a line; may block on the reader.
-        lost: function called when the reader has disconnected.
+        write: function that writes a line; it may block until the reader is ready.
+        on_disconnect: function called when the reader has disconnected.
         on_state: function called with every state and its error, before they are written.
         period: seconds between two lines.
         clock: function that returns the time in seconds from any origin.
@@ -37,12 +45,12 @@ class Reporter:
     def __init__(
         self,
         write: Callable[[bytes], object],
-        lost: Callable[[], None] = lambda: None,
+        on_disconnect: Callable[[], None] = lambda: None,
         on_state: Callable[[State, GaitsimError | None], object] = lambda state, error: None,
         period: float = PERIOD,
         clock: Clock = time.monotonic,
     ) -> None:
-        self._write, self._lost, self._period = write, lost, period
+        self._write, self._on_disconnect, self._period = write, on_disconnect, period
         self._on_state = on_state
         self._speed = Speed(RECENT, clock)
         self._lock = threading.Lock()
@@ -67,7 +75,7 @@ class Reporter:
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
-    def opened(self, writer: RunWriter) -> None:
+    def run_opened(self, writer: RunWriter) -> None:
         """Report the progress, the planned generations, and the new stage of a run."""
         last = writer.last
         with self._lock:
@@ -80,17 +88,17 @@ class Reporter:
                 self._values["generation"] = last.number
                 self._values["evaluations"] = last.progress.evaluations
         first = last.number + 1 if last else 1
-        events: list[tuple[Kind, str]] = (
+        events: list[tuple[EventKind, str]] = (
             [("warning", writer.warning)] if writer.warning and not self._opened else []
         )
         events += [("stage", str(change)) for change in writer.changes]
-        # A run reopened after a rejected change reports its old events again: skip those.
+        # A run reopened after a rejected change has the same events again; skip those.
         for kind, text in events:
             if (first, kind, text) not in self._opened:
                 self.event(first, kind, text)
         self._opened = {(0, "opened", ""), *((first, kind, text) for kind, text in events)}
 
-    def begins(self, generation: Generation | None, champion: Best | None) -> None:
+    def evolution_starts(self, generation: Generation | None, champion: Best | None) -> None:
         """Report the last generation and the champion, before evolution continues."""
         with self._lock:
             self._latest = generation
@@ -98,10 +106,10 @@ class Reporter:
                 self._news["champion"] = champion
         self._wake.set()
 
-    def finished(self, generation: Generation) -> None:
+    def generation_finished(self, generation: Generation) -> None:
         """Report a generation that is on disk."""
         number, progress = generation.number, generation.progress
-        risen = progress.stagnation == 0 and math.isfinite(progress.best_score)
+        improved = progress.stagnation == 0 and math.isfinite(progress.best_score)
         values = row(generation)
         with self._lock:
             self._values["generation"] = number
@@ -112,16 +120,16 @@ class Reporter:
             self._rows.append(values)
             self._latest = generation
             self._speed.add(number, progress.evaluations)
-            if risen:
+            if improved:
                 genome = tuple(generation.genomes[generation.best].tolist())
                 self._news["champion"] = Best(number, progress.best_score, genome)
-        if risen:
+        if improved:
             self.event(number, "best", f"{progress.best_score:.4f}")
         if generation.is_champion:
             self.event(number, "kept", champion_file(number))
         self._wake.set()
 
-    def event(self, generation: int, kind: Kind, text: str) -> None:
+    def event(self, generation: int, kind: EventKind, text: str) -> None:
         """Report an event."""
         with self._lock:
             self._events.append(Event(generation, kind, text))
@@ -146,8 +154,8 @@ class Reporter:
         if state in ENDED:
             self._thread.join()
 
-    def everything(self) -> bytes:
-        """Return a line with everything but the rows, for a later reader."""
+    def full_snapshot(self) -> bytes:
+        """Return a line with all keys but transient ones, for a client that connects later."""
         with self._lock:
             known = self._known | self._values
         return write_snapshot(known)
@@ -158,15 +166,15 @@ class Reporter:
             self._wake.clear()
             ending = self._ending.is_set()
             try:
-                self._write(write_snapshot(self._take()))
+                self._write(write_snapshot(self._collect()))
             except (OSError, ValueError):  # the reader has disconnected
-                self._lost()
+                self._on_disconnect()
                 return
             if ending:
                 return
             self._ending.wait(self._period)
 
-    def _take(self) -> dict[str, Any]:
+    def _collect(self) -> dict[str, Any]:
         with self._lock:
             rows, self._rows = self._rows, deque(maxlen=ROWS_KEPT)
             events, self._events = self._events, deque(maxlen=EVENTS_KEPT)
@@ -177,13 +185,13 @@ class Reporter:
             names = dict.fromkeys(name for values in rows for name in values)
             news["rows"] = {name: [values.get(name) for values in rows] for name in names}
         if latest is not None:
-            news["top"] = ranked(latest.scores, latest.evaluation.terms)
+            news["top"] = top_individuals(latest.scores, latest.evaluation.terms)
             if self._islands > 1:
                 news["islands"] = island_bests(latest, self._islands).tolist()
         if events:
             news["events"] = list(events)
         taken |= news
-        kept = {name: value for name, value in taken.items() if name not in PASSING}
+        kept = {name: value for name, value in taken.items() if name not in TRANSIENT_KEYS}
         with self._lock:
             self._known = self._known | kept
         return taken

@@ -25,7 +25,7 @@ def evolve_live(
 
     Args:
         path: folder of the run.
-        commands: queue read between two generations; a `set` closes and reopens the run.
+        commands: queue that is read between two generations; a `set` closes and reopens the run.
         reporter: receiver of every state, generation and error.
         overrides: options to change at the start, by key.
         generations: last generation to evolve; None for the planned one.
@@ -36,14 +36,14 @@ def evolve_live(
         'finished', 'stopped' or 'failed'.
     """
     changes, opened = overrides or {}, False
-    refused: GaitsimError | None = None
+    rejected: GaitsimError | None = None
     while True:
         try:
-            if not opened and not commands.turn(reporter.state):
+            if not opened and not commands.wait_for_slot(reporter.state):
                 reporter.state("stopped")
                 return "stopped"
-            reporter.state("preparing", error=refused)
-            refused = None
+            reporter.state("preparing", error=rejected)
+            rejected = None
             writer = RunWriter.open(
                 path,
                 overrides=changes,
@@ -55,7 +55,7 @@ def evolve_live(
                 ended = _evolve(session, commands, reporter)
         except GaitsimError as error:
             if opened and changes:  # rejected before anything was changed
-                refused, changes = error, {}
+                rejected, changes = error, {}
                 continue
             reporter.state("failed", error=commands.cause(error))
             return "failed"
@@ -72,20 +72,20 @@ def evolve_live(
 def _evolve(session: Session, commands: CommandQueue, reporter: Reporter) -> str | Command:
     """Evolve until a stop condition holds or a `stop` or `set` arrives, and return that."""
     writer = session.writer
-    reporter.opened(writer)
+    reporter.run_opened(writer)
     if writer.done:
-        reporter.begins(writer.last, _champion(writer))
+        reporter.evolution_starts(writer.last, _champion(writer))
         return writer.done
     session.prepare()
     session.reevaluate()
-    reporter.begins(writer.last, _champion(writer))
+    reporter.evolution_starts(writer.last, _champion(writer))
     generations = session.evolve()
     while True:
         command = commands.next(reporter.state)
         if command is not None:
             return command
         generation = next(generations)
-        reporter.finished(generation)
+        reporter.generation_finished(generation)
         if generation.stop:
             return generation.stop
 

@@ -21,14 +21,14 @@ class Speed:
         self._counts: deque[tuple[float, int, int]] = deque()
 
     def add(self, generation: int, evaluations: int) -> None:
-        """Record the progress of the search."""
+        """Record the numbers of the last generation and of evaluations so far."""
         now = self._clock()
         self._counts.append((now, generation, evaluations))
         while len(self._counts) > 2 and now - self._counts[1][0] >= self._recent:
             self._counts.popleft()
 
     def clear(self) -> None:
-        """Discard the counts, such as after a pause."""
+        """Discard the counts, such as before a pause."""
         self._counts.clear()
 
     def per_second(self) -> dict[str, Any]:

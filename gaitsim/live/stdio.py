@@ -1,4 +1,4 @@
-"""Reserve standard input and output for commands and snapshots."""
+"""Standard input and output, reserved for commands and snapshots."""
 
 import os
 from collections.abc import Iterator

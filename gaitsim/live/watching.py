@@ -1,4 +1,4 @@
-"""A run that is stopped, or written by another process."""
+"""Snapshots of a run that is stopped, or written by another process."""
 
 import asyncio
 import time
@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import GaitsimError
 from gaitsim.live.events import events_in
-from gaitsim.live.protocol import Best, Event, Snapshot, State, ranked
+from gaitsim.live.protocol import Best, Event, Snapshot, State, top_individuals
 from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.folder import kept_champions
+from gaitsim.runs.files.folder import deleted_or_moved, kept_champions
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import HistoryBuffer, RunFollower
 from gaitsim.runs.resume import stop_reason_of
@@ -45,60 +45,57 @@ class RunWatcher:
         self.history = HistoryBuffer()
         self._period, self._speed = period, Speed(RECENT, clock)
         self._follower = RunFollower(path)
-        self._busy: bool | None = None
+        self._locked: bool | None = None
         self._last = Snapshot("elsewhere")
 
     async def __aiter__(self) -> AsyncIterator[Snapshot]:
         """Yield a snapshot every period, read in a thread."""
         while True:
-            snapshot = await asyncio.to_thread(self.look)
+            snapshot = await asyncio.to_thread(self.poll)
             yield snapshot
             if snapshot.ended:
                 return
             await asyncio.sleep(self._period)
 
-    def look(self) -> Snapshot:
-        """Return the run's current snapshot, with the changes since the last one."""
+    def poll(self) -> Snapshot:
+        """Return the current snapshot, with the rows and events since the last one."""
         try:
-            found = self._found()
+            found = self._poll()
             self._speed.add(found.generation, found.evaluations)
             self._last = replace(found, **self._speed.per_second())
         except GaitsimError as error:
             self._last = replace(self._last, state="failed", rows={}, events=(), error=error)
         return self._last
 
-    def _found(self) -> Snapshot:
+    def _poll(self) -> Snapshot:
         if not self.run.is_dir():
-            raise RunError(
-                f"the folder of the run {self.run} is gone",
-                remedy="open the run in its new place, or start a new run",
-            )
-        # Check the lock before reading the checkpoint, to see everything written until then.
-        busy = is_locked(self.run)
+            raise deleted_or_moved(self.run)
+        # Check the lock first: a checkpoint read after its release is the last one.
+        locked = is_locked(self.run)
         run = self._follower.poll()
-        if run is None and busy == self._busy:
+        if run is None and locked == self._locked:
             return replace(self._last, rows={}, events=())
-        self._busy = busy
-        return self._read(run or RunSnapshot(self.run), busy)
+        self._locked = locked
+        return self._read(run or RunSnapshot(self.run), locked)
 
-    def _read(self, run: RunSnapshot, busy: bool) -> Snapshot:
+    def _read(self, run: RunSnapshot, locked: bool) -> Snapshot:
         generations = run.outline.evolution.generations
         checkpoint, warning = run.checkpoint, run.warning
         if checkpoint is None:
-            state: State = "elsewhere" if busy else "stopped"
+            state: State = "elsewhere" if locked else "stopped"
             return Snapshot(state, generations=generations)
-        reason = "" if busy else stop_reason_of(run)
+        reason = "" if locked else stop_reason_of(run)
         rows = self._follower.read_rows(run)
         seen = len(self.history)
         self.history.extend(rows)
         stages = run.stages
-        # A champion's file is written before its generation's checkpoint.
+        # A champion is saved before the checkpoint of its generation.
         kept = [one for one in kept_champions(self.run) if one <= checkpoint.generation]
         events = events_in(self.history, stages, kept, seen + 1)
         if warning and not seen:
             events.append(Event(checkpoint.generation, "warning", warning))
         return Snapshot(
-            state="elsewhere" if busy else "finished" if reason else "stopped",
+            state="elsewhere" if locked else "finished" if reason else "stopped",
             reason=reason,
             generation=checkpoint.generation,
             generations=generations,
@@ -106,7 +103,7 @@ class RunWatcher:
             scored_from=run.comparable,
             evaluations=checkpoint.evaluations,
             rows=rows,
-            top=ranked(checkpoint.scores, checkpoint.terms),
+            top=top_individuals(checkpoint.scores, checkpoint.terms),
             islands=_islands(run, checkpoint),
             champion=self._champion(run, checkpoint),
             events=tuple(events),

@@ -25,6 +25,7 @@ from gaitsim.runs.files.folder import (
     EXPORTS,
     PREVIOUS,
     champion_file,
+    deleted_or_moved,
     kept_champions,
     own_folder,
 )
@@ -175,10 +176,7 @@ class RunWriter:
         except RunError:
             if (self.path / EXPERIMENT).exists():
                 raise
-            raise RunError(
-                f"the folder of the run {self.path} was deleted or moved while it was written",
-                remedy="start a new run, or resume this one at its new path",
-            ) from None
+            raise deleted_or_moved(self.path) from None
 
     def _write(self, generation: Generation, values: Mapping[str, float]) -> None:
         with writing(self.path):

@@ -56,7 +56,7 @@ def part(whole, first, last, **more):
 def test_every_generation_is_shown_once(puppet_run, shown):
     puppet_run("evolution.generations=9")
     path = Path("run")
-    whole = RunWatcher(path).look()
+    whole = RunWatcher(path).poll()
     empty = replace(whole, state="paused", generation=4, rows={}, events=())
     # 1 to 2 are known, 5 comes twice, 7 was left out.
     parts = [part(whole, 2, 4), empty, part(whole, 5, 5), part(whole, 5, 6), part(whole, 8, 9)]
@@ -71,7 +71,7 @@ def test_every_generation_is_shown_once(puppet_run, shown):
 def test_each_row_has_the_best_of_its_islands(puppet_run, shown):
     puppet_run("islands.number=2", "islands.migrants=1", "evolution.generations=5")
     path = Path("run")
-    whole, bests = RunWatcher(path).look(), RunSnapshot(path).islands
+    whole, bests = RunWatcher(path).poll(), RunSnapshot(path).islands
     noted = shown(path, [part(whole, 1, 3), part(whole, 4, 4, islands=tuple(bests[3]))])
     np.testing.assert_array_equal([row["islands"] for row in noted.rows], bests[:4])
 
@@ -80,7 +80,7 @@ def test_each_row_has_the_best_of_its_islands(puppet_run, shown):
 def test_a_stage_is_announced(puppet_run, shown, scored_from):
     puppet_run("evolution.generations=5")
     path = Path("run")
-    whole = RunWatcher(path).look()
+    whole = RunWatcher(path).poll()
     event = Event(4, "stage", "mutation.rate: 0.1, now 0.2")
     begun = replace(part(whole, 4, 4, stage=2, scored_from=scored_from), events=(event,))
     noted = shown(path, [part(whole, 1, 3), begun, part(whole, 5, 5, stage=2)])

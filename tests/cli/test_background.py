@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from waiting import until
 
-from gaitsim.live.background import evolving, send
+from gaitsim.live.background import background_state, send
 from gaitsim.live.protocol import Command
 from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.lock import is_locked
@@ -57,9 +57,9 @@ def test_a_detached_run_is_watched_and_stopped(gaitsim, detached, start):
     watching.send_signal(signal.SIGINT)
     assert "gaitsim stop run" in watching.communicate()[1]
     assert watching.returncode == 130
-    assert evolving(path) == "running"
+    assert background_state(path) == "running"
     assert "gaitsim resume run" in gaitsim("stop", path).stdout
-    assert evolving(path) is None
+    assert background_state(path) is None
     assert "is not evolving" in gaitsim("stop", path, code=2).stderr
     assert "gaitsim resume run --detach" in gaitsim("attach", path, code=2).stderr
     done = RunSnapshot(path)
@@ -100,16 +100,16 @@ def test_a_run_of_another_program_is_watched_but_not_stopped(gaitsim, puppet_fil
 def test_all_runs_are_stopped_in_a_folder_or_everywhere(gaitsim, detached, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     paths = [detached(f"{folder}/{name}") for folder in ("a", "b") for name in "xy"]
-    states = [evolving(path) for path in paths]
+    states = [background_state(path) for path in paths]
     assert states[1:] == ["queued"] * 3
     listed = gaitsim("runs", "a", "--json").stdout.splitlines()
     assert json.loads(listed[1])["state"] == "queued"
     assert "in the background" in gaitsim("runs", "--delete", "b/y", "--yes", code=2).stderr
     stopped = gaitsim("stop", "--all", "a", "--json").stdout.splitlines()
     assert {json.loads(line)["run"] for line in stopped} == {"a/x", "a/y"}
-    assert [evolving(path) is None for path in paths] == [True, True, False, False]
+    assert [background_state(path) is None for path in paths] == [True, True, False, False]
     gaitsim("stop", "--all")
-    assert not any(evolving(path) for path in paths)
+    assert not any(background_state(path) for path in paths)
     assert "No run" in gaitsim("stop", "--all").stdout
 
 
@@ -122,12 +122,12 @@ def test_where_runs_cannot_be_found_stopping_all_says_so(gaitsim, tmp_path, monk
 def test_a_paused_run_continues_by_resume(gaitsim, detached):
     path = detached()
     send(path, Command("pause"))
-    until(lambda: evolving(path) == "paused")
+    until(lambda: background_state(path) == "paused")
     assert "paused" in gaitsim("runs", ".").stdout
     refused = gaitsim("resume", path, "--detach", "--generations", 200_000, code=2).stderr
     assert "is paused in the background" in refused
     gaitsim("resume", path, "--detach")
-    until(lambda: evolving(path) == "running")
+    until(lambda: background_state(path) == "running")
 
 
 def test_mistakes_are_reported_at_once(gaitsim, puppet_file, detached, runtime_folder):
@@ -138,12 +138,12 @@ def test_mistakes_are_reported_at_once(gaitsim, puppet_file, detached, runtime_f
     gaitsim("stop", path)
     for wrong in (("--set", "mutation.rat=1"), ("--generations", 0)):
         gaitsim("resume", path, "--detach", *wrong, code=2)
-    assert evolving(path) is None
+    assert background_state(path) is None
     runtime_folder.chmod(0o755)
     refused = gaitsim("run", puppet_file, "--detach", "--out", "other", code=2).stderr
     assert "0700" in refused
     assert not Path("other").exists()
-    assert evolving(path) is None
+    assert background_state(path) is None
 
 
 FAULTY = """
@@ -166,7 +166,7 @@ def test_why_a_run_failed_is_kept_until_it_is_evolved_again(
     subprocess.run(
         [sys.executable, "-m", "gaitsim", "run", puppet_file, "--detach", *options], check=False
     )
-    until(lambda: evolving(Path("run")) is None)
+    until(lambda: background_state(Path("run")) is None)
     for command in (("attach", "run"), ("stop", "run")):
         assert "faulty 1.0" in gaitsim(*command, code=2).stderr
     assert "faulty 1.0" in gaitsim("show", "run").stdout
@@ -187,13 +187,13 @@ def test_why_a_run_failed_is_kept_until_it_is_evolved_again(
 def test_a_folder_deleted_under_a_run_ends_it(gaitsim, detached, monkeypatch, start):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     first, queued = detached("first"), detached("queued")
-    assert evolving(queued) == "queued"
+    assert background_state(queued) == "queued"
     watching = start("attach", queued, "--json")
     assert "Queued" in watching.stderr.readline()
     for path in (queued, first):
         process = background_process(path)
         path.rename("elsewhere")
-        until(lambda path=path: evolving(path) is None)
+        until(lambda path=path: background_state(path) is None)
         assert not path.exists()
         assert not is_locked(Path("elsewhere"))
         assert f"{path} was deleted or moved" in gaitsim("attach", path, code=2).stderr

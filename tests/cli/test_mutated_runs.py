@@ -71,7 +71,7 @@ def look(run, invoke, *commands):
     code, listed = invoke("runs", "runs", "--json")
     assert code == 0
     assert '"sound"' in listed
-    RunWatcher(run).look()
+    RunWatcher(run).poll()
     for command in commands:
         invoke(*command.replace("RUN", str(run)).split())
 

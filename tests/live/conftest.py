@@ -1,4 +1,4 @@
-"""Runs of puppets, which processes can import."""
+"""Fixtures: runs of puppets, which other processes can import."""
 
 import asyncio
 import os
@@ -13,25 +13,25 @@ PUPPETS = Path(__file__).parents[1] / "puppets"
 
 @pytest.fixture(autouse=True)
 def here(tmp_path, monkeypatch, puppets):
-    """In the test's folder; processes find the puppets as well."""
+    """Change to the test's folder; other processes can import the puppets, too."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
 
 
 @pytest.fixture
-def begun(puppet):
-    """Makes the folder of a run of puppets, with the overrides asked for."""
+def new_run(puppet):
+    """A function that creates the folder of a run of puppets, with overrides."""
 
-    def begun(out="run", *overrides, generations=30):
+    def new_run(out="run", *overrides, generations=30):
         given = (f"evolution.generations={generations}", *overrides)
         return create_run(puppet(*given), Path(out))
 
-    return begun
+    return new_run
 
 
 @pytest.fixture
 def wait():
-    """Waits in a coroutine until something holds."""
+    """A coroutine that waits until a condition holds."""
 
     async def wait(holds, seconds=60):
         async with asyncio.timeout(seconds):

@@ -1,4 +1,4 @@
-"""Processes that evolve runs in the background: their socket, their queue, their end."""
+"""Processes that evolve runs in the background: their sockets, their queue and their ends."""
 
 import errno
 import json
@@ -17,12 +17,12 @@ import pytest
 from waiting import until
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.live.background import evolving, kill, send, start_detached, stop
+from gaitsim.live.background import background_state, kill, send, start_detached, stop
 from gaitsim.live.commands import CommandQueue
 from gaitsim.live.hub import Hub
-from gaitsim.live.places import Place, places
 from gaitsim.live.presence import Presence, address
 from gaitsim.live.protocol import Command, Snapshot, read_snapshot
+from gaitsim.live.slots import Slot, slot_count
 from gaitsim.runs.background import (
     LOCK,
     SOCKET,
@@ -43,19 +43,19 @@ def fingerprint(path):
     return RunSnapshot(path).fingerprint()
 
 
-def plain(begun, generations, *overrides):
-    """The fingerprint of a run that this process evolves as far."""
+def plain_fingerprint(new_run, generations, *overrides):
+    """Return the fingerprint of a run that this process evolves to a generation."""
     from gaitsim.live.reporter import Reporter
     from gaitsim.live.session import evolve_live
 
-    path = begun("plain", *overrides, generations=generations)
+    path = new_run("plain", *overrides, generations=generations)
     evolve_live(path, CommandQueue(), Reporter(lambda line: None))
     return fingerprint(path)
 
 
 @pytest.fixture
 def connect():
-    """Connects to a run's process; returns a file of its lines."""
+    """A function that connects to a run's process, and returns a file of its lines."""
     opened = []
 
     def connect(path):
@@ -72,10 +72,10 @@ def connect():
         one.close()
 
 
-def test_two_clients_are_told_the_same_and_may_both_command(begun, connect):
-    path = begun("run", *SLOW, generations=100_000)
+def test_two_clients_receive_the_same_and_both_send_commands(new_run, connect):
+    path = new_run("run", *SLOW, generations=100_000)
     start_detached(path, paused=True)
-    until(lambda: evolving(path) == "paused")
+    until(lambda: background_state(path) == "paused")
     first, second = connect(path), connect(path)
     greetings = [json.loads(client.readline()) for client in (first, second)]
     assert [greeting["state"] for greeting in greetings] == ["paused", "paused"]
@@ -97,46 +97,46 @@ def test_two_clients_are_told_the_same_and_may_both_command(begun, connect):
     assert not late.rows
     assert stop(path)
     assert json.loads(second.readlines()[-1])["state"] == "stopped"
-    assert fingerprint(path) == plain(begun, 2, *SLOW)
+    assert fingerprint(path) == plain_fingerprint(new_run, 2, *SLOW)
 
 
 @pytest.mark.slow
-def test_three_runs_at_once_are_what_plain_runs_are(begun, monkeypatch):
+def test_three_parallel_runs_equal_plain_runs(new_run, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "3")
-    paths = [begun(f"run-{seed}", *SLOW, f"seed={seed}", generations=15) for seed in range(3)]
+    paths = [new_run(f"run-{seed}", *SLOW, f"seed={seed}", generations=15) for seed in range(3)]
     for path in paths:
         start_detached(path, workers=1)
     assert {process.run.name for process in background_processes()} <= {path.name for path in paths}
     until(lambda: not background_processes())
     for seed, path in enumerate(paths):
-        assert fingerprint(path) == plain(begun, 15, *SLOW, f"seed={seed}")
+        assert fingerprint(path) == plain_fingerprint(new_run, 15, *SLOW, f"seed={seed}")
 
 
-def test_a_killed_process_loses_a_generation_at_most_and_its_socket_does_no_harm(begun):
-    path, drawn = begun("run", *SLOW, generations=100_000), random.Random(2)
+def test_a_killed_process_loses_at_most_a_generation_and_its_socket_is_replaced(new_run):
+    path, drawn = new_run("run", *SLOW, generations=100_000), random.Random(2)
     for _ in range(3):
-        begun_at = RunSnapshot(path).generation
+        start = RunSnapshot(path).generation
         start_detached(path)
-        goal = begun_at + drawn.randrange(1, 9)
+        goal = start + drawn.randrange(1, 9)
         until(lambda goal=goal: RunSnapshot(path).generation >= goal)
         seen = RunSnapshot(path).generation
         kill(path)
-        until(lambda: evolving(path) is None)
+        until(lambda: background_state(path) is None)
         assert runtime_file(path, SOCKET).exists()
         assert RunSnapshot(path).generation >= seen
         assert "killed or crashed" in str(last_failure(path))
         assert overview(path).state == "failed"
     start_detached(path)
-    until(lambda: evolving(path) == "running")
+    until(lambda: background_state(path) == "running")
     assert last_failure(path) is None
     stop(path)
     assert not any(runtime_file(path, kind).exists() for kind in (SOCKET, STATUS))
     done = RunSnapshot(path)
-    assert done.fingerprint() == plain(begun, done.generation, *SLOW)
+    assert done.fingerprint() == plain_fingerprint(new_run, done.generation, *SLOW)
 
 
-def test_one_process_evolves_a_run_however_many_are_begun(begun):
-    path = begun("run", *SLOW, generations=100_000)
+def test_only_one_of_several_started_processes_evolves_a_run(new_run):
+    path = new_run("run", *SLOW, generations=100_000)
     link = Path("link")
     link.symlink_to(path)
     answers = []
@@ -158,40 +158,40 @@ def test_one_process_evolves_a_run_however_many_are_begun(begun):
 
 
 @pytest.mark.slow
-def test_a_queue_is_in_order_and_a_paused_run_gives_its_place_up(begun, monkeypatch):
+def test_runs_start_in_order_and_a_paused_run_frees_its_slot(new_run, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
-    first, second, third = [begun(name, *SLOW, generations=100_000) for name in "abc"]
+    first, second, third = [new_run(name, *SLOW, generations=100_000) for name in "abc"]
     for path in (first, second, third):
         start_detached(path)
-    until(lambda: evolving(first) == "running")
-    until(lambda: [evolving(second), evolving(third)] == ["queued", "queued"])
+    until(lambda: background_state(first) == "running")
+    until(lambda: [background_state(second), background_state(third)] == ["queued", "queued"])
     send(first, Command("pause"))
-    until(lambda: evolving(second) == "running")
-    assert (evolving(first), evolving(third)) == ("paused", "queued")
+    until(lambda: background_state(second) == "running")
+    assert (background_state(first), background_state(third)) == ("paused", "queued")
     send(first, Command("go"))
-    until(lambda: evolving(first) == "queued")
+    until(lambda: background_state(first) == "queued")
     kill(second)
-    until(lambda: evolving(third) == "running")
-    assert evolving(first) == "queued"
+    until(lambda: background_state(third) == "running")
+    assert background_state(first) == "queued"
     stop(third)
-    until(lambda: evolving(first) == "running")
+    until(lambda: background_state(first) == "running")
 
 
-class TestPlaces:
+class TestSlots:
     def test_tickets_are_served_in_order(self, tmp_path):
-        waiting = [Place(tmp_path, 2) for _ in range(4)]
-        assert [place.take() for place in waiting] == [True, True, False, False]
-        waiting[1].leave()
-        assert [place.take() for place in waiting] == [True, False, True, False]
-        waiting[0].leave()
-        assert [waiting[index].take() for index in (3, 1)] == [True, False]
+        waiting = [Slot(tmp_path, 2) for _ in range(4)]
+        assert [slot.try_acquire() for slot in waiting] == [True, True, False, False]
+        waiting[1].release()
+        assert [slot.try_acquire() for slot in waiting] == [True, False, True, False]
+        waiting[0].release()
+        assert [waiting[index].try_acquire() for index in (3, 1)] == [True, False]
 
     def test_tickets_of_dead_processes_do_not_count(self, tmp_path):
         (tmp_path / "queue").mkdir()
         (tmp_path / "queue" / "000000000007").touch()
-        first, second = Place(tmp_path, 1), Place(tmp_path, 1)
-        assert first.take()
-        assert not second.take()
+        first, second = Slot(tmp_path, 1), Slot(tmp_path, 1)
+        assert first.try_acquire()
+        assert not second.try_acquire()
         assert sorted(path.name for path in (tmp_path / "queue").iterdir()) == [
             "000000000008",
             "000000000009",
@@ -199,14 +199,14 @@ class TestPlaces:
 
     def test_a_broken_folder_lets_every_run_evolve(self, tmp_path):
         (tmp_path / "queue").touch()
-        assert Place(tmp_path, 1).take()
-        assert Place(tmp_path, 1).take()
+        assert Slot(tmp_path, 1).try_acquire()
+        assert Slot(tmp_path, 1).try_acquire()
 
     @pytest.mark.parametrize("given", ["0", "-1", "two", "1.5", "²"])
-    def test_an_invalid_number_is_refused(self, monkeypatch, given):
+    def test_an_invalid_number_is_rejected(self, monkeypatch, given):
         monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", given)
         with pytest.raises(GaitsimError, match="GAITSIM_BACKGROUND_RUNS"):
-            places()
+            slot_count()
 
 
 class TestHub:
@@ -231,7 +231,7 @@ class TestHub:
         assert client.recv(6) == b"hello\n"
         return client
 
-    def test_a_client_that_does_not_read_is_dropped_and_others_are_served(self, hub, monkeypatch):
+    def test_a_slow_client_is_disconnected_and_others_are_served(self, hub, monkeypatch):
         monkeypatch.setattr("gaitsim.live.hub.PATIENCE", 0.2)
         with closing(self.client(hub)) as slow, closing(self.client(hub)) as quick:
             quick_file = quick.makefile("rb")
@@ -246,7 +246,7 @@ class TestHub:
             quick_file.close()
             assert received_by(slow) < 2**22
 
-    def test_a_line_without_end_is_cut_off(self, hub):
+    def test_an_endless_line_ends_its_connection(self, hub):
         with closing(self.client(hub)) as client, pytest.raises(OSError, match=r"reset|Broken"):
             client.sendall(b"x" * 2**27)
         with closing(self.client(hub)) as other:
@@ -255,7 +255,7 @@ class TestHub:
 
 
 def received_by(client):
-    """The number of bytes that a client receives until its connection ends."""
+    """Return the number of bytes that a client receives until its connection ends."""
     received = 0
     with suppress(ConnectionResetError):
         while data := client.recv(2**20):
@@ -264,25 +264,23 @@ def received_by(client):
 
 
 class TestRuntimeFolder:
-    def test_it_is_private(self, begun, runtime_folder):
-        with closing(Presence(begun()).listener):
+    def test_it_is_private(self, new_run, runtime_folder):
+        with closing(Presence(new_run()).listener):
             assert stat.S_IMODE(runtime_folder.stat().st_mode) == 0o700
 
     @pytest.mark.parametrize("mode", [0o750, 0o707, 0o777])
-    def test_one_that_others_may_open_is_refused_and_not_believed(
-        self, begun, runtime_folder, mode
-    ):
-        path = begun()
+    def test_a_folder_open_to_others_is_rejected_and_ignored(self, new_run, runtime_folder, mode):
+        path = new_run()
         presence = Presence(path)
-        assert evolving(path) == "preparing"
+        assert background_state(path) == "preparing"
         runtime_folder.chmod(mode)
-        assert evolving(path) is None
+        assert background_state(path) is None
         with pytest.raises(GaitsimError, match="0700"):
             start_detached(path)
         presence.listener.close()
 
     @pytest.mark.parametrize("kind", ["file", "link", "relative", "missing parent"])
-    def test_one_that_cannot_be_used_is_refused(self, begun, tmp_path, monkeypatch, kind):
+    def test_an_unusable_folder_is_rejected(self, new_run, tmp_path, monkeypatch, kind):
         folder = tmp_path / "here"
         if kind == "file":
             folder.touch()
@@ -296,32 +294,32 @@ class TestRuntimeFolder:
             folder = tmp_path / "parent" / "here"
         monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(folder))
         with pytest.raises(GaitsimError, match="GAITSIM_RUNTIME_DIR"):
-            start_detached(begun())
-        assert evolving(Path("run")) is None
+            start_detached(new_run())
+        assert background_state(Path("run")) is None
         assert background_processes() == []
 
-    def test_long_paths_do_no_harm(self, begun, tmp_path, monkeypatch):
+    def test_long_paths_work(self, new_run, tmp_path, monkeypatch):
         deep = Path(*(["a long name of a folder " * 5] * 3))
         monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path / ("r" * 60) / ("s" * 60)))
-        path = begun(deep / "run", *SLOW, generations=100_000)
+        path = new_run(deep / "run", *SLOW, generations=100_000)
         start_detached(path)
-        until(lambda: evolving(path) == "running")
+        until(lambda: background_state(path) == "running")
         assert stop(path)
 
     @pytest.mark.parametrize("text", ["", "[]", "nonsense", "[" * 100_000, '{"pid": "x"}'])
-    def test_a_status_that_is_none_is_ignored(self, begun, runtime_folder, text):
-        path = begun()
+    def test_an_invalid_status_file_is_ignored(self, new_run, runtime_folder, text):
+        path = new_run()
         runtime_folder.mkdir(0o700)
         runtime_file(path, STATUS).write_text(text)
-        assert evolving(path) is None
+        assert background_state(path) is None
         assert background_processes() == []
         assert overview(path).state in ("stopped", "failed")
 
 
 @pytest.mark.slow
-def test_a_full_disk_ends_the_run_with_a_message(begun, monkeypatch):
-    """Of a file system, here a limit on the size of files."""
-    path = begun("run", *SLOW, generations=100_000)
+def test_a_full_disk_ends_the_run_with_a_message(new_run, monkeypatch):
+    """A limit on the size of files replaces the full disk."""
+    path = new_run("run", *SLOW, generations=100_000)
     code = (
         "import resource, signal, sys\nfrom pathlib import Path\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
@@ -329,52 +327,55 @@ def test_a_full_disk_ends_the_run_with_a_message(begun, monkeypatch):
         "from gaitsim.live.background import start_detached\nstart_detached(Path('run'))"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
-    until(lambda: evolving(path) is None)
+    until(lambda: background_state(path) is None)
     assert os.strerror(errno.EFBIG) in str(last_failure(path))
     assert overview(path).state == "failed"
     start_detached(path)
     until(lambda: RunSnapshot(path).generation > 20)
     stop(path)
     done = RunSnapshot(path)
-    assert done.fingerprint() == plain(begun, done.generation, *SLOW)
+    assert done.fingerprint() == plain_fingerprint(new_run, done.generation, *SLOW)
 
 
-def test_a_folder_that_is_being_deleted_is_the_cause():
-    """Its files go first, and the folder a moment later."""
-    error, answers = RunError("history.csv was deleted"), iter([None, RunError("all of it was")])
+def test_a_deleted_folder_is_reported_as_the_cause():
+    """Its files disappear first, and the folder a moment later."""
+    error, answers = (
+        RunError("history.csv was deleted"),
+        iter([None, RunError("the folder was deleted")]),
+    )
 
     def check():
         if found := next(answers):
             raise found
 
-    assert CommandQueue(check=check).cause(error).what == "all of it was"
+    assert CommandQueue(check=check).cause(error).what == "the folder was deleted"
     assert CommandQueue(check=lambda: None).cause(error) is error
 
 
-def test_a_full_runtime_folder_refuses_a_run(begun, monkeypatch):
+def test_a_full_runtime_folder_is_reported(new_run, monkeypatch):
     def full(*_, **__):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    path = begun()
+    path = new_run()
     monkeypatch.setattr(Path, "write_text", full)
     with pytest.raises(GaitsimError, match="No space left"):
         Presence(path)
-    assert evolving(path) is None
+    assert background_state(path) is None
 
 
-def test_sigterm_before_its_turn_stops_a_run(begun, monkeypatch):
+def test_sigterm_stops_a_queued_run(new_run, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
-    first, second = begun("first", *SLOW, generations=100_000), begun("second", *SLOW)
+    first, second = new_run("first", *SLOW, generations=100_000), new_run("second", *SLOW)
     start_detached(first)
-    until(lambda: evolving(first) == "running")
+    until(lambda: background_state(first) == "running")
     pid = start_detached(second)
     os.kill(pid, signal.SIGTERM)
-    until(lambda: evolving(second) is None)
+    until(lambda: background_state(second) is None)
     assert last_failure(second) is None
     assert RunSnapshot(second).generation == 0
 
 
-def test_a_run_that_is_gone_cannot_be_begun(begun):
+def test_a_deleted_run_cannot_be_started(new_run):
     with pytest.raises(RunError, match="deleted or moved"):
         Presence(Path("gone"))
     with pytest.raises(GaitsimError, match="deleted or moved"):

@@ -1,4 +1,4 @@
-"""Runs that evolve in a process of their own."""
+"""Runs that evolve in their own process."""
 
 import asyncio
 import json
@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from gaitsim.live.background import evolving, start_detached, stop
+from gaitsim.live.background import background_state, start_detached, stop
 from gaitsim.live.process import RunProcess
 from gaitsim.runs.background import last_failure
 from gaitsim.runs.files.lock import RunLock, is_locked
@@ -21,27 +21,27 @@ SLOW = ("organism.pause=0.01",)
 
 
 @pytest.fixture
-def whole(begun, gaitsim):
-    """The fingerprint of the run that was never stopped, and of SLOW puppets."""
+def uninterrupted(new_run, gaitsim):
+    """A function that evolves a run without interruption, and returns its fingerprint."""
 
-    def whole(*overrides, **options):
-        path = begun("whole", *overrides, **options)
+    def uninterrupted(*overrides, **options):
+        path = new_run("uninterrupted", *overrides, **options)
         gaitsim("resume", path)
         return RunSnapshot(path).fingerprint()
 
-    return whole
+    return uninterrupted
 
 
-async def last(process):
+async def final_snapshot(process):
     """Wait for the end of a process; return its last snapshot."""
     async for snapshot in process:
         if snapshot.ended:
             break
-    return await process.ended()
+    return await process.wait_ended()
 
 
-def test_pauses_steps_and_stops_at_random_change_nothing(begun, whole, wait):
-    path, drawn = begun("run", *SLOW, generations=15), random.Random(1)
+def test_random_pauses_steps_and_stops_do_not_change_the_run(new_run, uninterrupted, wait):
+    path, drawn = new_run("run", *SLOW, generations=15), random.Random(1)
 
     async def part():
         process = RunProcess(path)
@@ -58,18 +58,18 @@ def test_pauses_steps_and_stops_at_random_change_nothing(begun, whole, wait):
                 )
             )
         process.stop()
-        return await last(process)
+        return await final_snapshot(process)
 
     snapshot = asyncio.run(part())
     while snapshot.state == "stopped":
         snapshot = asyncio.run(part())
     assert (snapshot.state, snapshot.generation) == ("finished", 15)
     assert not is_locked(path)
-    assert RunSnapshot(path).fingerprint() == whole(*SLOW, generations=15)
+    assert RunSnapshot(path).fingerprint() == uninterrupted(*SLOW, generations=15)
 
 
-def test_a_process_pauses_continues_and_changes_options(begun, wait):
-    path = begun("run", *SLOW, generations=10_000)
+def test_a_process_pauses_continues_and_changes_options(new_run, wait):
+    path = new_run("run", *SLOW, generations=10_000)
 
     async def steer():
         process = RunProcess(path, paused=True)
@@ -86,7 +86,7 @@ def test_a_process_pauses_continues_and_changes_options(begun, wait):
         process.pause()
         await wait(lambda: process.last.state == "paused")
         process.stop()
-        return await last(process)
+        return await final_snapshot(process)
 
     snapshot = asyncio.run(steer())
     assert snapshot.state == "stopped"
@@ -95,15 +95,15 @@ def test_a_process_pauses_continues_and_changes_options(begun, wait):
 
 
 @pytest.mark.slow
-def test_a_slow_reader_gets_all_rows_merged(begun, wait):
-    path = begun()
+def test_a_slow_reader_gets_all_rows_merged(new_run, wait):
+    path = new_run()
 
     async def watch():
         process = RunProcess(path)
         await process.start()
         await wait(lambda: process.last.ended)
         snapshots = [snapshot async for snapshot in process]
-        await process.ended()
+        await process.wait_ended()
         return snapshots
 
     (snapshot,) = asyncio.run(watch())
@@ -124,8 +124,8 @@ asyncio.run(main())
 
 
 @pytest.mark.slow
-def test_a_killed_parent_leaves_a_run_that_evolves_on(begun, whole):
-    path = begun("run", *SLOW, generations=100_000)
+def test_a_run_continues_after_its_parent_is_killed(new_run, uninterrupted):
+    path = new_run("run", *SLOW, generations=100_000)
     for goal in (1, 30):
         parent = subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE)
         while int(parent.stdout.readline()) < goal:
@@ -133,14 +133,14 @@ def test_a_killed_parent_leaves_a_run_that_evolves_on(begun, whole):
         parent.kill()
         parent.wait()
         parent.stdout.close()
-        assert evolving(path) == "running"
+        assert background_state(path) == "running"
     assert stop(path)
     done = RunSnapshot(path)
-    assert done.fingerprint() == whole(*SLOW, generations=done.generation)
+    assert done.fingerprint() == uninterrupted(*SLOW, generations=done.generation)
 
 
-def test_ctrl_c_in_the_terminal_does_not_reach_it(begun, wait):
-    path = begun("run", *SLOW)
+def test_ctrl_c_in_the_terminal_does_not_reach_the_process(new_run, wait):
+    path = new_run("run", *SLOW)
 
     async def interrupt():
         process = RunProcess(path)
@@ -148,35 +148,35 @@ def test_ctrl_c_in_the_terminal_does_not_reach_it(begun, wait):
         await wait(lambda: process.last.generation > 2)
         os.kill(process.pid, signal.SIGINT)
         assert os.getsid(process.pid) != os.getsid(0)
-        return await last(process)
+        return await final_snapshot(process)
 
     assert asyncio.run(interrupt()).state == "finished"
 
 
-def test_sigterm_stops_and_saves(begun, wait):
-    path = begun("run", *SLOW, generations=10_000)
+def test_sigterm_stops_and_saves(new_run, wait):
+    path = new_run("run", *SLOW, generations=10_000)
 
     async def terminate():
         process = RunProcess(path)
         await process.start()
         await wait(lambda: process.last.generation > 2)
         os.kill(process.pid, signal.SIGTERM)
-        return await last(process)
+        return await final_snapshot(process)
 
     snapshot = asyncio.run(terminate())
     assert snapshot.state == "stopped"
     assert RunSnapshot(path).generation == snapshot.generation
 
 
-def test_a_killed_process_is_reported(begun, wait):
-    path = begun("run", *SLOW, generations=10_000)
+def test_a_killed_process_is_reported(new_run, wait):
+    path = new_run("run", *SLOW, generations=10_000)
 
     async def kill():
         process = RunProcess(path)
         await process.start()
         await wait(lambda: process.last.generation > 2)
         process.kill()
-        snapshot = await last(process)
+        snapshot = await final_snapshot(process)
         process.go()
         process.stop()
         return snapshot
@@ -188,18 +188,18 @@ def test_a_killed_process_is_reported(begun, wait):
     assert "gaitsim resume run" in snapshot.error.remedy
 
 
-def test_a_locked_run_is_reported(begun):
-    path = begun()
+def test_a_locked_run_is_reported(new_run):
+    path = new_run()
     lock = RunLock(path)
-    snapshot = asyncio.run(last(RunProcess(path)))
+    snapshot = asyncio.run(final_snapshot(RunProcess(path)))
     lock.release()
     assert snapshot.state == "failed"
     assert "is being written by process" in snapshot.error.what
 
 
-def test_invalid_options_are_reported_at_once(begun):
-    process = RunProcess(begun(), overrides={"mutation.rat": 2, "search.elites": -1})
-    snapshot = asyncio.run(last(process))
+def test_invalid_options_are_reported_at_once(new_run):
+    process = RunProcess(new_run(), overrides={"mutation.rat": 2, "search.elites": -1})
+    snapshot = asyncio.run(final_snapshot(process))
     assert snapshot.state == "failed"
     assert "rat" in str(snapshot.error)
     assert "elites" in str(snapshot.error)
@@ -217,11 +217,11 @@ class Noisy(Puppet):
 """
 
 
-def test_a_plugin_that_prints_and_reads_does_not_disturb_the_protocol(begun, install, monkeypatch):
+def test_a_plugin_that_prints_and_reads_does_not_disturb_messages(new_run, install, monkeypatch):
     folder = install("noisy", NOISY, {"organism": {"noisy": "Noisy"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    start_detached(path := begun("run", "organism.plugin=noisy"), workers=2)
-    snapshot = asyncio.run(last(RunProcess(path)))
+    start_detached(path := new_run("run", "organism.plugin=noisy"), workers=2)
+    snapshot = asyncio.run(final_snapshot(RunProcess(path)))
     assert (snapshot.state, snapshot.generation) == ("finished", 30), snapshot.error
 
 
@@ -237,16 +237,16 @@ class Deadly(Puppet):
 """
 
 
-def test_a_plugin_that_ends_the_process_is_reported_with_its_last_line(begun, install, monkeypatch):
+def test_a_plugin_that_exits_is_reported_with_its_last_line(new_run, install, monkeypatch):
     folder = install("deadly", DEADLY, {"organism": {"deadly": "Deadly"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    snapshot = asyncio.run(last(RunProcess(begun("run", "organism.plugin=deadly"))))
+    snapshot = asyncio.run(final_snapshot(RunProcess(new_run("run", "organism.plugin=deadly"))))
     assert snapshot.state == "failed"
     assert "crashed: [bold]I end it all" in snapshot.error.what
 
 
-def test_lines_are_json(begun):
-    path = begun("run", generations=3000)
+def test_lines_are_json(new_run):
+    path = new_run("run", generations=3000)
     done = subprocess.run(
         [sys.executable, "-m", "gaitsim.live", str(path)],
         input=b'{"do": "stand on your head"}\nnonsense\n[]\n{"do":"set","values":3}\n',
@@ -254,15 +254,15 @@ def test_lines_are_json(begun):
         check=True,
     )
     lines = [json.loads(line) for line in done.stdout.splitlines()]
-    assert lines[-1]["state"] == "stopped"  # as its input had come to an end
+    assert lines[-1]["state"] == "stopped"  # because its input ended
 
 
-def test_nothing_of_a_user_interface_is_imported(begun):
+def test_no_user_interface_is_imported(new_run):
     code = (
         "import sys; sys.argv = ['x', 'run']\nfrom gaitsim.live.__main__ import main\n"
         "main()\nprint({'typer', 'rich', 'textual', 'matplotlib'} & {*sys.modules}, "
         "file=sys.stderr)"
     )
-    begun()
+    new_run()
     done = subprocess.run([sys.executable, "-c", code], input=b"", capture_output=True, check=True)
     assert done.stderr.strip() == b"set()"

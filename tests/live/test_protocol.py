@@ -1,4 +1,4 @@
-"""Commands and snapshots as lines, and the history that rows add up to."""
+"""Commands and snapshots as lines, and the history built from rows."""
 
 import json
 import math
@@ -14,7 +14,7 @@ from gaitsim.live.protocol import (
     Event,
     RankedIndividual,
     Snapshot,
-    merged,
+    merge,
     read_command,
     read_snapshot,
     write_command,
@@ -35,7 +35,7 @@ def rows(first, last, **columns):
 @pytest.mark.parametrize(
     "command", [Command("go"), Command("set", {"mutation.rate": 0.1, "name": Typed("[b]'\n\"ü")})]
 )
-def test_commands_come_back(command):
+def test_commands_survive_a_round_trip(command):
     line = write_command(command)
     assert line.count(b"\n") == 1
     assert read_command(line) == command
@@ -55,11 +55,11 @@ def test_commands_come_back(command):
         b'{"do":"set","typed":"a=1"}',
     ],
 )
-def test_an_invalid_command_is_none(line):
+def test_an_invalid_command_is_ignored(line):
     assert read_command(line) is None
 
 
-def test_snapshots_come_back():
+def test_snapshots_survive_a_round_trip():
     values = {
         "state": "paused",
         "generation": 5,
@@ -79,9 +79,9 @@ def test_snapshots_come_back():
     assert found.events == (Event(4, "best", "1.5"),)
 
 
-def test_values_left_out_stay_and_news_does_not():
-    told = read_snapshot(write_snapshot({"state": "finished", "reason": "done"}), BEFORE)
-    then = read_snapshot(write_snapshot({"state": "running"}), told)
+def test_missing_keys_keep_their_values_except_news():
+    reported = read_snapshot(write_snapshot({"state": "finished", "reason": "done"}), BEFORE)
+    then = read_snapshot(write_snapshot({"state": "running"}), reported)
     assert (then.champion, then.top, then.generation) == (BEFORE.champion, BEFORE.top, 3)
     assert (then.reason, dict(then.rows), then.events, then.error) == ("", {}, (), None)
 
@@ -99,7 +99,7 @@ def test_an_invalid_snapshot_is_an_error(line):
         ExperimentError([GaitsimError("one", where="a"), GaitsimError("two", remedy="b")]),
     ],
 )
-def test_errors_come_back_as_they_read(error):
+def test_errors_survive_a_round_trip(error):
     line = write_snapshot({"state": "failed", "error": error.to_dict()})
     found = read_snapshot(line, BEFORE).error
     assert str(found) == str(error)
@@ -110,7 +110,7 @@ def test_merged_snapshots_lose_nothing():
     first = Snapshot("running", rows=rows(1, 2, best=1), events=(Event(1, "best", "1"),),
                      error=GaitsimError("no"))  # fmt: skip
     then = Snapshot("paused", rows=rows(3, 4, other=2), events=(Event(3, "best", "2"),))
-    both = merged(first, then)
+    both = merge(first, then)
     np.testing.assert_equal(both.rows["generation"], [1, 2, 3, 4])
     np.testing.assert_equal(both.rows["best"], [1, 2, np.nan, np.nan])
     np.testing.assert_equal(both.rows["other"], [np.nan, np.nan, 6, 8])
@@ -124,7 +124,7 @@ def test_the_time_left_follows_from_the_speed():
     assert Snapshot("paused", generation=50, generations=100).seconds_left is None
 
 
-def test_a_history_grows_without_rows_that_it_has():
+def test_a_history_skips_rows_that_it_already_has():
     history = HistoryBuffer(rows(1, 3, best=1))
     assert history.extend(rows(2, 6, best=1))
     assert history.extend({})
@@ -136,7 +136,7 @@ def test_a_history_grows_without_rows_that_it_has():
     np.testing.assert_equal(history["best"], [7, 14])
 
 
-def test_a_history_takes_terms_as_they_come():
+def test_a_history_accepts_new_terms():
     history = HistoryBuffer(rows(1, 2, **{"reach": 1, "mean:reach": 1}))
     for number in range(3, 100):
         assert history.extend(rows(number, number, **{"height": 2, "mean:height": 1}))

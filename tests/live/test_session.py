@@ -34,7 +34,7 @@ class Lines(list):
 
 
 def steer(path, *commands, **options):
-    """Evolve a run under these commands, which are all given at once, and see what is told."""
+    """Evolve a run with these commands queued; return the reported snapshots."""
     queued, lines = CommandQueue(), Lines()
     for command in commands:
         queued.add(command if isinstance(command, Command) else Command(command))
@@ -53,24 +53,24 @@ def fingerprint(path):
     return RunSnapshot(path).fingerprint()
 
 
-def whole(begun, *overrides, **options):
-    path = begun("whole", *overrides, **options)
+def uninterrupted(new_run, *overrides, **options):
+    path = new_run("uninterrupted", *overrides, **options)
     steer(path)
     return path
 
 
-def test_a_generation_of_failures_has_no_champion(begun, puppets, monkeypatch):
+def test_a_generation_of_failures_has_no_champion(new_run, puppets, monkeypatch):
     monkeypatch.setattr(
         puppets.Reach, "terms", lambda self, motion: {"far": np.full(motion.population, np.nan)}
     )
-    snapshots = steer(begun("run", "evolution.population=12", generations=3))
+    snapshots = steer(new_run("run", "evolution.population=12", generations=3))
     assert snapshots[-1].state == "finished"
     assert all(snapshot.champion is None for snapshot in snapshots)
     assert not any(event.kind == "best" for snapshot in snapshots for event in snapshot.events)
 
 
-def test_it_evolves_to_the_end_and_reports_all_rows(begun):
-    path = begun()
+def test_a_run_evolves_to_the_end_and_reports_all_rows(new_run):
+    path = new_run()
     snapshots = steer(path)
     last = snapshots[-1]
     assert (last.state, last.reason) == ("finished", "30 generations are done")
@@ -78,8 +78,8 @@ def test_it_evolves_to_the_end_and_reports_all_rows(begun):
     numbers = [n for snapshot in snapshots for n in snapshot.rows.get("generation", ())]
     assert numbers == list(range(1, 31))
     history = RunSnapshot(path).history
-    told = [n for snapshot in snapshots for n in snapshot.rows.get("mean:reach", ())]
-    assert told == history["mean:reach"].tolist()
+    reported = [n for snapshot in snapshots for n in snapshot.rows.get("mean:reach", ())]
+    assert reported == history["mean:reach"].tolist()
     assert last.top[0].score == history["best"][-1]
     assert sum(last.top[0].terms.values()) == pytest.approx(last.top[0].score)
     scores = [individual.score for individual in last.top]
@@ -91,27 +91,27 @@ def test_it_evolves_to_the_end_and_reports_all_rows(begun):
     assert last.champion.genome == tuple(genome)
 
 
-def test_it_is_what_the_command_line_evolves(begun, gaitsim):
-    path = begun()
+def test_a_run_equals_one_of_the_command_line(new_run, gaitsim):
+    path = new_run()
     gaitsim("resume", path)
-    assert fingerprint(path) == fingerprint(whole(begun))
+    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_stops_pauses_and_steps_change_nothing(begun, seed):
+def test_stops_pauses_and_steps_do_not_change_the_run(new_run, seed):
     drawn = random.Random(seed)
-    path = begun()
+    path = new_run()
     while RunSnapshot(path).generation < 30:
         done = RunSnapshot(path).generation
         steps = drawn.randrange(1, 10)
         commands = ["pause", *["step"] * steps, *drawn.choice([[], ["go", "pause", "step"]])]
         snapshots = steer(path, *commands, "stop")
         assert snapshots[-1].generation == min(done + commands.count("step"), 30)
-    assert fingerprint(path) == fingerprint(whole(begun))
+    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
-def test_a_pause_and_a_step_are_reported(begun):
-    states = [snapshot.state for snapshot in steer(begun(), "pause", "step", "stop")]
+def test_a_pause_and_a_step_are_reported(new_run):
+    states = [snapshot.state for snapshot in steer(new_run(), "pause", "step", "stop")]
     assert states[-1] == "stopped"
     assert "paused" in states or "running" in states
 
@@ -119,8 +119,8 @@ def test_a_pause_and_a_step_are_reported(begun):
 @pytest.mark.parametrize(
     "assignments", [("mutation.plugin=none",), ("fitness.price=0.5", "search.elites=0")]
 )
-def test_a_change_is_what_resume_makes_of_it(begun, gaitsim, assignments):
-    path, other = begun("one"), begun("other")
+def test_a_change_equals_a_resume_with_options(new_run, gaitsim, assignments):
+    path, other = new_run("one"), new_run("other")
     steps = ["pause", *["step"] * 7]
     snapshots = steer(path, *steps, change(*assignments), "go")
     events = [event for snapshot in snapshots for event in snapshot.events]
@@ -131,11 +131,11 @@ def test_a_change_is_what_resume_makes_of_it(begun, gaitsim, assignments):
     steer(other, *steps, "stop")
     gaitsim("resume", other, *(part for text in assignments for part in ("--set", text)))
     assert fingerprint(path) == fingerprint(other)
-    assert fingerprint(path) != fingerprint(whole(begun))
+    assert fingerprint(path) != fingerprint(uninterrupted(new_run))
 
 
-def test_champions_of_another_fitness_are_forgotten(begun):
-    path = begun()
+def test_champions_of_an_earlier_fitness_are_dropped(new_run):
+    path = new_run()
     snapshots = steer(path, "pause", *["step"] * 7, change("fitness.price=5.0"), "step", "stop")
     history = RunSnapshot(path).history
     assert snapshots[-1].scored_from == RunSnapshot(path).comparable == 8
@@ -143,36 +143,36 @@ def test_champions_of_another_fitness_are_forgotten(begun):
     assert snapshots[-1].champion.score == history["best"][7]
 
 
-def test_an_invalid_change_is_reported_and_changes_nothing(begun):
-    path = begun()
-    refused = [change("mutation.rat=1"), change("evolution.population=50"), change("x")]
-    snapshots = steer(path, "pause", "step", *refused, "step", change(), "go")
+def test_an_invalid_change_is_reported_and_has_no_effect(new_run):
+    path = new_run()
+    invalid = [change("mutation.rat=1"), change("evolution.population=50"), change("x")]
+    snapshots = steer(path, "pause", "step", *invalid, "step", change(), "go")
     errors = [str(snapshot.error) for snapshot in snapshots if snapshot.error]
     assert any("rat" in error for error in errors)
     assert "failed" not in {snapshot.state for snapshot in snapshots}
-    assert fingerprint(path) == fingerprint(whole(begun))
+    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
-def test_more_generations_while_it_runs(begun):
-    path = begun(generations=5)
+def test_generations_are_added_while_a_run_evolves(new_run):
+    path = new_run(generations=5)
     last = steer(path, "pause", "step", change("evolution.generations=30"), "go")[-1]
     assert (last.generation, last.stage) == (30, 1)
-    assert fingerprint(path) == fingerprint(whole(begun))
+    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
-def test_a_finished_run_is_reported_and_continues_with_more_generations(begun):
-    path = begun(generations=5)
+def test_a_finished_run_is_reported_and_continues_with_more_generations(new_run):
+    path = new_run(generations=5)
     steer(path)
     last = steer(path)[-1]
     assert (last.state, last.reason, last.generation) == ("finished", "5 generations are done", 5)
     assert last.champion is not None
     assert len(last.top) == 5
     assert steer(path, generations=30)[-1].generation == 30
-    assert fingerprint(path) == fingerprint(whole(begun))
+    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
-def test_a_run_locked_by_another_process_is_reported(begun):
-    path = begun()
+def test_a_run_locked_by_another_process_is_reported(new_run):
+    path = new_run()
     lock = RunLock(path)
     snapshot = steer(path)[-1]
     lock.release()
@@ -195,9 +195,9 @@ class Body(puppets.Puppet):
 """
 
 
-def test_a_broken_plugin_is_reported_and_the_run_resumes(begun, install):
+def test_a_broken_plugin_is_reported_and_the_run_resumes(new_run, install):
     install("spoilt", SPOILT, {"organism": {"spoilt": "Body"}})
-    path = begun("run", "organism.plugin=spoilt")
+    path = new_run("run", "organism.plugin=spoilt")
     snapshot = steer(path)[-1]
     assert (snapshot.state, snapshot.generation) == ("failed", 2)
     assert "organism 'spoilt' of package spoilt 1.0" in snapshot.error.what
@@ -205,12 +205,12 @@ def test_a_broken_plugin_is_reported_and_the_run_resumes(begun, install):
     assert steer(path)[-1].state == "finished"
     assert (
         RunSnapshot(path).history["best"].tolist()
-        == RunSnapshot(whole(begun)).history["best"].tolist()
+        == RunSnapshot(uninterrupted(new_run)).history["best"].tolist()
     )
 
 
-def test_a_full_disk_is_reported_and_the_run_resumes(begun, monkeypatch):
-    path = begun()
+def test_a_full_disk_is_reported_and_the_run_resumes(new_run, monkeypatch):
+    path = new_run()
     real = writing.write_checkpoint
 
     def write(place, checkpoint, previous):
@@ -226,11 +226,11 @@ def test_a_full_disk_is_reported_and_the_run_resumes(begun, monkeypatch):
     assert "No space left" in snapshot.error.what
     assert "free some space" in snapshot.error.remedy
     steer(path)
-    assert fingerprint(path) == fingerprint(whole(begun))
+    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
-def test_a_failed_run_can_be_opened_once_it_is_reported(begun, monkeypatch):
-    path = begun()
+def test_a_failed_run_can_be_opened_once_it_is_reported(new_run, monkeypatch):
+    path = new_run()
     opened = []
 
     class Eager(Lines):
@@ -249,19 +249,19 @@ def test_a_failed_run_can_be_opened_once_it_is_reported(begun, monkeypatch):
     assert opened == [None]
 
 
-def test_a_lost_reader_stops_the_run(begun):
-    path = begun(generations=100_000)
+def test_a_disconnected_reader_stops_the_run(new_run):
+    path = new_run(generations=100_000)
 
     def gone(_):
         raise BrokenPipeError
 
     queued = CommandQueue()
-    reporter = Reporter(gone, lost=lambda: queued.add(Command("stop")))
+    reporter = Reporter(gone, on_disconnect=lambda: queued.add(Command("stop")))
     assert evolve_live(path, queued, reporter) == "stopped"
 
 
-def test_the_best_of_each_island_is_reported(begun):
-    path = begun("run", "islands.number=3", "islands.migrants=1", generations=12)
+def test_the_best_of_each_island_is_reported(new_run):
+    path = new_run("run", "islands.number=3", "islands.migrants=1", generations=12)
     last = steer(path)[-1]
     assert last.islands == tuple(RunSnapshot(path).islands[-1])
-    assert steer(begun("plain", generations=3))[-1].islands == ()
+    assert steer(new_run("plain", generations=3))[-1].islands == ()

@@ -1,4 +1,4 @@
-"""Runs that are not controlled from here: at rest, or written by another process."""
+"""Runs that this process does not control: at rest, or written by another process."""
 
 import asyncio
 import shutil
@@ -17,24 +17,24 @@ from gaitsim.runs.writer import RunWriter
 
 
 def evolve(path, until=None, **options):
-    """Evolve a run here, at most to a generation."""
+    """Evolve a run in this process, to a generation if one is given."""
     with RunWriter.open(path, **options) as writer:
         for generation in writer.evolve(partial(evaluate, writer.experiment)):
             if generation.number == until:
                 break
 
 
-def test_a_run_before_its_first_generation(begun):
-    snapshot = RunWatcher(begun()).look()
+def test_a_run_before_its_first_generation(new_run):
+    snapshot = RunWatcher(new_run()).poll()
     assert (snapshot.state, snapshot.generation, snapshot.generations) == ("stopped", 0, 30)
     assert snapshot.champion is None
 
 
-def test_a_stopped_and_a_finished_run(begun):
-    path = begun("run", "evolution.fitness_threshold=0")
+def test_a_stopped_and_a_finished_run(new_run):
+    path = new_run("run", "evolution.fitness_threshold=0")
     evolve(path, 12)
     watch = RunWatcher(path)
-    snapshot = watch.look()
+    snapshot = watch.poll()
     assert (snapshot.state, snapshot.reason, snapshot.generation) == ("stopped", "", 12)
     best = RunSnapshot(path).individual()
     generation, score, genome = best.generation, best.score, best.genome
@@ -46,30 +46,30 @@ def test_a_stopped_and_a_finished_run(begun):
     assert kinds == {"best", "kept"}
     assert max(e.generation for e in snapshot.events if e.kind == "best") == generation
     evolve(path)
-    snapshot = watch.look()
+    snapshot = watch.poll()
     assert (snapshot.state, snapshot.reason) == ("finished", "30 generations are done")
     assert snapshot.rows["generation"].tolist() == list(range(13, 31))
     assert all(event.generation > 12 for event in snapshot.events)
 
 
-def test_a_champion_is_reported_once_its_checkpoint_is_written(begun):
-    path, told = begun(), []
+def test_a_champion_is_reported_once_its_checkpoint_is_written(new_run):
+    path, reported = new_run(), []
     evolve(path, 2)
     watch = RunWatcher(path)
-    watch.look()
+    watch.poll()
     for until in range(3, 31):
         early = path / champion_file(until)
         early.touch()
-        told += watch.look().events
+        reported += watch.poll().events
         early.unlink()
         evolve(path, until)
-        told += watch.look().events
-    numbers = [event.generation for event in told if event.kind == "kept"]
+        reported += watch.poll().events
+    numbers = [event.generation for event in reported if event.kind == "kept"]
     assert numbers == [n for n in kept_champions(path) if n > 2]
 
 
-def test_a_growing_run_is_followed(begun):
-    path = begun()
+def test_a_growing_run_is_followed(new_run):
+    path = new_run()
 
     async def follow():
         seen, watch = [], RunWatcher(path, period=0)
@@ -80,20 +80,20 @@ def test_a_growing_run_is_followed(begun):
                 seen.append(snapshot.generation)
                 if next(generations, None) is None:
                     break
-        return seen, watch.look()
+        return seen, watch.poll()
 
     seen, last = asyncio.run(follow())
     assert seen == list(range(31))
     assert last.state == "finished"
 
 
-def test_a_stage_is_reported_and_its_scores_compare_with_its_own(begun):
-    path = begun()
+def test_a_stage_is_reported_and_restarts_the_best_score(new_run):
+    path = new_run()
     evolve(path, 8)
     watch = RunWatcher(path)
-    watch.look()
+    watch.poll()
     evolve(path, 12, overrides={"fitness.price": 3.0})
-    snapshot = watch.look()
+    snapshot = watch.poll()
     assert (snapshot.stage, snapshot.scored_from) == (2, 9)
     assert snapshot.champion.generation > 8
     stage, best, *_ = snapshot.events
@@ -101,8 +101,8 @@ def test_a_stage_is_reported_and_its_scores_compare_with_its_own(begun):
     assert (best.generation, best.kind) == (9, "best")
 
 
-def test_without_its_plugin_only_the_champions_genome_is_missing(begun, monkeypatch):
-    path = begun()
+def test_without_its_plugin_only_the_champions_genome_is_missing(new_run, monkeypatch):
+    path = new_run()
     evolve(path)
     best = RunSnapshot(path).individual()
     generation, score = best.generation, best.score
@@ -112,7 +112,7 @@ def test_without_its_plugin_only_the_champions_genome_is_missing(begun, monkeypa
         raise ExperimentError([GaitsimError("unknown organism plugin 'puppet'")])
 
     monkeypatch.setattr("gaitsim.runs.snapshot.parse_experiment", missing)
-    snapshot = RunWatcher(path).look()
+    snapshot = RunWatcher(path).poll()
     assert snapshot.champion == Best(generation, score, ())
     assert len(snapshot.top) == 5
 
@@ -120,7 +120,7 @@ def test_without_its_plugin_only_the_champions_genome_is_missing(begun, monkeypa
 @pytest.mark.parametrize(
     ("spoil", "what"),
     [
-        (shutil.rmtree, "is gone"),
+        (shutil.rmtree, "was deleted or moved"),
         (lambda path: (path / "experiment.toml").write_text("[evolution"), "experiment.toml"),
         (lambda path: (path / "experiment.toml").write_text("seed = 1"), "organism.plugin"),
         (lambda path: (path / "history.csv").write_text("a,b\n1,2\n"), "history.csv"),
@@ -129,16 +129,16 @@ def test_without_its_plugin_only_the_champions_genome_is_missing(begun, monkeypa
         (lambda path: [p.write_bytes(b"x") for p in path.glob("*.pickle")], "checkpoint"),
     ],
 )
-def test_a_damaged_run_is_a_failed_snapshot(begun, spoil, what):
-    path = begun()
+def test_a_damaged_run_is_a_failed_snapshot(new_run, spoil, what):
+    path = new_run()
     evolve(path, 3)
     spoil(path)
-    snapshot = RunWatcher(path).look()
+    snapshot = RunWatcher(path).poll()
     assert snapshot.state == "failed"
     assert what in str(snapshot.error)
 
 
-def test_the_best_of_each_island_is_in_the_snapshot(begun):
-    path = begun("run", "islands.number=3", "islands.migrants=1")
+def test_the_best_of_each_island_is_in_the_snapshot(new_run):
+    path = new_run("run", "islands.number=3", "islands.migrants=1")
     evolve(path, 5)
-    assert RunWatcher(path).look().islands == tuple(RunSnapshot(path).islands[-1])
+    assert RunWatcher(path).poll().islands == tuple(RunSnapshot(path).islands[-1])

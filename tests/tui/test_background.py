@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from waiting import until
 
-from gaitsim.live.background import evolving, start_detached, stop
+from gaitsim.live.background import background_state, start_detached, stop
 from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = [
@@ -66,7 +66,7 @@ def test_runs_continue_after_the_app_is_killed_and_reopened(walk, gaitsim, monke
     until(lambda: b"walk" in app.written)
     app.press(b"\r", b"stopped")
     app.press(b" ")
-    until(lambda: evolving(first) == "running")
+    until(lambda: background_state(first) == "running")
     for run in more:
         start_detached(run)
     runs = [first, *more]
@@ -77,9 +77,9 @@ def test_runs_continue_after_the_app_is_killed_and_reopened(walk, gaitsim, monke
     until(lambda: b"walk" in again.written)
     again.press(b"\r", b"evaluations/s")
     again.press(b" ", b"Paused.")
-    assert evolving(first) == "paused"
+    assert background_state(first) == "paused"
     again.press(b" ")
-    until(lambda: evolving(first) == "running")
+    until(lambda: background_state(first) == "running")
     again.kill()
     until(
         lambda: all(

@@ -14,7 +14,7 @@ from textual.keys import _character_to_key
 from textual.widgets import Input, Static
 from textual.widgets._footer import FooterKey
 
-from gaitsim.live.background import evolving, start_detached
+from gaitsim.live.background import background_state, start_detached
 from gaitsim.runs import overview
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.notes import read_note, write_note
@@ -492,7 +492,7 @@ class TestBackground:
             assert not driver.offered() & {"home.delete", "home.rename"}
             await driver.press("x")
             await driver.until(lambda: "■ stopped" in rows(driver)[names(driver).index("b")])
-            assert evolving(path) is None
+            assert background_state(path) is None
 
         drive(test)
 

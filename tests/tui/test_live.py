@@ -18,7 +18,7 @@ from waiting import app_until
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
-from gaitsim.live.background import evolving
+from gaitsim.live.background import background_state
 from gaitsim.live.protocol import Event, RankedIndividual, Snapshot
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock, is_locked
@@ -78,7 +78,7 @@ def live(run, test, *, size=(80, 24), **options):
             await test(screen, pilot)
             if screen.process is not None:
                 screen.process.kill()
-                await screen.process.ended()
+                await screen.process.wait_ended()
 
     asyncio.run(go())
 
@@ -433,7 +433,7 @@ class TestLeaving:
             assert any(
                 "is evolving in the background" in text and "gaitsim stop" in text for text in notes
             )
-            assert evolving(run) == "running"
+            assert background_state(run) == "running"
             again, other = Live(run), Live(run)
             await pilot.app.push_screen(other)
             await app_until(pilot, lambda: other.state == "running")
@@ -474,7 +474,7 @@ class TestLeaving:
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             for answer, keeps in (("escape", None), ("k", True), ("s", False)):
                 ended = []
-                pilot.app.exit = lambda ended=ended: ended.append(evolving(run))
+                pilot.app.exit = lambda ended=ended: ended.append(background_state(run))
                 await pilot.press("q")
                 await app_until(pilot, lambda: pilot.app.screen is not screen)
                 await pilot.press(answer)

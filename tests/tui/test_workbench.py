@@ -10,7 +10,7 @@ import pytest
 from textual.events import MouseScrollDown
 from textual.widgets import Button
 
-from gaitsim.live.background import evolving
+from gaitsim.live.background import background_state
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.widgets.curves import Curves
 
@@ -213,7 +213,7 @@ def test_evolving(run_task, walk):
         await user.do("f", "Fork")
         await user.at("ChangeDialog")
         await user.agree("Fork")
-        await user.driver.until(lambda: evolving(Path("runs/walk-2")) == "running")
+        await user.driver.until(lambda: background_state(Path("runs/walk-2")) == "running")
         await user.sees("walk-2")
         await user.do("s", "Stop")
         await user.sees("stopped")
@@ -228,7 +228,7 @@ def test_evolving(run_task, walk):
     run_task(task)
     run = RunSnapshot(RUN)
     assert [str(change) for change in run.stages[1].changes]
-    assert evolving(RUN) is evolving(Path("runs/walk-2")) is None
+    assert background_state(RUN) is background_state(Path("runs/walk-2")) is None
 
 
 def test_comparing_replaying_and_exporting(run_task, walk):

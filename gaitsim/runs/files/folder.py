@@ -114,6 +114,14 @@ def unfinished(run: Path) -> RunError:
     )
 
 
+def deleted_or_moved(run: Path) -> RunError:
+    """Return the error of a run whose folder disappeared while the run was open."""
+    return RunError(
+        f"the folder of the run {run} was deleted or moved",
+        remedy="start a new run, or resume this one at its new path",
+    )
+
+
 def own_folder(run: Path, name: str) -> Path:
     """Return a folder within a run; create it if it is missing.
 

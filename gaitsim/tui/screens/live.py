@@ -13,7 +13,7 @@ from textual.reactive import reactive
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
-from gaitsim.live.background import evolving
+from gaitsim.live.background import background_state
 from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watching import RunWatcher
@@ -137,8 +137,8 @@ with `gaitsim attach`.
         resume, self._resume = self._resume, False
         async for found in RunWatcher(self.run):
             self.take(found if resume else with_failure(found, self.snapshot, self.run))
-            if evolving(self.run):
-                self._start(begin=False)
+            if background_state(self.run):
+                self._start(launch=False)
                 return
         if resume and self.snapshot.state == "stopped":
             self._start()
@@ -151,15 +151,15 @@ with `gaitsim attach`.
     def _look(self) -> None:
         """Follow a stopped run once another process evolves it."""
         at_rest = self.process is None and not self.is_busy("source")
-        if at_rest and (evolving(self.run) or is_locked(self.run)):
+        if at_rest and (background_state(self.run) or is_locked(self.run)):
             self._watch()
 
     def _start(
-        self, overrides: Overrides | None = None, *, step: bool = False, begin: bool = True
+        self, overrides: Overrides | None = None, *, step: bool = False, launch: bool = True
     ) -> None:
-        """Evolve the run in the background; without `begin`, connect to its process."""
+        """Evolve the run in the background; without `launch`, only connect to its process."""
         engine = RunProcess(
-            self.run, overrides=overrides, paused=step, known=self.snapshot, begin=begin
+            self.run, overrides=overrides, paused=step, initial=self.snapshot, launch=launch
         )
         self.process, self._stopping = engine, False
         self.board.show_problem(None)
@@ -172,7 +172,7 @@ with `gaitsim attach`.
             engine.step()
         async for snapshot in engine:
             self.take(snapshot)
-        await engine.ended()
+        await engine.wait_ended()
         self.process, self._stopping = None, False
         self._changed()
 
@@ -303,7 +303,7 @@ with `gaitsim attach`.
     def on_unmount(self) -> None:
         """Disconnect from the process, which continues."""
         if self.process is not None:
-            self.process.leave()
+            self.process.disconnect()
 
     # Available actions
 

@@ -10,8 +10,8 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
-from gaitsim.live.background import evolving
-from gaitsim.live.protocol import Best, Event, Snapshot, joined
+from gaitsim.live.background import background_state
+from gaitsim.live.protocol import Best, Event, Snapshot, concatenate
 from gaitsim.runs.background import last_failure
 from gaitsim.runs.follow import HistoryBuffer, Rows
 from gaitsim.runs.snapshot import RunSnapshot
@@ -43,7 +43,7 @@ class LiveState:
         # Events in transit may already have been read from the folder.
         self.events.extend(one for one in snapshot.events if one not in self.events)
         if not self.course.extend(snapshot.rows):
-            self._early = joined(self._early, snapshot.rows)
+            self._early = concatenate(self._early, snapshot.rows)
         self.gap = len(self.course) < snapshot.generation
 
     def reread(self, found: Snapshot, course: HistoryBuffer) -> None:
@@ -70,7 +70,7 @@ def with_failure(found: Snapshot, known: Snapshot, run: Path) -> Snapshot:
         run: folder of the run.
     """
     if found.state == "elsewhere":  # perhaps in the background, where it can be steered
-        return replace(found, state=evolving(run) or "elsewhere")
+        return replace(found, state=background_state(run) or "elsewhere")
     error = last_failure(run) if found.state == "stopped" else None
     if error is not None:
         return replace(found, state="failed", error=error)

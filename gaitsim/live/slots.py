@@ -1,4 +1,4 @@
-"""The queue of runs in the background: as many evolve at a time as there are cores."""
+"""The queue of background runs: by default, as many evolve at a time as there are cores."""
 
 import os
 from contextlib import suppress
@@ -11,10 +11,10 @@ from gaitsim.evaluation.executors import cores
 
 VARIABLE = "GAITSIM_BACKGROUND_RUNS"
 FOLDER, GUARD = "queue", "queue.lock"
-GUARDED = 1.0  # seconds to wait for another process
+GUARD_TIMEOUT = 1.0  # seconds to wait while another process changes the queue
 
 
-def places() -> int:
+def slot_count() -> int:
     """Return the maximum number of runs that evolve in the background at a time.
 
     Raises:
@@ -32,11 +32,11 @@ def places() -> int:
     )
 
 
-class Place:
-    """A place among the runs that evolve at the same time.
+class Slot:
+    """A permit to evolve at the same time as up to `count` − 1 other runs.
 
-    A process draws a ticket, a file that it locks. The runs of the first `count` tickets of living
-    processes evolve; the others wait in order.
+    Each process draws a ticket, which is a numbered file that it locks. The processes with the
+    first `count` locked tickets evolve; the others wait in order.
 
     Args:
         folder: private folder of the background processes.
@@ -47,29 +47,29 @@ class Place:
         self._folder, self._count = folder / FOLDER, count
         self._guard = FileLock(folder / GUARD)
         self._ticket: FileLock | None = None
-        self._taken = False
+        self._acquired = False
 
-    def take(self) -> bool:
+    def try_acquire(self) -> bool:
         """Return whether this run may evolve; the first call draws a ticket.
 
-        On a full or broken file system, runs do not wait.
+        On a full or broken file system, every run may evolve.
         """
-        if self._taken:
+        if self._acquired:
             return True
         try:
-            with self._guard.acquire(timeout=GUARDED):
+            with self._guard.acquire(timeout=GUARD_TIMEOUT):
                 if self._ticket is None:
                     self._ticket = self._draw()
-                self._taken = self._first(Path(self._ticket.lock_file).name)
+                self._acquired = self._is_first(Path(self._ticket.lock_file).name)
         except Timeout:
             return False
         except OSError:
-            self._taken = True
-        return self._taken
+            self._acquired = True
+        return self._acquired
 
-    def leave(self) -> None:
-        """Free the place for the next run; a later `take` queues again."""
-        self._taken = False
+    def release(self) -> None:
+        """Free the slot for the next run; a later `try_acquire` draws a new ticket."""
+        self._acquired = False
         if self._ticket is not None:
             with suppress(OSError):
                 Path(self._ticket.lock_file).unlink(missing_ok=True)
@@ -78,18 +78,18 @@ class Place:
 
     def _draw(self) -> FileLock:
         self._folder.mkdir(0o700, exist_ok=True)
-        number = max((int(name) for name in self._names()), default=0) + 1
+        number = max((int(name) for name in self._tickets()), default=0) + 1
         ticket = FileLock(self._folder / f"{number:012d}")
         ticket.acquire(timeout=0)
         return ticket
 
-    def _names(self) -> list[str]:
+    def _tickets(self) -> list[str]:
         return sorted(name for name in os.listdir(self._folder) if name.isdecimal())  # noqa: PTH208
 
-    def _first(self, mine: str) -> bool:
-        """Return whether the ticket is among the first `count`; remove those of dead processes."""
+    def _is_first(self, mine: str) -> bool:
+        """Return whether a ticket is among the first `count`; remove those of dead processes."""
         before = 0
-        for name in self._names():
+        for name in self._tickets():
             if name >= mine:
                 break
             other = FileLock(self._folder / name)
