@@ -48,12 +48,12 @@ def serve(
     ssh -t -L 8000:127.0.0.1:8000 lab gaitsim serve
     """
     try:
-        from gaitsim.tui.web import WebServer, is_loopback, listening
+        from gaitsim.tui.web import WebServer, is_loopback, listening_socket
     except ModuleNotFoundError as error:
         raise not_installed("'gaitsim serve'", error.name, "serve") from None
     chosen = check_theme(theme, where="--theme") if theme else None
     chosen_token = _token(token)
-    with listening(host, port) as socket:
+    with listening_socket(host, port) as socket:
         if not is_loopback(host):
             notice(
                 f"Warning: {host} can be reached from other machines, and nothing is encrypted: "

@@ -21,8 +21,8 @@ from textual.widgets import Input
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
-from gaitsim.tui.config import Config, on_one_line, remember_theme
-from gaitsim.tui.lean import Mirror, lean
+from gaitsim.tui.config import Config, format_problem, remember_theme
+from gaitsim.tui.lean import Mirror, lean_driver
 from gaitsim.tui.plain import PlainText
 from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
 from gaitsim.tui.screens.home import Home
@@ -46,10 +46,10 @@ class GaitsimApp(ViKeys):
 
     Args:
         folder: folder that holds the runs.
-        config: settings of the user; None for the defaults.
+        config: the user's settings; None for the defaults.
         theme: name of a theme; overrides the settings.
         clock: function that returns the time in seconds since 1970.
-        first: function that returns the first screen; None for home.
+        first: function that creates the first screen.
 
     Attributes:
         tasks: commands in the background.
@@ -63,7 +63,9 @@ class GaitsimApp(ViKeys):
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("question_mark", "help", "Help", id="app.help", tooltip="Show keys and their use"),
+        Binding(
+            "question_mark", "help", "Help", id="app.help", tooltip="Show the keys and their use"
+        ),
         Binding("q", "quit", "Quit", show=False, id="app.quit", tooltip="Quit; runs continue"),
         Binding(
             "ctrl+o",
@@ -116,7 +118,7 @@ class GaitsimApp(ViKeys):
         self.mirror = Mirror()
         driver = super().get_driver_class()
         # On Windows, Textual writes in chunks that may end within a sequence.
-        return driver if sys.platform == "win32" else lean(driver, self.mirror)
+        return driver if sys.platform == "win32" else lean_driver(driver, self.mirror)
 
     def on_resize(self) -> None:
         """Resend the whole screen."""
@@ -137,21 +139,21 @@ class GaitsimApp(ViKeys):
             return
         self._report(config.path, config.problems)
         if config.keys:
-            from gaitsim.tui.keys import usable
+            from gaitsim.tui.keys import valid_keys
 
-            self.set_keymap(usable(config))
+            self.set_keymap(valid_keys(config))
             self._check_keys(config)
 
     @work(group="keys")
     async def _check_keys(self, config: Config) -> None:
-        from gaitsim.tui.keys import problems
+        from gaitsim.tui.keys import find_problems
 
-        self._report(config.path, await asyncio.to_thread(problems, config))
+        self._report(config.path, await asyncio.to_thread(find_problems, config))
 
     def _report(self, path: Path, problems: Sequence[GaitsimError]) -> None:
         """Report the problems of the settings in one message."""
         if problems:
-            lines = "\n".join(map(on_one_line, problems))
+            lines = "\n".join(map(format_problem, problems))
             self.notify(lines, title=str(path), severity="warning", markup=False, timeout=15)
 
     # Navigation
@@ -256,7 +258,7 @@ class GaitsimApp(ViKeys):
 
     def start_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
         """Run a gaitsim command in the background; with `opens`, open the file it writes."""
-        task = self.tasks.begin(arguments, opens=opens)
+        task = self.tasks.start(arguments, opens=opens)
         if not self.screen.query("#tasks"):
             self.notify(
                 task.command, title="Running in the background; press t to see it", markup=False
@@ -328,7 +330,7 @@ class GaitsimApp(ViKeys):
         return super().check_action(action, parameters)
 
     @work(group="leaving", exclusive=True)
-    async def _end(self) -> None:
+    async def _quit(self) -> None:
         for screen in reversed(self.screen_stack):
             if not await _may_leave(screen):
                 return
@@ -340,7 +342,7 @@ class GaitsimApp(ViKeys):
     def on_key(self, event: Key) -> None:
         """Type a letter into a field that received the focus after the key was pressed.
 
-        The first of several pasted letters may open a field for the others.
+        In a paste, the first letter may open a field for the others.
         """
         if isinstance(self.focused, Input) and event.character and event.is_printable:
             self.focused.insert_text_at_cursor(event.character)
@@ -361,15 +363,15 @@ class GaitsimApp(ViKeys):
         return await super().run_action(action, default_namespace, namespaces)
 
     async def action_quit(self) -> None:
-        self._end()
+        self._quit()
 
     def _task_changed(self, task: Task) -> None:
-        """Notify the screens, and also the user if no task list shows that a task has ended."""
+        """Notify the screens of a change, and the user of the end of a task that no list shows."""
         self.screen.refresh_bindings()
         for screen in self.screen_stack:
             screen.post_message(TaskChanged(task))
         if task.state == "done" and task.opens and task.files:
-            self.run_worker(self._hand_over(task.files[0]), group="open")
+            self.run_worker(self._open_file(task.files[0]), group="open")
             return
         if self.screen.query("#tasks"):
             return
@@ -381,15 +383,15 @@ class GaitsimApp(ViKeys):
                 task.message, title=task.command, severity="error", markup=False, timeout=10
             )
 
-    async def _hand_over(self, file: Path) -> None:
-        from gaitsim.tui.opener import hand_over
+    async def _open_file(self, file: Path) -> None:
+        from gaitsim.tui.opener import open_or_copy
 
-        await hand_over(self, file, made=True)
+        await open_or_copy(self, file, trusted=True)
 
 
 async def _may_leave(screen: Screen[Any]) -> bool:
     return not isinstance(screen, GaitScreen) or await screen.may_leave()
 
 
-if TYPE_CHECKING:  # checks the app against its interface for screens
+if TYPE_CHECKING:  # checks that the app implements the interface for screens
     _navigator: Navigator = GaitsimApp()

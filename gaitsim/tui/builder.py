@@ -1,7 +1,7 @@
 """An experiment under construction: a preset and changes to it.
 
-Changes are stored as assignments of the command line, so the UI can build nothing that
-`gaitsim run … --set …` cannot. This module does not depend on screens.
+Changes are stored as the texts of `--set`, so the UI can build only experiments that
+`gaitsim run … --set …` can build too. This module does not depend on screens.
 """
 
 import shlex
@@ -78,7 +78,7 @@ class ExperimentBuilder:
 
     Attributes:
         preset: preset to start from.
-        changes: typed texts by key, in the order of typing.
+        changes: texts typed by the user, by key, in the order of typing.
     """
 
     preset: LoadedPreset
@@ -92,7 +92,7 @@ class ExperimentBuilder:
 
     @property
     def counted(self) -> str:
-        """The number of changes in words."""
+        """The number of changes, such as '2 changes'."""
         return f"{len(self.changes)} change{'s' * (len(self.changes) != 1)}"
 
     def assign(self, key: str, text: str | None) -> "ExperimentBuilder":
@@ -101,7 +101,7 @@ class ExperimentBuilder:
         return replace(self, changes=changes if text is None else changes | {key: text})
 
     def choose(self, kind: str, name: str) -> "ExperimentBuilder":
-        """Return a copy with another plugin; drop changes of the old one's options."""
+        """Return a copy with another plugin, without changes to options of the old plugin."""
         chosen = {} if name == self.preset.plugin(kind) else {f"{kind}.{PLUGIN}": name}
         return replace(self, changes={**self.drop(kind).changes, **chosen})
 
@@ -149,10 +149,10 @@ class Form:
 
     Attributes:
         section: name of the section.
-        plugin: name of its plugin; '' for evolution.
+        plugin: name of its plugin; '' for a section without one, such as evolution.
         about: documentation of the plugin.
         options: options of the section.
-        problem: problem because of which there are no options.
+        problem: reason why the plugin cannot be loaded; None if it can.
     """
 
     section: str
@@ -169,7 +169,7 @@ class Validation:
     Attributes:
         builder: builder of the experiment.
         experiment: the experiment; None if it has problems.
-        problems: problems by the invalid key or section; '' for any other place.
+        problems: problems by key or section; '' for a problem elsewhere.
         forms: forms of the sections by name.
         offered: plugins that work with the other parts, by kind.
         toml: experiment file with long texts shortened; '' if the experiment has problems.
@@ -193,7 +193,7 @@ class Validation:
         return self.builder.changes.get("name", str(self.builder.preset.values["name"]))
 
     def summary(self, run: Path) -> str:
-        """Return that the experiment can run into the folder `run`, or its first problem."""
+        """Return a line: where the experiment would run, or its first problem."""
         if not self.problems:
             return f"✓ Ready to run as {run}"
         key, first = next(iter(self.problems.items()))

@@ -1,4 +1,4 @@
-"""The installed plugins and presets, read once, and the plugins that failed."""
+"""The installed plugins and presets, and the plugins that cannot be loaded."""
 
 import inspect
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ class Catalogue:
 
     Attributes:
         classes: classes of the usable plugins by kind and name.
-        failures: problems of the other plugins by kind and name.
+        failures: reasons why the other plugins cannot be used, by kind and name.
         presets: installed presets.
     """
 
@@ -77,7 +77,7 @@ class Catalogue:
             if experiment is not None and experiment.entries["organism"].name == body:
                 return experiment.space()
             entry = registry.find("organism", body)
-            with registry.plugin_errors(entry, "being made"):
+            with registry.plugin_errors(entry, "being created"):
                 organism = self.classes["organism"][body]()
             assert isinstance(organism, Organism)
             return space_of(entry, organism)

@@ -1,4 +1,4 @@
-"""The command palette: all actions, found by name or by synonyms."""
+"""The command palette, which finds all actions by name or synonym."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -11,7 +11,7 @@ from textual.content import Content
 from textual.dom import DOMNode
 
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.search_words import SEARCH, Search
+from gaitsim.tui.search_words import SEARCH, Hints
 from gaitsim.tui.vi import PREFIX
 
 DIM = 0.7  # factor on the scores of unavailable commands
@@ -36,28 +36,28 @@ class Command(NamedTuple):
 
 
 class Commands(Provider):
-    """Keys and commands of the screen and the app, with reasons for unavailable ones."""
+    """The commands of the screen and the app, with the reasons why some are unavailable."""
 
-    def _working(self) -> Iterator[Command]:
+    def _available(self) -> Iterator[Command]:
         """Yield the available commands."""
         screen, app = self.screen, self.app
-        met: set[str] = set()
+        seen: set[str] = set()
         for node, binding, enabled, tooltip in screen.active_bindings.values():
-            if not enabled or not _is_command(binding) or binding.id in met:
+            if not enabled or not _is_command(binding) or binding.id in seen:
                 continue
-            met.add(binding.id or "")
+            seen.add(binding.id or "")
             about = f"{tooltip or binding.tooltip}  ({app.get_key_display(binding)})"
             yield Command(
                 binding.description,
                 about.strip(),
                 partial(app.run_action, binding.action, default_namespace=node),
-                _search(binding).words,
+                _hints(binding).words,
             )
         if isinstance(screen, GaitScreen):
             for title, about, do in (*screen.palette(), *screen.gaitsim.palette()):
                 yield Command(title, about, do)
 
-    def _refused(self, titles: set[str]) -> Iterator[Command]:
+    def _unavailable(self, titles: set[str]) -> Iterator[Command]:
         """Yield unavailable commands with their reasons, except those with one of the titles."""
         titles, screen = {*titles}, self.screen
         if not isinstance(screen, GaitScreen):  # a dialog
@@ -67,7 +67,7 @@ class Commands(Provider):
                 if binding.description in titles or binding.action == "back":
                     continue
                 titles.add(binding.description)
-                found = _search(binding)
+                found = _hints(binding)
                 reason = screen.obstacle(binding.action) or found.why or NOT_NOW
                 yield Command(binding.description, reason, None, found.words)
         for found in SEARCH.values():
@@ -76,37 +76,37 @@ class Commands(Provider):
 
     async def discover(self) -> Hits:
         """Yield all available commands while the query is empty."""
-        for title, about, do, _ in self._working():
+        for title, about, do, _ in self._available():
             if do is not None:
-                yield DiscoveryHit(Content(title), do, title, unmarked(about))
+                yield DiscoveryHit(Content(title), do, title, escape_markup(about))
 
     async def search(self, query: str) -> Hits:
         """Yield the commands that match the query, with unavailable ones dimmed."""
-        working = [*self._working()]
-        for command in (*working, *self._refused({command.title for command in working})):
+        available = [*self._available()]
+        for command in (*available, *self._unavailable({command.title for command in available})):
             title, about, do, words = command
             matcher = self.matcher(query)
             by_title = matcher.match(title)
             score = max(by_title, SYNONYM * _score(query, f"{words} {about}"))
             if score <= 0:
                 continue
-            shown = matcher.highlight(unmarked(title)) if by_title else Content(title)
+            shown = matcher.highlight(escape_markup(title)) if by_title else Content(title)
             if do is None:
-                tell = partial(self.app.notify, about, title=title, markup=False)
-                yield Hit(DIM * score, shown.stylize("dim"), tell, title, unmarked(about))
+                explain = partial(self.app.notify, about, title=title, markup=False)
+                yield Hit(DIM * score, shown.stylize("dim"), explain, title, escape_markup(about))
             else:
-                yield Hit(score, shown, do, title, unmarked(about))
+                yield Hit(score, shown, do, title, escape_markup(about))
 
 
-def unmarked(text: str) -> str:
+def escape_markup(text: str) -> str:
     """Escape a text for the palette, which interprets markup."""
     return text.replace("[", "\\[")
 
 
 def _score(query: str, text: str) -> float:
-    """Return the score of a query whose words all begin words of a text, or else 0.
+    """Return the score of a query if each of its words begins a word of a text, else 0.
 
-    The score is that of Textual's matcher for a title that contains the query.
+    The score equals that of Textual's matcher for a title that contains the query.
     """
     wanted, words = query.casefold().split(), {*re.findall(r"\w+", text.casefold())}
     if not wanted or not all(any(word.startswith(one) for word in words) for one in wanted):
@@ -114,8 +114,8 @@ def _score(query: str, text: str) -> float:
     return 2 * (len(query) + 1) * (2.0 if words.issuperset(wanted) else 1.5)
 
 
-def _search(binding: Binding) -> Search:
-    return SEARCH.get(binding.id or "", Search())
+def _hints(binding: Binding) -> Hints:
+    return SEARCH.get(binding.id or "", Hints())
 
 
 def _is_command(binding: Binding) -> bool:

@@ -1,4 +1,7 @@
-"""The user's settings: `config.toml` with a theme and keys. Problems are never fatal."""
+"""The user's settings: `config.toml` with a theme and keys.
+
+Invalid settings are reported and ignored; the valid ones apply.
+"""
 
 import os
 from collections.abc import Mapping
@@ -24,7 +27,7 @@ class Config:
     Attributes:
         path: settings file.
         theme: name of the chosen theme; None without a choice.
-        keys: keys by the id of their action, such as 'home.delete' = 'ctrl+d'.
+        keys: keys by the ID of their action, such as `ctrl+d` for `home.delete`.
         problems: problems of the file.
     """
 
@@ -34,14 +37,14 @@ class Config:
     problems: tuple[GaitsimError, ...] = ()
 
 
-def _flat(table: Any) -> Any:
-    """Return values by dotted key, as TOML parses `home.delete = …` into nested tables."""
+def _flatten(table: Any) -> Any:
+    """Flatten tables to dotted keys, because TOML parses `home.delete = …` as nested tables."""
     if not isinstance(table, dict):
         return table
     flat: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, dict):
-            flat |= {f"{key}.{name}": one for name, one in _flat(value).items()}
+            flat |= {f"{key}.{name}": one for name, one in _flatten(value).items()}
         else:
             flat[key] = value
     return flat
@@ -58,7 +61,7 @@ class _Tui(BaseModel):
 class _File(BaseModel):
     model_config = ConfigDict(extra="forbid")
     tui: _Tui = _Tui()
-    keys: Annotated[dict[str, Key], BeforeValidator(_flat)] = {}
+    keys: Annotated[dict[str, Key], BeforeValidator(_flatten)] = {}
 
 
 _ALLOWED = {
@@ -82,7 +85,7 @@ def read_config(path: Path) -> Config:
         data = parse(_read(path), str(path))
     except GaitsimError as error:
         return Config(path, problems=(error,))
-    data |= {"keys": _flat(data["keys"])} if "keys" in data else {}
+    data |= {"keys": _flatten(data["keys"])} if "keys" in data else {}
     problems = []
     try:
         found = _File.model_validate(data)
@@ -125,7 +128,7 @@ def _problem(path: Path, sections: list[str], name: str, detail: Any) -> Gaitsim
 
 
 def remember_theme(path: Path, theme: str) -> None:
-    """Write a theme to the settings, and keep the rest of the file, including comments.
+    """Write a theme to the settings; keep the rest of the file, including comments.
 
     Raises:
         GaitsimError: the file is not valid TOML, or cannot be written.
@@ -144,8 +147,8 @@ def remember_theme(path: Path, theme: str) -> None:
     write_bytes(path, tomlkit.dumps(document).encode())
 
 
-def on_one_line(problem: GaitsimError) -> str:
-    """Return a problem of the settings on one line: key, problem, remedy."""
+def format_problem(problem: GaitsimError) -> str:
+    """Return a problem of the settings on one line, with its key and a remedy."""
     place = problem.key or problem.where
     what = f"{place}: {problem.what}" if place else problem.what
     remedy = problem.remedy or (problem.allowed and f"allowed: {problem.allowed}")

@@ -8,26 +8,26 @@ Legs = Mapping[str, tuple[str, ...]]
 Choice = tuple[Damage, ...]
 
 
-def with_leg(damage: Choice, leg: str, legs: Legs) -> Choice:
-    """Return the damage with a leg lost, or restored if it was; its joints become intact."""
+def toggle_leg(damage: Choice, leg: str, legs: Legs) -> Choice:
+    """Return the damage with a leg lost, or restored if it was lost, and its joints intact."""
     was_lost = any(one.part == leg for one in damage)
     kept = tuple(one for one in damage if one.part not in (leg, *legs[leg]))
-    return kept if was_lost else ordered((*kept, Damage(leg, "lost")), legs)
+    return kept if was_lost else sort_damage((*kept, Damage(leg, "lost")), legs)
 
 
-def with_joint(damage: Choice, joint: str, new: Damage | None, legs: Legs) -> Choice:
-    """Return the damage with that of one joint replaced, None for intact; restores its leg."""
+def set_joint(damage: Choice, joint: str, new: Damage | None, legs: Legs) -> Choice:
+    """Return the damage with one joint changed, None for intact, and its leg restored."""
     leg = next(leg for leg, joints in legs.items() if joint in joints)
     kept = tuple(one for one in damage if one.part not in (leg, joint))
-    return ordered((*kept, *((new,) if new else ())), legs)
+    return sort_damage((*kept, *((new,) if new else ())), legs)
 
 
-def ordered(damage: Choice, legs: Legs) -> Choice:
+def sort_damage(damage: Choice, legs: Legs) -> Choice:
     """Return the damage in the order of the legs, so that equal damage has equal text."""
     order = [part for leg, joints in legs.items() for part in (leg, *joints)]
     return tuple(sorted(damage, key=lambda one: order.index(one.part)))
 
 
-def texts(damage: Choice) -> tuple[str, ...]:
+def damage_texts(damage: Choice) -> tuple[str, ...]:
     """Return damage in the syntax of `--damage`, one text per part."""
     return tuple(map(str, damage))

@@ -37,7 +37,7 @@ def clip(text: str, width: int) -> str:
 
 
 def clip_name(name: str, width: int) -> str:
-    """Clip a name in the middle, as names often differ at their ends."""
+    """Clip a name in the middle, because names often differ at their ends."""
     name = visible(name)
     if cell_len(name) <= width:
         return name

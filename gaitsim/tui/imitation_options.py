@@ -1,4 +1,4 @@
-"""The options of `gaitsim imitate`, declared like those of other products."""
+"""Options of `gaitsim imitate`, declared like those of the other products."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,42 +14,50 @@ class Imitator(Settings):
     generation: Generation = None
     member: Member = None
     settings: Annotated[
-        TrainingPreset, Field(description="As published, or tuned for a gait that lasts.")
+        TrainingPreset,
+        Field(description="source: a fixed learning rate; steady: noisy inputs and a falling rate"),
     ] = "source"
     activation: Annotated[
-        Activation | None, Field(description="Activation of the hidden layer.")
+        Activation | None, Field(description="activation of the hidden layer; none: leaky-relu")
     ] = None
-    output: Annotated[OutputActivation | None, Field(description="Activation of the outputs.")] = (
-        None
-    )
-    hidden: Annotated[int | None, Field(ge=1, le=4096, description="Number of hidden neurons.")] = (
-        None
-    )
+    output: Annotated[
+        OutputActivation | None,
+        Field(description="activation of the outputs: linear, or the hidden layer's"),
+    ] = None
+    hidden: Annotated[
+        int | None, Field(ge=1, le=4096, description="number of hidden neurons; none: 48")
+    ] = None
     epochs: Annotated[
-        int | None, Field(ge=1, le=1_000_000, description="Passes over the data.")
+        int | None,
+        Field(ge=1, le=1_000_000, description="number of epochs; none: 1000, or 3000 with steady"),
     ] = None
-    learning_rate: Annotated[float | None, Field(ge=1e-9, le=10, description="Learning rate.")] = (
-        None
-    )
-    seed: Annotated[int, Field(ge=0, description="Seed of weights, order and noise.")] = 0
+    learning_rate: Annotated[
+        float | None,
+        Field(
+            ge=1e-9,
+            le=10,
+            description="learning rate; none: 0.008, or 0.02 falling to 0 with steady",
+        ),
+    ] = None
+    seed: Annotated[int, Field(ge=0, description="seed of the weights, sample order and noise")] = 0
     compare_activations: Annotated[
-        bool, Field(description="Train with all four and plot their errors.")
+        bool, Field(description="whether to train with all four activations and plot their errors")
     ] = False
     video: Annotated[
         bool,
-        Field(description="Also make a video: the error, then the imitator beside its expert."),
+        Field(description="whether to also make a video: the error, then imitator and expert"),
     ] = False
-    format: Annotated[GaitFormat, Field(description="Format of the imitator's gait file.")] = "mat"
+    format: Annotated[GaitFormat, Field(description="format of the imitator's gait file")] = "mat"
     gait: Annotated[
         str | None,
-        Field(description="Gait file to learn instead of the champion: .mat, .npz or .csv."),
+        Field(description="gait file to imitate instead of the champion: .mat, .npz or .csv"),
     ] = None
 
     def subject(self, run: Path) -> Path:
         """Return the gait file if one is given, else the run."""
         return Path(self.gait) if self.gait else run
 
-    def words(self, run: Path) -> list[str]:
+    def arguments(self, run: Path) -> list[str]:
         """Return the options; with a gait file, also the run for the body and the output."""
         if not self.gait:
             return self._flags()

@@ -1,4 +1,4 @@
-"""Jump mode: letters on all focusable widgets; typing one focuses its widget.
+"""Jump mode: a letter on each focusable widget, which focuses it when typed.
 
 The idea is from Posting and Amp.
 """
@@ -24,13 +24,13 @@ def targets(screen: Screen[Any]) -> dict[str, Widget]:
     found = [
         widget
         for widget in screen.focus_chain
-        if _seen(widget).overlaps(window) and _seen(widget).area
+        if _visible_region(widget).overlaps(window) and _visible_region(widget).area
     ]
-    found.sort(key=lambda widget: (_seen(widget).y, _seen(widget).x))
+    found.sort(key=lambda widget: (_visible_region(widget).y, _visible_region(widget).x))
     return dict(zip(LETTERS, found, strict=False))
 
 
-def _seen(widget: Widget) -> Region:
+def _visible_region(widget: Widget) -> Region:
     """Return the visible part of a widget."""
     try:
         place = widget.screen.find_widget(widget)
@@ -40,27 +40,27 @@ def _seen(widget: Widget) -> Region:
 
 
 class Jump(ModalScreen[Widget | None]):
-    """Show the letters; return the chosen widget.
+    """Show letters on the widgets of a screen; return the chosen widget.
 
     Args:
-        of: screen below.
+        screen: screen below this one.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Stay", id="jump.stay", tooltip="Keep the focus"),
+        Binding("escape", "dismiss", "Cancel", id="jump.stay", tooltip="Keep the focus"),
     ]
 
-    def __init__(self, of: Screen[Any]) -> None:
+    def __init__(self, screen: Screen[Any]) -> None:
         super().__init__()
-        self._targets = targets(of)
+        self._targets = targets(screen)
 
     def compose(self) -> ComposeResult:
         for letter, widget in self._targets.items():
             label = Static(Text(f" {letter} "), classes="jump-letter")
-            seen = _seen(widget)
+            seen = _visible_region(widget)
             label.styles.offset = (seen.x, seen.y)
             yield label
-        yield Static("Press a letter to go there, esc to stay", id="jump-about")
+        yield Static("Type a letter to focus its widget; esc cancels", id="jump-about")
 
     def on_key(self, event: events.Key) -> None:
         widget = self._targets.get(event.key)
@@ -70,6 +70,6 @@ class Jump(ModalScreen[Widget | None]):
             self.dismiss(widget)
 
     def on_resize(self) -> None:
-        """Close, as the letters would be at their old places."""
+        """Close, because the widgets have moved away from their letters."""
         if self.is_current and self.size != self.app.size:
             self.dismiss(None)

@@ -1,4 +1,4 @@
-"""The keys that users assign to ids of actions, and problems of these assignments."""
+"""The keys that users assign to actions by ID, and problems of these assignments."""
 
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator
@@ -27,8 +27,8 @@ KEYS = (
 )
 
 
-def usable(config: Config) -> dict[str, str]:
-    """Return the valid keys of the settings by id; ids without one keep their default."""
+def valid_keys(config: Config) -> dict[str, str]:
+    """Return the valid keys of the settings by ID; other IDs keep their default keys."""
     chosen = {
         name: [key.strip() for key in text.split(",") if is_key(key.strip())]
         for name, text in config.keys.items()
@@ -37,13 +37,13 @@ def usable(config: Config) -> dict[str, str]:
 
 
 def check_keys(config: Config, ids: Collection[str]) -> list[GaitsimError]:
-    """Return the problems of the chosen keys, given the known ids."""
+    """Return the problems of the chosen keys, given the known IDs."""
     found = []
     for name, chosen in config.keys.items():
         place = {"where": f"{config.path}, key keys.{name}", "key": f"keys.{name}"}
         if name not in ids:
-            remedy = nearest(name, sorted(ids)) or "press ? on a screen to list its ids"
-            found.append(GaitsimError(f"unknown id {literal(name)}", remedy=remedy, **place))
+            remedy = nearest(name, sorted(ids)) or "press ? on a screen to list its IDs"
+            found.append(GaitsimError(f"unknown ID {literal(name)}", remedy=remedy, **place))
         for key in chosen.split(","):
             if not is_key(key.strip()):
                 bare = key.strip().rpartition("+")[2]
@@ -66,19 +66,19 @@ def is_key(key: str) -> bool:
     return {*modifiers} <= MODIFIERS and (len(bare) == 1 or bare in KEYS)
 
 
-def problems(config: Config) -> list[GaitsimError]:
-    """Return the problems of the settings' keys. Slow, as it imports every screen."""
+def find_problems(config: Config) -> list[GaitsimError]:
+    """Return the problems of the keys in the settings; slow, because it imports every screen."""
     for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
         import_module(module.name)
-    nodes = list(_all(DOMNode))
+    nodes = list(_subclasses(DOMNode))
     ids = {binding.id for node in nodes for binding in _bindings(node)}
-    return [*check_keys(config, ids), *_clashes(config, nodes)]
+    return [*check_keys(config, ids), *_conflicts(config, nodes)]
 
 
-def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:
-    """Return problems of keys that another action on the same screen uses."""
+def _conflicts(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:
+    """Return the problems of keys that two actions of the same screen use."""
     found: dict[tuple[str, str], GaitsimError] = {}
-    nodes, given = list(nodes), usable(config)
+    nodes, given = list(nodes), valid_keys(config)
     apps = [binding for node in nodes if issubclass(node, App) for binding in _bindings(node)]
     for node in nodes:
         # Keys of the base class and of the app exist on every screen.
@@ -86,7 +86,7 @@ def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimErro
         known = {binding.id: _keys(binding.key) for binding in [*apps, *own]}
         for one, other in combinations(sorted(known), 2):
             chosen = [_keys(given.get(name, "")) or known[name] for name in (one, other)]
-            # Keys of a screen override those of lists, unless a user chose the latter.
+            # Keys of a screen override those of lists, unless the user chose the latter.
             yields = any(name.startswith(PREFIX) and name not in given for name in (one, other))
             both = set() if yields else chosen[0] & chosen[1]
             # Actions that share a key by default alternate, such as pause and go.
@@ -106,14 +106,14 @@ def _keys(text: str) -> set[str]:
 
 
 def _bindings(node: type) -> Iterator[Any]:
-    """Yield the bindings with ids that a class declares."""
+    """Yield the bindings with IDs that a class declares."""
     for binding in node.__dict__.get("BINDINGS", ()):
         if isinstance(binding, Binding) and binding.id:
             yield binding
 
 
-def _all(kind: type[DOMNode]) -> Iterator[type[DOMNode]]:
+def _subclasses(kind: type[DOMNode]) -> Iterator[type[DOMNode]]:
     for known in kind.__subclasses__():
         if known.__module__.startswith("gaitsim.tui"):
             yield known
-        yield from _all(known)
+        yield from _subclasses(known)

@@ -38,7 +38,7 @@ class Pen(NamedTuple):
 
 
 PLAIN = Pen()
-LOST = (-1, -1)
+LOST = (-1, -1)  # unknown position of the cursor
 Cell = tuple[str, Pen]
 Run = tuple[int, int, str]  # the row and column at which a text starts, and the text
 
@@ -55,9 +55,9 @@ class Mirror:
         self.forget()
 
     def forget(self) -> None:
-        """Forget all cells, such as after the terminal was resized or cleared."""
+        """Forget all cells, such as after the terminal is resized or cleared."""
         self._rows: dict[int, list[Cell | None]] = {}
-        self._at = LOST  # position of the terminal's cursor
+        self._at = LOST  # row and column of the terminal's cursor
         self._pen = PLAIN
 
     def reduce(self, data: str) -> str:
@@ -83,7 +83,7 @@ class Mirror:
                 runs.clear()
             if not narrow:  # some characters are 0 or 2 columns wide
                 self._rows.pop(row, None)
-                yield self._move((row, column)) + self._take(pen) + body.rstrip("\r\n")
+                yield self._move((row, column)) + self._change_pen(pen) + body.rstrip("\r\n")
                 self._at = row, column = LOST
             for styles, text in _PIECE.findall(body):
                 pen = _after(pen, styles) if styles else pen
@@ -93,7 +93,7 @@ class Mirror:
             self._pen = self._pen if narrow else pen
             ends[row] = column
         yield from self._send(runs)
-        yield self._take(PLAIN)
+        yield self._change_pen(PLAIN)
         if (row, column) != LOST:
             yield self._move((row, column))
 
@@ -129,7 +129,7 @@ class Mirror:
                 runs[following] = sorted([*runs[pen], *runs[following]])  # blanks fit any colour
                 continue
             for row, column, text in runs[pen]:
-                yield self._move((row, column)) + self._take(pen) + text
+                yield self._move((row, column)) + self._change_pen(pen) + text
                 self._at = row, column + len(text)
 
     def _move(self, place: tuple[int, int]) -> str:
@@ -141,7 +141,7 @@ class Mirror:
             return f"\x1b[{column - before[1]}C"
         return f"\x1b[{row};{column}H"
 
-    def _take(self, pen: Pen) -> str:
+    def _change_pen(self, pen: Pen) -> str:
         """Return the sequence that changes the pen."""
         now = self._pen
         if pen == now:
@@ -188,7 +188,7 @@ def _colour(number: str, numbers: Iterator[str]) -> list[str]:
     return [how, *(next(numbers, "") for _ in range(_FOLLOWING.get(how, 0)))]
 
 
-def lean(driver: type[Driver], mirror: Mirror) -> type[Driver]:
+def lean_driver(driver: type[Driver], mirror: Mirror) -> type[Driver]:
     """Return a driver that sends only the differences from a mirror of its terminal."""
 
     class LeanDriver(driver):  # type: ignore[misc, valid-type]

@@ -1,4 +1,4 @@
-"""Open or download written files, or copy their paths."""
+"""Open or download exported files, or copy their paths."""
 
 import asyncio
 import os
@@ -10,8 +10,8 @@ from typing import Any
 
 from textual.app import App
 
-# The formats of data and pictures that gaitsim writes; no others, such as programs, are opened.
-OPENED = frozenset(
+# The formats that gaitsim writes. Other files, such as programs, are not opened.
+OPENABLE = frozenset(
     f".{name}"
     for name in (
         "csv",
@@ -30,11 +30,11 @@ OPENED = frozenset(
 )
 ACTIVE = frozenset({".html", ".svg"})
 """Formats that may contain scripts; opened only if a task of this app wrote the file."""
-PATIENCE = 3.0  # seconds after which a running opener is assumed to show the file
+PATIENCE = 3.0  # seconds after which a program that still runs counts as successful
 
 
 def opener() -> Sequence[str]:
-    """Return the command that opens files; () without one, such as over SSH."""
+    """Return the command that opens files; () if there is none, such as over SSH."""
     if sys.platform == "darwin":
         return ("open",)
     shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
@@ -45,7 +45,7 @@ def opener() -> Sequence[str]:
 async def open_file(file: Path) -> bool:
     """Open a file; return whether a program accepted it."""
     command = opener()
-    if not command or file.suffix.lower() not in OPENED or not file.is_file():
+    if not command or file.suffix.lower() not in OPENABLE or not file.is_file():
         return False
     nothing = asyncio.subprocess.DEVNULL
     try:
@@ -64,27 +64,28 @@ async def open_file(file: Path) -> bool:
         return False
 
 
-async def hand_over(app: App[Any], file: Path, *, made: bool = False) -> None:
-    """Open a file; without a program for it, copy its path.
+async def open_or_copy(app: App[Any], file: Path, *, trusted: bool = False) -> None:
+    """Open a file, or copy its path if no program opens it.
 
-    In a browser, download the file, or open a page in another tab, isolated from the app.
+    In a browser, download the file; open a page in another tab, isolated from the app.
 
     Args:
         app: app that opens the file.
         file: file to open.
-        made: whether a task of this app wrote it. Runs of others may contain untrusted pages.
+        trusted: whether a task of this app wrote the file. Pages in the runs of other people may
+            contain scripts.
     """
     if not file.is_file():
         app.notify(f"file not found: {file}", severity="error", markup=False)
     elif app.is_web:
         show = getattr(app._driver, "show_page", None) if file.suffix == ".html" else None
         download(app, [file]) if show is None else show(file)
-    elif file.suffix.lower() in ACTIVE and not made:
-        copy_paths(app, [file], "Not opened, as it may contain scripts of others; path copied")
+    elif file.suffix.lower() in ACTIVE and not trusted:
+        copy_paths(app, [file], "Not opened, because it may contain untrusted scripts; path copied")
     elif await open_file(file):
         app.notify(str(file), title="Opened", markup=False)
     else:
-        copy_paths(app, [file], "No program to open the file; path copied")
+        copy_paths(app, [file], "No program opens the file; path copied")
 
 
 def copy_paths(app: App[Any], files: Sequence[Path], title: str = "Copied") -> None:

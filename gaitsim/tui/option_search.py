@@ -15,7 +15,7 @@ from gaitsim.tui.catalogue import Catalogue
 
 
 class FoundOption(NamedTuple):
-    """An option: its key, value, meaning, and its plugin if that is not the chosen one."""
+    """An option: its key, value and meaning, and its plugin if another one is chosen."""
 
     key: str
     text: str
@@ -23,7 +23,7 @@ class FoundOption(NamedTuple):
     plugin: str = ""
 
     def score(self, query: str) -> float:
-        """Return the score of a match, 0 to 1; 0 unless it has all words of the query."""
+        """Return the score of a match, 0 to 1; 0 if a word of the query is missing."""
         words = query.casefold().split()
         key, rest = self.key.casefold(), f"{self.text} {self.plugin} {self.meaning}".casefold()
         if not all(word in key or word in rest for word in words):

@@ -1,4 +1,4 @@
-"""Keep untrusted texts from controlling the terminal, in every widget."""
+"""A filter that prevents untrusted texts from controlling the terminal, in every widget."""
 
 import unicodedata
 
@@ -13,7 +13,7 @@ from gaitsim.render.terminal.text import STEERING
 class PlainText(LineFilter):
     r"""Removes control characters from each drawn line.
 
-    Most widgets already escape them, such as to `\x1b`, with `visible`. This covers all widgets.
+    Most widgets already escape them with `visible`, such as to `\x1b`; this covers the rest.
     """
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:

@@ -21,22 +21,25 @@ from gaitsim.choices import (
 from gaitsim.runs.files.folder import EXPORTS
 
 Generation = Annotated[
-    int | None, Field(ge=1, description="Its best individual. None: the champion.")
+    int | None,
+    Field(ge=1, description="generation whose best individual to use; none: the champion"),
 ]
 Member = Annotated[
-    int | None, Field(ge=1, description="Member of a front or archive, as in gaitsim members.")
+    int | None,
+    Field(ge=1, description="member of the front or archive, as listed by gaitsim members"),
 ]
 Damage = Annotated[
-    str | None, Field(description="Damage to the body, such as L2 lost, R1 femur stuck 20.")
+    str | None, Field(description="damage to the body, such as L2 lost, R1 femur stuck 20")
 ]
 World = Annotated[
-    str | None, Field(description="Conditions of the world, such as friction 0.4, slope 2.")
+    str | None, Field(description="conditions of the world, such as friction 0.4, slope 2")
 ]
 Engine = Annotated[
-    str | None, Field(description="Physics engine of a robot, such as bullet. None: its own.")
+    str | None, Field(description="physics engine of a robot, such as bullet; none: its own")
 ]
 Generations = Annotated[
-    str | None, Field(description="Best individuals of generations, such as 1,50,300.")
+    str | None,
+    Field(description="generations whose best individuals to plot, such as 1,50,300"),
 ]
 
 
@@ -46,17 +49,17 @@ class Settings(BaseModel):
     model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)
 
     def subject(self, run: Path) -> Path:
-        """Return the command's subject: the run, unless an option names another."""
+        """Return the path that the command reads: the run, unless an option names a file."""
         return run
 
-    def words(self, run: Path) -> list[str]:
+    def arguments(self, run: Path) -> list[str]:
         """Return the options as arguments of the command line."""
         return self._flags()
 
-    def _flags(self, *without: str) -> list[str]:
-        """Return the options as flags, without some."""
+    def _flags(self, *excluded: str) -> list[str]:
+        """Return the options as flags, except the excluded ones."""
         found = []
-        for name, value in self.model_dump(exclude=set(without), exclude_defaults=True).items():
+        for name, value in self.model_dump(exclude=set(excluded), exclude_defaults=True).items():
             flag = name.replace("_", "-")
             if name in ("damage", "world"):
                 found += [f"--{flag}={one}" for one in split_names(value)]
@@ -68,14 +71,16 @@ class Settings(BaseModel):
 
 
 class GaitFile(Settings):
-    format: Annotated[GaitFormat, Field(description="MATLAB and Octave, CSV or NumPy.")] = "mat"
+    format: Annotated[
+        GaitFormat, Field(description="file format: MATLAB and Octave, CSV or NumPy")
+    ] = "mat"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
     world: World = None
 
 
-class ForRobot(Settings):
+class RobotFile(Settings):
     generation: Generation = None
     member: Member = None
     damage: Damage = None
@@ -85,21 +90,23 @@ class ForRobot(Settings):
         Field(
             ge=1,
             le=60_000,
-            description="Time between two keyframes. None: every frame.",
+            description="time between two keyframes; none: every frame",
             json_schema_extra={"unit": "ms"},
         ),
     ] = None
     speed: Annotated[
         float | None,
-        Field(ge=0.01, le=100, description="0.5 is half speed. None: as simulated."),
+        Field(
+            ge=0.01, le=100, description="speed of playback, such as 0.5 for half speed; none: 1"
+        ),
     ] = None
 
 
-class Bag(ForRobot):
+class Bag(RobotFile):
     pass
 
 
-class Body(Settings):
+class BodyFile(Settings):
     generation: Generation = None
     member: Member = None
     damage: Damage = None
@@ -111,9 +118,10 @@ class Events(Settings):
     pass
 
 
-class Page(Body):
+class Page(BodyFile):
     generations: Annotated[
-        str | None, Field(description="Best individuals side by side, such as 1,50,300.")
+        str | None,
+        Field(description="generations whose best to show side by side, such as 1,50,300"),
     ] = None
 
 
@@ -121,31 +129,39 @@ class Archive(Settings):
     """A page of a whole archive has no options."""
 
 
-class Calibrated(ForRobot):
+class CalibratedFile(RobotFile):
     calibration: Annotated[
         str | None,
-        Field(description="File with the servo of each joint. None: centred when standing."),
+        Field(
+            description="TOML file that assigns a servo to each joint; none: centred when standing"
+        ),
     ] = None
-    clip: Annotated[bool, Field(description="Clip angles to the range.")] = False
+    clip: Annotated[bool, Field(description="whether to clip angles to the servos' range")] = False
 
 
-class Servo(Calibrated):
-    centre: Annotated[float | None, Field(description="Degrees of a joint at zero.")] = None
-    min: Annotated[float | None, Field(description="Minimum degrees of the servos.")] = None
-    max: Annotated[float | None, Field(description="Maximum degrees of the servos.")] = None
+class Servo(CalibratedFile):
+    centre: Annotated[
+        float | None, Field(description="servo angle of a joint at zero, in degrees; none: 0")
+    ] = None
+    min: Annotated[
+        float | None, Field(description="minimum servo angle in degrees; none: centre − 90")
+    ] = None
+    max: Annotated[
+        float | None, Field(description="maximum servo angle in degrees; none: centre + 90")
+    ] = None
 
 
 class Template(Settings):
     format: Annotated[
-        CalibratedFormat, Field(description="PCA9685 boards, or the family of a servo bus.")
+        CalibratedFormat, Field(description="hardware: PCA9685 boards, or a family of bus servos")
     ] = "arduino"
     calibration_template: Annotated[
-        str | None, Field(description="File to create. None: in the run's exports folder.")
+        str | None, Field(description="file to create; none: in the run's exports folder")
     ] = None
     generation: Generation = None
     member: Member = None
 
-    def words(self, run: Path) -> list[str]:
+    def arguments(self, run: Path) -> list[str]:
         """Return the options, with the format and the file."""
         file = self.calibration_template or str(run / EXPORTS / f"calibration-{self.format}.toml")
         given = self._flags("format", "calibration_template")
@@ -153,35 +169,36 @@ class Template(Settings):
 
 
 class Plot(Settings):
-    theme: Annotated[Theme, Field(description="Colours.")] = "light"
-    format: Annotated[PlotFormat, Field(description="PNG at 300 dpi, or vector formats.")] = "png"
+    theme: Annotated[Theme, Field(description="colours")] = "light"
+    format: Annotated[
+        PlotFormat, Field(description="file format: PNG at 300 dpi, or a vector format")
+    ] = "png"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
     world: World = None
     generations: Generations = None
     window: Annotated[
-        str | None, Field(description="Part of the motion in seconds, such as 2:5.")
+        str | None, Field(description="part of the motion in seconds, such as 2:5")
     ] = None
     channel: Annotated[
-        str | None, Field(description="Channel of the motion; an invalid name lists all.")
+        str | None, Field(description="channel of the motion; an unknown name lists all")
     ] = None
     component: Annotated[
-        str | None, Field(description="Components, such as z or 'L1 coxa, R1 coxa'. None: all.")
+        str | None, Field(description="components, such as z or 'L1 coxa, R1 coxa'; none: all")
     ] = None
-
     axes: Annotated[
         str | None,
         Field(
-            description="Two axes of the archive, such as forward, yaw. None: all pairs.",
+            description="two axes of the archive, such as forward, yaw; none: all pairs",
             pattern=r"^[^,]*[^, ][^,]*,[^,]*[^, ][^,]*$",
         ),
     ] = None
     beside: Annotated[
-        str | None, Field(description="Other runs, each with its repeats, separated by spaces.")
+        str | None, Field(description="other runs, each with its repeats, separated by spaces")
     ] = None
 
-    def words(self, run: Path) -> list[str]:
+    def arguments(self, run: Path) -> list[str]:
         """Return the options, with one flag per component and run."""
         return [
             *self._flags("component", "beside", "axes"),
@@ -192,24 +209,30 @@ class Plot(Settings):
 
 
 class Video(Settings):
-    format: Annotated[VideoFormat, Field(description="H.264, or GIF for slides.")] = "mp4"
+    format: Annotated[
+        VideoFormat, Field(description="file format: MP4 (H.264), or GIF for slides")
+    ] = "mp4"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
     world: World = None
     engine: Engine = None
     generations: Annotated[
-        str | None, Field(description="Best individuals in a race, such as 1,50,300.")
+        str | None, Field(description="generations whose best individuals race, such as 1,50,300")
     ] = None
-    view: Annotated[VideoView, Field(description="Direction of the camera.")] = "iso"
-    theme: Annotated[Theme, Field(description="Colours.")] = "light"
+    view: Annotated[VideoView, Field(description="direction of the camera")] = "iso"
+    theme: Annotated[Theme, Field(description="colours")] = "light"
     speed: Annotated[
         float | None,
-        Field(gt=0, description="0.25 is slow motion. None: real time, or slow for wing beats."),
+        Field(
+            gt=0, description="0.25 for slow motion; none: real time, or slow motion for wing beats"
+        ),
     ] = None
-    intro: Annotated[bool, Field(description="Start with the fitness curve.")] = True
-    size: Annotated[str | None, Field(description="Pixels, such as 1280x720.")] = None
-    fps: Annotated[float | None, Field(gt=0, description="Frames per second.")] = None
+    intro: Annotated[bool, Field(description="whether to begin with the fitness curve")] = True
+    size: Annotated[str | None, Field(description="size in pixels, such as 1280x720")] = None
+    fps: Annotated[
+        float | None, Field(gt=0, description="frames per second; none: 30, or 25 for a GIF")
+    ] = None
 
 
 class Analysis(Settings):
@@ -218,29 +241,31 @@ class Analysis(Settings):
     damage: Damage = None
     world: World = None
     engine: Engine = None
-    perturb: Annotated[bool, Field(description="Repeat it with delayed and inexact servos.")] = (
-        False
-    )
-    physics: Annotated[bool, Field(description="Also play it on the body's twin in physics.")] = (
-        False
-    )
+    perturb: Annotated[
+        bool, Field(description="whether to repeat the motion with late and inaccurate servos")
+    ] = False
+    physics: Annotated[
+        bool, Field(description="whether to also play the gait on the body's twin in physics")
+    ] = False
     worlds: Annotated[
         int | None,
-        Field(ge=1, le=10_000, description="Number of unseen worlds to play it in."),
+        Field(ge=1, le=10_000, description="number of unseen worlds in which to evaluate the gait"),
     ] = None
-    world_seed: Annotated[int | None, Field(ge=0, description="Seed of these worlds.")] = None
+    world_seed: Annotated[
+        int | None, Field(ge=0, description="seed of the unseen worlds; none: 0")
+    ] = None
     workers: Annotated[
-        int | None, Field(ge=1, le=1024, description="Number of worlds played in parallel.")
+        int | None, Field(ge=1, le=1024, description="number of parallel workers")
     ] = None
     figure: Annotated[
         PlotFormat | None,
-        Field(description="Format of a figure of footfalls, phases and stability."),
+        Field(description="format of a figure of footfalls, phases and stability; none: no figure"),
     ] = None
     gait: Annotated[
-        str | None, Field(description="File of joint angles to play instead: .npz, .csv or .mat.")
+        str | None, Field(description="file of joint angles to play instead: .npz, .csv or .mat")
     ] = None
 
-    def words(self, run: Path) -> list[str]:
+    def arguments(self, run: Path) -> list[str]:
         """Return the options, with the file of the figure."""
         found = self._flags("figure")
         if self.figure:
@@ -252,14 +277,14 @@ class Analysis(Settings):
 
 class Differences(Settings):
     runs: Annotated[
-        str, Field(min_length=1, description="The other runs, such as spider-2 spider-3.")
+        str, Field(min_length=1, description="other runs, such as spider-2 spider-3")
     ] = ""
-    quantity: Annotated[Quantity, Field(description="Quantity to plot.")] = "best"
-    by: Annotated[Axis, Field(description="Horizontal axis.")] = "generation"
-    theme: Annotated[Theme, Field(description="Colours.")] = "light"
-    format: Annotated[PlotFormat, Field(description="File format of the figure.")] = "png"
+    quantity: Annotated[Quantity, Field(description="quantity to plot")] = "best"
+    by: Annotated[Axis, Field(description="horizontal axis")] = "generation"
+    theme: Annotated[Theme, Field(description="colours")] = "light"
+    format: Annotated[PlotFormat, Field(description="file format of the figure")] = "png"
 
-    def words(self, run: Path) -> list[str]:
+    def arguments(self, run: Path) -> list[str]:
         """Return the other runs, the options, and the file of the figure."""
         figure = run / EXPORTS / f"differences.{self.format}"
         return [*split_words(self.runs), *self._flags("runs", "format"), "--plot", str(figure)]
@@ -276,5 +301,5 @@ def split_words(text: str) -> list[str]:
 
     try:
         return shlex.split(text)
-    except ValueError:  # a missing quotation mark
+    except ValueError:  # a quotation mark is missing
         return [text]

@@ -1,4 +1,4 @@
-"""Everything that can be exported from a run: the commands and their options.
+"""The products that can be exported from a run: their commands and options.
 
 Options are declared like those of plugins, so the same forms show them.
 """
@@ -20,14 +20,14 @@ from gaitsim.tui.product_options import (
     Analysis,
     Archive,
     Bag,
-    Body,
-    Calibrated,
+    BodyFile,
+    CalibratedFile,
     Differences,
     Events,
-    ForRobot,
     GaitFile,
     Page,
     Plot,
+    RobotFile,
     Servo,
     Settings,
     Template,
@@ -57,7 +57,7 @@ class Product:
     kind: str = ""
 
     def fields(self) -> dict[str, FieldInfo]:
-        """Return the options that the command uses, by name."""
+        """Return the options that the command reads, by name."""
         known = self.model.model_fields
         if self.model is not Plot:
             return known
@@ -69,7 +69,7 @@ class Product:
     def arguments(self, run: Path, settings: Settings) -> tuple[str, ...]:
         """Return the arguments of `gaitsim`."""
         verb, *more = self.command
-        return (verb, str(settings.subject(run)), *more, *settings.words(run))
+        return (verb, str(settings.subject(run)), *more, *settings.arguments(run))
 
     def read(self, texts: Mapping[str, str]) -> tuple[Settings | None, dict[str, GaitsimError]]:
         """Read typed options; return them, or None and the problems by name."""
@@ -91,7 +91,7 @@ class Product:
 
 
 def default(field: FieldInfo) -> str:
-    """Return the text of an unchanged option."""
+    """Return the text of an option's default."""
     return options.written(field, field.get_default())
 
 
@@ -104,7 +104,7 @@ PLOTS = {
     "fitness": "Fitness curve",
     "terms": "Terms of the score",
     "diversity": "Diversity",
-    "genome": "Genome of each best",
+    "genome": "Genomes of the best",
     "runs": "Repeats and other runs",
     "search": "Progress of the search",
     "front": "Front of objectives",
@@ -121,12 +121,12 @@ GROUPS: dict[str, tuple[Product, ...]] = {
     "Gait": (
         Product("Gait file", ("export",), GaitFile),
         Product("Servo keyframes", ("export", "--format", "servo"), Servo),
-        Product("Arduino sketch", ("export", "--format", "arduino"), Calibrated),
-        Product("Dynamixel positions", ("export", "--format", "dynamixel"), Calibrated),
-        Product("Feetech positions", ("export", "--format", "feetech"), Calibrated),
-        Product("ROS 2 trajectory", ("export", "--format", "ros2"), ForRobot),
+        Product("Arduino sketch", ("export", "--format", "arduino"), CalibratedFile),
+        Product("Dynamixel positions", ("export", "--format", "dynamixel"), CalibratedFile),
+        Product("Feetech positions", ("export", "--format", "feetech"), CalibratedFile),
+        Product("ROS 2 trajectory", ("export", "--format", "ros2"), RobotFile),
         Product("ROS 2 bag", ("export", "--format", "rosbag2"), Bag),
-        Product("Calibration to fill in", ("export",), Template),
+        Product("Calibration template", ("export",), Template),
     ),
     "Plot": (
         *(
@@ -138,7 +138,7 @@ GROUPS: dict[str, tuple[Product, ...]] = {
     "More": (
         Product("Page for a browser", ("export", "--format", "html"), Page),
         Product("Map of an archive for a browser", ("export", "--format", "atlas"), Archive),
-        Product("glTF for Blender", ("export", "--format", "glb"), Body),
+        Product("glTF for Blender", ("export", "--format", "glb"), BodyFile),
         Product("Events for TensorBoard", ("export", "--format", "tensorboard"), Events),
         Product("Video", ("video",), Video),
         Product("Analysis", ("analyse",), Analysis),
@@ -149,11 +149,11 @@ GROUPS: dict[str, tuple[Product, ...]] = {
 PRODUCTS = tuple(product for products in GROUPS.values() for product in products)
 
 
-def lacking(run: Path) -> dict[Product, GaitsimError]:
-    """Return the products that a run's champion cannot have, with the commands' errors.
+def unavailable_products(run: Path) -> dict[Product, GaitsimError]:
+    """Return the products that cannot be exported from a run, with the commands' errors.
 
     Raises:
-        GaitsimError: no product is possible: the run has no champion, or a read-only folder.
+        GaitsimError: nothing can be exported: the run has no champion, or its folder is read-only.
     """
     from gaitsim.gait.files.writer import gait_of
     from gaitsim.hardware.exporting import check_bag
@@ -169,12 +169,12 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
     champion = RunSnapshot(run).individual()
     checks: Mapping[type[Settings], Check] = {
         GaitFile: gait_of,
-        ForRobot: gait_of,
-        Calibrated: gait_of,
+        RobotFile: gait_of,
+        CalibratedFile: gait_of,
         Servo: gait_of,
         Template: gait_of,
         Bag: check_bag,
-        Body: clip_of,
+        BodyFile: clip_of,
         Events: lambda _: check_installed(),
         Page: clip_of,
         Archive: partial(require_kept, kept="archive"),

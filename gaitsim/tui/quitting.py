@@ -21,11 +21,11 @@ async def may_quit(app: App[None], drafts: Iterable[str], tasks: Tasks, folder: 
     Args:
         app: app that asks.
         drafts: names of changed new runs that were neither started nor saved.
-        tasks: commands, which end with the app.
+        tasks: commands that end with the app.
         folder: folder of runs; those in the background may continue without the app.
     """
     if names := ", ".join(drafts):
-        about = f"Changed, but neither run nor saved: {names}"
+        about = f"Changed, but neither started nor saved: {names}"
         ask = Confirm("Discard the new run?", "Discard", about, danger=True)
         if not await app.push_screen_wait(ask):
             return False

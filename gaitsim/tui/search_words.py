@@ -1,17 +1,17 @@
 """Synonyms of actions for the command palette, and reasons why actions are unavailable.
 
-Screens may give more precise reasons with `GaitScreen.obstacle`.
+`GaitScreen.obstacle` returns more precise reasons on some screens.
 """
 
 from typing import NamedTuple
 
 
-class Search(NamedTuple):
-    """Search data of an action.
+class Hints(NamedTuple):
+    """Texts of an action in the palette, besides its description.
 
     Attributes:
         words: synonyms, separated by spaces.
-        why: reason why it is unavailable and how to enable it, unless its screen gives one.
+        why: reason why it is unavailable, and how to enable it; a screen may override it.
         title: name of the action on other screens; '' hides it there.
         where: how to reach the action from other screens.
     """
@@ -32,191 +32,191 @@ _EXPORT = "On a run at home, live or in a replay: press e."
 _SHOWN = "No champion is shown yet: it is loading, or the run has none."
 _CHAMPION = "The run has no champion yet; let it evolve."
 
-SEARCH: dict[str, Search] = {
-    "home.open": Search("watch attach live steer continue resume show enter"),
-    "home.mark": Search("select choose several tick"),
-    "home.sort": Search("order by column"),
-    "home.turn": Search("reverse order descending ascending"),
-    "home.new": Search(
+SEARCH: dict[str, Hints] = {
+    "home.open": Hints("watch attach live steer continue resume show enter"),
+    "home.mark": Hints("select choose several tick"),
+    "home.sort": Hints("order by column"),
+    "home.turn": Hints("reverse order descending ascending"),
+    "home.new": Hints(
         "start begin create evolve preset experiment body",
         title="New run",
         where="At home: press n.",
     ),
-    "home.replay": Search(
+    "home.replay": Hints(
         "champion play animation motion side beside", title="Replay", where="At home: press r."
     ),
-    "home.compare": Search(
+    "home.compare": Hints(
         "differences curves overlay several versus statistics",
         title="Compare",
         where="At home: mark two or more runs with space, then press c.",
     ),
-    "home.export": Search(_PRODUCTS, title="Export", where=_EXPORT),
-    "home.why": Search(
+    "home.export": Hints(_PRODUCTS, title="Export", where=_EXPORT),
+    "home.why": Hints(
         _REASONS, title="Why", where="On a run at home, live or in a replay: press w."
     ),
-    "home.map": Search(
+    "home.map": Hints(
         "archive atlas heat map elites members cells coverage quality diversity",
         title="Map",
         where="On a run with an archive, at home, live or in a replay: press M.",
     ),
-    "home.gallery": Search(
+    "home.gallery": Hints(
         "site browser web html page share show publish", title="Gallery", where="At home: press B."
     ),
-    "home.filter": Search("search find words", title="Filter", where="At home: press /."),
-    "home.delete": Search("remove erase trash several", title="Delete", where="At home: press d."),
-    "home.stop": Search("end halt kill background", title="Stop", where="At home: press x."),
-    "home.note": Search("comment annotate remark text", title="Note", where="At home: press N."),
-    "home.rename": Search("name move folder call", title="Rename", where="At home: press R."),
-    "home.laboratory": Search(
+    "home.filter": Hints("search find words", title="Filter", where="At home: press /."),
+    "home.delete": Hints("remove erase trash several", title="Delete", where="At home: press d."),
+    "home.stop": Hints("end halt kill background", title="Stop", where="At home: press x."),
+    "home.note": Hints("comment annotate remark text", title="Note", where="At home: press N."),
+    "home.rename": Hints("name move folder call", title="Rename", where="At home: press R."),
+    "home.laboratory": Hints(
         "damage lost leg remove broken adapt trial error recover",
         title="Laboratory",
         where="On a run of a body with legs, at home, live or in a replay: press L.",
     ),
-    "home.files": Search(
+    "home.files": Hints(
         "exports made open pictures videos plots", title="Files", where="At home: press f."
     ),
-    "home.plugins": Search(
+    "home.plugins": Hints(
         "bodies body fitness operators packages", title="Plugins", where="At home: press p."
     ),
-    "live.pause": Search(
+    "live.pause": Hints(
         "wait halt hold", "The run is not evolving here.", "Pause", "On a live run: press space."
     ),
-    "live.go": Search(
+    "live.go": Hints(
         "continue start run evolve attach",
         "The run is already evolving, or finished; press g to plan more generations.",
     ),
-    "live.step": Search("one generation", "The run is finished; press g to plan more generations."),
-    "live.stop": Search("end quit save halt", "The run is not evolving here."),
-    "live.change": Search(
+    "live.step": Hints("one generation", "The run is finished; press g to plan more generations."),
+    "live.stop": Hints("end quit save halt", "The run is not evolving here."),
+    "live.change": Hints(
         "set option parameter rate mutation weight fitness selection crossover stage steer",
         "Another process evolves the run, or it is still preparing.",
         "Change",
         "On a live run: press c.",
     ),
-    "live.fork": Search(
+    "live.fork": Hints(
         "copy branch clone duplicate",
         "The run has no finished generation to copy.",
         "Fork",
         "On a live run: press f.",
     ),
-    "live.replay": Search("champion play animation motion", _CHAMPION),
-    "live.goal": Search(
+    "live.replay": Hints("champion play animation motion", _CHAMPION),
+    "live.goal": Hints(
         "generations target length more further extend",
         "Another process evolves the run, or it is still preparing.",
         "Goal",
         "On a live run: press g.",
     ),
-    "live.why": Search(_REASONS, _CHAMPION),
-    "live.export": Search(_PRODUCTS, _CHAMPION),
-    "live.laboratory": Search("damage lost leg remove broken adapt", _CHAMPION),
-    "live.map": Search("archive atlas heat elites cells coverage", "The search keeps no archive."),
-    "live.log": Search("history messages terms what happened"),
-    "replay.play": Search("start go animation", f"The motion is already playing, or: {_SHOWN}"),
-    "replay.pause": Search(
+    "live.why": Hints(_REASONS, _CHAMPION),
+    "live.export": Hints(_PRODUCTS, _CHAMPION),
+    "live.laboratory": Hints("damage lost leg remove broken adapt", _CHAMPION),
+    "live.map": Hints("archive atlas heat elites cells coverage", "The search keeps no archive."),
+    "live.log": Hints("history messages terms what happened"),
+    "replay.play": Hints("start go animation", f"The motion is already playing, or: {_SHOWN}"),
+    "replay.pause": Hints(
         "stop hold halt animation", f"The motion is already paused, or: {_SHOWN}"
     ),
-    "replay.frame-back": Search("step previous", _SHOWN),
-    "replay.frame-on": Search("step next", _SHOWN),
-    "replay.generation-back": Search("previous earlier", _SHOWN),
-    "replay.generation-on": Search("next later", _SHOWN),
-    "replay.go-to": Search("generation number jump", _SHOWN, "Go to", "In a replay: press g."),
-    "replay.best": Search("champion", _SHOWN),
-    "replay.slower": Search(
+    "replay.frame-back": Hints("step previous", _SHOWN),
+    "replay.frame-on": Hints("step next", _SHOWN),
+    "replay.generation-back": Hints("previous earlier", _SHOWN),
+    "replay.generation-on": Hints("next later", _SHOWN),
+    "replay.go-to": Hints("generation number jump", _SHOWN, "Go to", "In a replay: press g."),
+    "replay.best": Hints("champion", _SHOWN),
+    "replay.slower": Hints(
         "speed slow motion rate time", _SHOWN, "Slower", "In a replay: press <."
     ),
-    "replay.faster": Search("speed rate time", _SHOWN, "Faster", "In a replay: press >."),
-    "replay.view": Search("camera side above front angle perspective", _SHOWN),
-    "replay.follow": Search("camera track", _SHOWN),
-    "replay.closer": Search("zoom in larger", _SHOWN, "Closer", "In a replay: press +."),
-    "replay.farther": Search("zoom out smaller", _SHOWN),
-    "replay.reset": Search("camera zoom", _SHOWN),
-    "replay.measures": Search("terms score numbers values panel curve", _SHOWN),
-    "replay.split": Search(
+    "replay.faster": Hints("speed rate time", _SHOWN, "Faster", "In a replay: press >."),
+    "replay.view": Hints("camera side above front angle perspective", _SHOWN),
+    "replay.follow": Hints("camera track", _SHOWN),
+    "replay.closer": Hints("zoom in larger", _SHOWN, "Closer", "In a replay: press +."),
+    "replay.farther": Hints("zoom out smaller", _SHOWN),
+    "replay.reset": Hints("camera zoom", _SHOWN),
+    "replay.measures": Hints("terms score numbers values panel curve", _SHOWN),
+    "replay.split": Hints(
         "beside two compare second", title="Split", where="In a replay: press s."
     ),
-    "replay.why": Search(_REASONS, _SHOWN),
-    "replay.export": Search(_PRODUCTS, _SHOWN),
-    "replay.code": Search(
+    "replay.why": Hints(_REASONS, _SHOWN),
+    "replay.export": Hints(_PRODUCTS, _SHOWN),
+    "replay.code": Hints(
         "challenge share copy clipboard verify score", _SHOWN, "Code", "In a replay: press C."
     ),
-    "replay.laboratory": Search("damage lost leg remove broken adapt", _SHOWN),
-    "steering.restart": Search("again start fly"),
-    "steering.view": Search("camera behind side above"),
-    "lab.adapt": Search("search trial error recover map gaussian bayesian"),
-    "lab.stop": Search("cancel end"),
-    "lab.joint": Search("stuck weak slow damage"),
-    "lab.repair": Search("intact reset undo heal"),
-    "lab.physics": Search("twin rigid body mujoco simulation"),
-    "lab.replay": Search("play animation motion"),
-    "lab.export": Search(_PRODUCTS),
-    "replay.map": Search("archive atlas heat elites cells", "The search keeps no archive."),
-    "map.axes-back": Search("pair legs previous"),
-    "map.axes-on": Search("pair legs next"),
-    "map.across": Search("axis horizontal x"),
-    "map.upwards": Search("axis vertical y"),
-    "map.best": Search("champion elite"),
-    "map.go-to": Search("member number jump"),
-    "map.replay": Search("play animation motion frame"),
-    "map.why": Search(_REASONS),
-    "map.export": Search(_PRODUCTS),
-    "map.laboratory": Search("damage lost leg remove broken adapt"),
-    "map.play": Search("pause stop go animation"),
-    "map.view": Search("camera side above front angle perspective"),
-    "compare.quantity": Search(
+    "replay.laboratory": Hints("damage lost leg remove broken adapt", _SHOWN),
+    "steering.restart": Hints("again start fly"),
+    "steering.view": Hints("camera behind side above"),
+    "lab.adapt": Hints("search trial error recover map gaussian bayesian"),
+    "lab.stop": Hints("cancel end"),
+    "lab.joint": Hints("stuck weak slow damage"),
+    "lab.repair": Hints("intact reset undo heal"),
+    "lab.physics": Hints("twin rigid body mujoco simulation"),
+    "lab.replay": Hints("play animation motion"),
+    "lab.export": Hints(_PRODUCTS),
+    "replay.map": Hints("archive atlas heat elites cells", "The search keeps no archive."),
+    "map.axes-back": Hints("pair legs previous"),
+    "map.axes-on": Hints("pair legs next"),
+    "map.across": Hints("axis horizontal x"),
+    "map.upwards": Hints("axis vertical y"),
+    "map.best": Hints("champion elite"),
+    "map.go-to": Hints("member number jump"),
+    "map.replay": Hints("play animation motion frame"),
+    "map.why": Hints(_REASONS),
+    "map.export": Hints(_PRODUCTS),
+    "map.laboratory": Hints("damage lost leg remove broken adapt"),
+    "map.play": Hints("pause stop go animation"),
+    "map.view": Hints("camera side above front angle perspective"),
+    "compare.quantity": Hints(
         "median mean diversity best axis", "None of these runs has a generation yet."
     ),
-    "compare.by": Search(
+    "compare.by": Hints(
         "axis time seconds evaluations", "None of these runs has a generation yet."
     ),
-    "compare.replay": Search("champion play motion", "The chosen run has no champion yet."),
-    "compare.statistics": Search(
+    "compare.replay": Hints("champion play motion", "The chosen run has no champion yet."),
+    "compare.statistics": Hints(
         "repeats test significance interval effect size compare experiments",
-        "This needs two or more runs.",
+        "Statistics need two or more runs.",
         "Statistics",
         "On the comparison screen: press s.",
     ),
-    "screen.studies": Search("sweep compare statistics repeats operators table surface report"),
-    "screen.verify": Search(
+    "screen.studies": Hints("sweep compare statistics repeats operators table surface report"),
+    "screen.verify": Hints(
         "reproduce check identical bits checksum",
         "No run with a finished generation is selected.",
         "Verify",
         "On a run at home or live: press v.",
     ),
-    "studies.new": Search("sweep begin start create"),
-    "studies.compare": Search("statistics test begin start create"),
-    "studies.continue": Search("resume go", "Only a stopped study can be continued."),
-    "studies.stop": Search("end kill", "It is not running in this app."),
-    "verify.some": Search("sample again", "It is still running."),
-    "verify.all": Search("whole run", "It is still running."),
-    "verify.stop": Search("end kill", "It has ended."),
-    "results.files": Search("figure surface report table open"),
-    "results.copy": Search("clipboard", "Select a file first; press f to go to the files."),
-    "curves.zoom-in": Search("closer larger"),
-    "curves.zoom-out": Search("farther smaller"),
-    "curves.all": Search("reset zoom whole"),
-    "curves.log": Search("logarithmic scale axis"),
-    "curves.log-below": Search("logarithmic generation axis x"),
-    "curves.smooth": Search("average median noise filter"),
-    "new.run": Search("start begin evolve go"),
-    "new.search": Search("find option parameter filter rate"),
-    "new.save": Search("write toml experiment export"),
-    "new.load": Search("open toml experiment import"),
-    "new.reset": Search("undo default discard"),
-    "plugins.check": Search("test conformance contract verify"),
-    "plugins.new": Search("start begin create", "Select a body or a preset that can be loaded."),
-    "plugins.filter": Search("search find words"),
-    "tasks.copy": Search("clipboard file", "The task has written no file."),
-    "tasks.stop": Search("end cancel kill", "It has ended."),
-    "tasks.again": Search("repeat retry", "It is still running."),
-    "tasks.clear": Search("forget remove", "No task has ended."),
-    "files.open": Search("show view", "This run has no exports yet; press e to export files."),
-    "files.copy": Search("clipboard", "This run has no exports yet; press e to export files."),
-    "files.make": Search(_PRODUCTS),
-    "app.help": Search("keys shortcuts manual"),
-    "app.quit": Search("exit leave close end"),
-    "app.jump": Search("focus go widget"),
-    "app.copy": Search("clipboard shell terminal cli line script", "This screen has no command."),
-    "app.tasks": Search(
+    "studies.new": Hints("sweep begin start create"),
+    "studies.compare": Hints("statistics test begin start create"),
+    "studies.continue": Hints("resume go", "Only a stopped study can be continued."),
+    "studies.stop": Hints("end kill", "The study is not running in this app."),
+    "verify.some": Hints("sample again", "The verification is still running."),
+    "verify.all": Hints("whole run", "The verification is still running."),
+    "verify.stop": Hints("end kill", "The verification has ended."),
+    "results.files": Hints("figure surface report table open"),
+    "results.copy": Hints("clipboard", "Select a file first; press f to go to the files."),
+    "curves.zoom-in": Hints("closer larger"),
+    "curves.zoom-out": Hints("farther smaller"),
+    "curves.all": Hints("reset zoom whole"),
+    "curves.log": Hints("logarithmic scale axis"),
+    "curves.log-below": Hints("logarithmic generation axis x"),
+    "curves.smooth": Hints("average median noise filter"),
+    "new.run": Hints("start begin evolve go"),
+    "new.search": Hints("find option parameter filter rate"),
+    "new.save": Hints("write toml experiment export"),
+    "new.load": Hints("open toml experiment import"),
+    "new.reset": Hints("undo default discard"),
+    "plugins.check": Hints("test conformance contract verify"),
+    "plugins.new": Hints("start begin create", "Select a body or a preset that can be loaded."),
+    "plugins.filter": Hints("search find words"),
+    "tasks.copy": Hints("clipboard file", "The task has not written a file."),
+    "tasks.stop": Hints("end cancel kill", "The task has ended."),
+    "tasks.again": Hints("repeat retry", "The task is still running."),
+    "tasks.clear": Hints("forget remove", "No task has ended."),
+    "files.open": Hints("show view", "This run has no exports yet; press e to export files."),
+    "files.copy": Hints("clipboard", "This run has no exports yet; press e to export files."),
+    "files.make": Hints(_PRODUCTS),
+    "app.help": Hints("keys shortcuts manual"),
+    "app.quit": Hints("exit leave close end"),
+    "app.jump": Hints("focus go widget"),
+    "app.copy": Hints("clipboard shell terminal cli line script", "This screen has no command."),
+    "app.tasks": Hints(
         "background jobs progress video", "No tasks yet; press e on a run to export files."
     ),
 }

@@ -1,6 +1,6 @@
 """Gaitsim commands that run in the background, each in its own process.
 
-The UI runs the commands that a user could type, so it can do nothing that the command line cannot.
+The UI runs commands that a user could also type, so it has no functions of its own.
 Progress, files and errors arrive as records on standard error, one JSON object per line.
 """
 
@@ -24,7 +24,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 
 KEPT = 2000  # lines of output
 LONGEST = 1 << 20  # bytes of a line; longer lines are dropped
-GRACE = 5.0  # seconds between asking a process to stop and killing it
+GRACE = 5.0  # seconds from the request to stop a process until it is killed
 
 State = Literal["running", "done", "failed", "stopped"]
 
@@ -35,10 +35,10 @@ class Task:
 
     Attributes:
         arguments: arguments of `gaitsim`.
-        began: start time on the monotonic clock, seconds.
+        started: start time on the monotonic clock, seconds.
         state: 'running', or how the task ended.
         progress: description of the current step.
-        part: completed share of the step, 0 to 1; None while it is unknown.
+        share: completed share of the step, 0 to 1; None while it is unknown.
         output: lines of standard output.
         notices: lines of standard error that are not records.
         files: files that the task wrote.
@@ -48,10 +48,10 @@ class Task:
     """
 
     arguments: tuple[str, ...]
-    began: float = field(default_factory=monotonic)
+    started: float = field(default_factory=monotonic)
     state: State = "running"
     progress: str = ""
-    part: float | None = None
+    share: float | None = None
     output: list[str] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
     files: list[Path] = field(default_factory=list)
@@ -71,7 +71,7 @@ class Task:
 
     @property
     def message(self) -> str:
-        """The reason for the failure."""
+        """The reason why the task failed."""
         if self.error is not None:
             return visible_lines(str(self.error))
         return (
@@ -81,14 +81,14 @@ class Task:
     @property
     def seconds(self) -> float:
         """Duration so far, seconds."""
-        return (self.ended or monotonic()) - self.began
+        return (self.ended or monotonic()) - self.started
 
-    def take_output(self, line: str) -> None:
+    def add_output(self, line: str) -> None:
         """Store a line of standard output."""
         self.output.append(visible(line))
         del self.output[:-KEPT]
 
-    def take_record(self, line: str) -> None:
+    def add_record(self, line: str) -> None:
         """Process a line of standard error: a record, or a text printed by a library."""
         try:
             record = json.loads(line)
@@ -100,7 +100,7 @@ class Task:
                     "total": int() | None as total,
                 }:
                     self.progress = visible(what)
-                    self.part = min(1.0, done / total) if total else None
+                    self.share = min(1.0, done / total) if total else None
                 case {"kind": "result", "files": list(files)}:
                     self.files += map(Path, files)
                 case {"kind": "error"}:
@@ -116,7 +116,7 @@ class Task:
 
 @dataclass
 class TaskChanged(Message, bubble=False):
-    """Posted when a task starts, progresses or ends; later messages of a task replace earlier."""
+    """Posted when a task starts, progresses or ends; replaces earlier messages of the task."""
 
     task: Task
 
@@ -129,16 +129,16 @@ class Tasks:
     """The tasks of the app, the newest last.
 
     Args:
-        changed: function called with a task that started, progressed or ended.
+        on_change: function called with a task that started, progressed or ended.
     """
 
-    def __init__(self, changed: Callable[[Task], None]) -> None:
+    def __init__(self, on_change: Callable[[Task], None]) -> None:
         self.all: list[Task] = []
-        self._changed = changed
+        self._on_change = on_change
         self._processes: dict[int, asyncio.subprocess.Process] = {}
         self._running: set[asyncio.Task[None]] = set()
 
-    def begin(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
+    def start(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
         """Run a gaitsim command; with `opens`, open the file that it writes."""
         task = Task(tuple(arguments), opens=opens)
         self.all.append(task)
@@ -174,7 +174,7 @@ class Tasks:
         self.all = [task for task in self.all if task.running]
 
     async def _run(self, task: Task) -> None:
-        self._changed(task)
+        self._on_change(task)
         try:
             code = await self._process(task)
         except OSError as error:
@@ -185,7 +185,7 @@ class Tasks:
             task.ended = monotonic()
         if task.state == "running":
             task.state = "done" if code == 0 else "failed"
-        self._changed(task)
+        self._on_change(task)
 
     async def _process(self, task: Task) -> int:
         process = await asyncio.create_subprocess_exec(
@@ -202,21 +202,21 @@ class Tasks:
         )
         self._processes[id(task)] = process
         readers = [
-            asyncio.create_task(self._read(task, stream, take))
-            for stream, take in (
-                (process.stdout, task.take_output),
-                (process.stderr, task.take_record),
+            asyncio.create_task(self._read(task, stream, add))
+            for stream, add in (
+                (process.stdout, task.add_output),
+                (process.stderr, task.add_record),
             )
             if stream is not None
         ]
         code = await process.wait()
-        # The last lines may still be in transit; a remaining child may keep the pipes open.
+        # The last lines may still be in the pipes, which a remaining child may keep open.
         for reader in (await asyncio.wait(readers, timeout=1))[1]:
             reader.cancel()
         return code
 
     async def _read(
-        self, task: Task, stream: asyncio.StreamReader, take: Callable[[str], None]
+        self, task: Task, stream: asyncio.StreamReader, add: Callable[[str], None]
     ) -> None:
         while True:
             try:
@@ -225,8 +225,8 @@ class Tasks:
                 continue
             if not line:
                 return
-            take(line.decode(errors="replace").rstrip())
-            self._changed(task)
+            add(line.decode(errors="replace").rstrip())
+            self._on_change(task)
 
 
 def _environment() -> dict[str, str]:

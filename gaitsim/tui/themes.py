@@ -1,4 +1,4 @@
-"""The app's own themes, in addition to Textual's."""
+"""The themes that gaitsim adds to Textual's."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from gaitsim.errors import unknown
 
 
 def _theme(name: str, *, border: str, cursor: str = "", **colours: Any) -> Theme:
-    """Return a theme whose borders are primary and whose keys have the accent colour.
+    """Return a theme with borders in the primary colour and keys in the accent colour.
 
     Args:
         name: name of the theme.

@@ -10,32 +10,32 @@ from textual.events import Key
 from textual.widget import Widget
 from textual.widgets import DataTable, OptionList
 
-PREFIX = "list."  # prefix of the ids
-# The actions of each kind of widget.
-_WAYS = ("down", "up", "first", "last", "page_down", "page_up")
+PREFIX = "list."  # of the IDs of these keys
+# The movements, and the action for each in three kinds of widgets.
+_MOVES = ("down", "up", "first", "last", "page_down", "page_up")
 _LIST = ("cursor_down", "cursor_up", "first", "last", "page_down", "page_up")
 _TABLE = ("cursor_down", "cursor_up", "scroll_top", "scroll_bottom", "page_down", "page_up")
 _TEXT = ("scroll_down", "scroll_up", "scroll_home", "scroll_end", "page_down", "page_up")
 
 
-_KEYS = dict(zip(_WAYS, ("j", "k", "g", "G", "ctrl+d", "ctrl+u"), strict=True))
+_KEYS = dict(zip(_MOVES, ("j", "k", "g", "G", "ctrl+d", "ctrl+u"), strict=True))
 
 
-def _id(way: str) -> str:
-    return PREFIX + way.replace("_", "-")
+def _id(move: str) -> str:
+    return PREFIX + move.replace("_", "-")
 
 
-def _binding(way: str, key: str) -> Binding:
-    about = way.replace("_", " ").capitalize()
+def _binding(move: str, key: str) -> Binding:
+    about = move.replace("_", " ").capitalize()
     return Binding(
-        key, f"vi('{way}')", about, show=False, id=_id(way), tooltip=f"{about} in a list"
+        key, f"vi('{move}')", about, show=False, id=_id(move), tooltip=f"{about} in a list"
     )
 
 
 class ViKeys(App[None]):
-    """An app in which the keys of vi move the focused list, unless a screen uses the key.
+    """An app in which the keys of vi move in the focused list, table or text.
 
-    Keys of a screen and letters in a field take precedence.
+    Keys of a screen, and letters typed into a field, take precedence.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [*starmap(_binding, _KEYS.items())]
@@ -48,35 +48,35 @@ class ViKeys(App[None]):
         super().set_keymap(keymap)
         self._chosen = keymap
 
-    def action_vi(self, way: str) -> None:
+    def action_vi(self, move: str) -> None:
         """Move in the widget that has the focus."""
-        action = _moves(self.focused).get(way)
+        action = _actions(self.focused).get(move)
         if action is not None:
             getattr(self.focused, f"action_{action}")()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "vi":
-            return bool(_moves(self.focused))
+            return bool(_actions(self.focused))
         return super().check_action(action, parameters)
 
     def on_key(self, event: Key) -> None:
         """Move in dialogs too, where the keys of an app are inactive."""
         if not self.screen.is_modal or event.key in self.screen.active_bindings:
             return
-        for way, key in _KEYS.items():
-            if event.key in self._chosen.get(_id(way), key).split(","):
+        for move, key in _KEYS.items():
+            if event.key in self._chosen.get(_id(move), key).split(","):
                 event.prevent_default()
-                self.action_vi(way)
+                self.action_vi(move)
 
 
-def _moves(widget: Widget | None) -> dict[str, str]:
+def _actions(widget: Widget | None) -> dict[str, str]:
     """Return a widget's actions for each movement; {} if it has none."""
-    if widget is None or widget.check_consume_key("j", "j"):  # it accepts letters
+    if widget is None or widget.check_consume_key("j", "j"):  # a field
         return {}
     if isinstance(widget, DataTable):
-        return dict(zip(_WAYS, _TABLE, strict=True))
+        return dict(zip(_MOVES, _TABLE, strict=True))
     if isinstance(widget, OptionList):
-        return dict(zip(_WAYS, _LIST, strict=True))
+        return dict(zip(_MOVES, _LIST, strict=True))
     if isinstance(widget, ScrollableContainer):
-        return dict(zip(_WAYS, _TEXT, strict=True))
+        return dict(zip(_MOVES, _TEXT, strict=True))
     return {}

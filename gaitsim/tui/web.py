@@ -1,6 +1,6 @@
 """The terminal UI in a browser: a server on top of textual-serve's.
 
-It serves a page that loads no external resources, to clients that know its token, and accepts
+It serves a page without external resources, to clients that know its token. It accepts
 connections only from that page, so that no other site in the browser can control the app.
 """
 
@@ -23,15 +23,15 @@ from textual_serve.server import Server, to_int
 
 from gaitsim.errors import GaitsimError
 from gaitsim.opening import read_regular
-from gaitsim.tui.web_app import ServedApp, bounded
+from gaitsim.tui.web_app import ServedApp, limit_size
 
 PAGE = Path(__file__).parent / "page.html"
 LOCAL = "localhost"
 WINDOWS = 8
 LONGEST_MESSAGE = 1 << 20  # bytes; a paste arrives as one message
-PATIENCE = 5.0  # seconds to wait for an app to end, such as after a reload
+PATIENCE = 5.0  # seconds to wait for another app to end, such as after a reload
 
-# For refusals, which show text and a form; the page itself needs more.
+# For pages that refuse access, with text and a form. The app's page needs more.
 PLAIN_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
 HEADERS = {
     "Content-Security-Policy": PLAIN_POLICY,
@@ -44,20 +44,20 @@ POLICY = (
     "font-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-# A page that plays a gait runs its scripts in an opaque origin, so that they reach neither the app
-# at the same address nor the network. The page's own policy allows only the viewer.
-SHOWN_POLICY = (
+# The scripts of an exported page run in an opaque origin, so that they reach neither the app at the
+# same address nor the network. The page's own policy allows only the viewer's scripts.
+PUBLISHED_POLICY = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; "
     "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
-MOST_SHOWN = 100  # pages; the oldest are dropped
-LARGEST_SHOWN = 1 << 27  # bytes
+MOST_PUBLISHED = 100  # pages; the oldest are dropped
+LARGEST_PUBLISHED = 1 << 27  # bytes
 NO_TOKEN = Template("""<!DOCTYPE html>
 <html lang="en">
   <meta charset="utf-8" /><title>gaitsim</title>
   <body style="font: 16px monospace; margin: 3em; background: #0f151b; color: #d7dee6">
-    <p>$wrong Open the address printed by gaitsim serve, or enter its token:</p>
+    <p>$notice Open the address printed by gaitsim serve, or enter its token:</p>
     <form><input name="token" type="password" autofocus /> <button>Open</button></form>
   </body>
 </html>
@@ -65,7 +65,7 @@ NO_TOKEN = Template("""<!DOCTYPE html>
 
 
 class WebServer(Server):
-    """Runs a command, which starts a Textual app, for each open page.
+    """A server that runs a command, which starts a Textual app, for each open page.
 
     Args:
         command: command line of the app.
@@ -77,10 +77,12 @@ class WebServer(Server):
     def __init__(self, command: str, host: str, token: str, windows: int = WINDOWS) -> None:
         super().__init__(command, host, title="gaitsim")
         self._token = token
-        self._cookie = secrets.token_urlsafe()  # not the token, as cookies reach other ports too
+        self._cookie = (
+            secrets.token_urlsafe()
+        )  # not the token, because browsers also send cookies to other ports
         self._windows = windows
         self._free = asyncio.Semaphore(windows)
-        self._shown: dict[str, Path] = {}
+        self._published: dict[str, Path] = {}
         self._open: WeakSet[web.WebSocketResponse] = WeakSet()
         self._ending: set[asyncio.Task[None]] = set()
 
@@ -99,7 +101,7 @@ class WebServer(Server):
                 web.get("/", self.page),
                 web.get("/ws", self.handle_websocket),
                 web.get("/download/{key}", self.handle_download),
-                web.get("/pages/{key}", self.handle_shown),
+                web.get("/pages/{key}", self.handle_published),
                 web.static("/static", self.statics_path),
             ]
         )
@@ -112,7 +114,7 @@ class WebServer(Server):
     @web.middleware
     async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
         """Refuse requests without the token, and requests from pages of other sites."""
-        if not (self._is_ours(request) and _same_origin(request)):
+        if not (self._is_own_host(request) and _same_origin(request)):
             raise web.HTTPForbidden(text="gaitsim accepts requests only from its own page.")
         cookie = f"gaitsim-{_port(request)}"
         token = request.query.get("token")
@@ -122,12 +124,14 @@ class WebServer(Server):
             page.set_cookie(cookie, self._cookie, httponly=True, samesite="Strict")
             raise page
         if not _equal(request.cookies.get(cookie, ""), self._cookie):
-            wrong = "This token is not valid." if token else ""
-            raise web.HTTPForbidden(text=NO_TOKEN.substitute(wrong=wrong), content_type="text/html")
+            notice = "This token is not valid." if token else ""
+            raise web.HTTPForbidden(
+                text=NO_TOKEN.substitute(notice=notice), content_type="text/html"
+            )
         return await handler(request)
 
-    def _is_ours(self, request: web.Request) -> bool:
-        """Return whether a host name is ours; on a public address any name is."""
+    def _is_own_host(self, request: web.Request) -> bool:
+        """Return whether a request names this host; a public address accepts any name."""
         return not is_loopback(self.host) or is_loopback(_host(f"//{request.host}"))
 
     async def on_startup(self, app: web.Application) -> None:
@@ -140,13 +144,13 @@ class WebServer(Server):
 
     async def on_shutdown(self, app: web.Application) -> None:
         """Close the windows, which ends their apps."""
-        await asyncio.gather(*map(_dismiss, self._open))
+        await asyncio.gather(*map(_close_window, self._open))
 
     async def _on_cleanup(self, app: web.Application) -> None:
         await asyncio.gather(*self._ending)
 
     async def page(self, request: web.Request) -> web.Response:
-        """Return the page, filled in for the requested address."""
+        """Return the app's page, filled in for the requested address."""
         scheme = "wss" if request.scheme == "https" else "ws"
         values = {
             "title": self.title,
@@ -161,29 +165,29 @@ class WebServer(Server):
         return web.Response(text=filled, content_type="text/html", headers=policy)
 
     def publish(self, path: Path) -> str:
-        """Serve a page written by an app; return its address on this server."""
+        """Serve a page that an app has exported; return its address on this server."""
         key = secrets.token_urlsafe()
-        self._shown[key] = path
-        for oldest in [*self._shown][:-MOST_SHOWN]:
-            del self._shown[oldest]
+        self._published[key] = path
+        for oldest in [*self._published][:-MOST_PUBLISHED]:
+            del self._published[oldest]
         return f"/pages/{key}"
 
-    async def handle_shown(self, request: web.Request) -> web.Response:
-        """Return a page written by an app, with a policy that isolates it."""
-        path = self._shown.get(request.match_info["key"])
+    async def handle_published(self, request: web.Request) -> web.Response:
+        """Return a page that an app has exported, with a policy that isolates it."""
+        path = self._published.get(request.match_info["key"])
         if path is None:
             raise web.HTTPNotFound(
                 text="This page is no longer served. Open it again from the app."
             )
         try:
-            page = await asyncio.to_thread(read_regular, path, LARGEST_SHOWN)
+            page = await asyncio.to_thread(read_regular, path, LARGEST_PUBLISHED)
         except OSError as error:
             raise web.HTTPNotFound(text=f"The page cannot be read: {error.strerror}") from None
-        policy = {"Content-Security-Policy": SHOWN_POLICY, "Cache-Control": "no-store"}
+        policy = {"Content-Security-Policy": PUBLISHED_POLICY, "Cache-Control": "no-store"}
         return web.Response(body=page, content_type="text/html", charset="utf-8", headers=policy)
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
-        """Run an app for a page until either ends."""
+        """Run an app for a page until the app ends or the page closes."""
         if "Origin" not in request.headers:
             raise web.HTTPForbidden(text="gaitsim accepts connections only from its own page.")
         websocket = web.WebSocketResponse(heartbeat=15, max_msg_size=LONGEST_MESSAGE)
@@ -192,17 +196,17 @@ class WebServer(Server):
             async with asyncio.timeout(PATIENCE):
                 await self._free.acquire()
         except TimeoutError:
-            said = f"{self._windows} windows are open, the maximum (--windows)."
-            await websocket.close(code=WSCloseCode.TRY_AGAIN_LATER, message=said.encode())
+            reason = f"{self._windows} windows are open; --windows sets the maximum."
+            await websocket.close(code=WSCloseCode.TRY_AGAIN_LATER, message=reason.encode())
             return websocket
         self._open.add(websocket)
         app = ServedApp(self.command, websocket, self.download_manager, self.publish)
         width, height = (to_int(request.query.get(name, ""), 80) for name in ("width", "height"))
         try:
-            await app.start(*bounded(width, height))
-            await _converse(websocket, app)
+            await app.start(*limit_size(width, height))
+            await _forward_messages(websocket, app)
         finally:
-            # The app ends even if the request was cancelled.
+            # End the app even if the request was cancelled.
             ending = asyncio.create_task(self._end(app))
             self._ending.add(ending)
             ending.add_done_callback(self._ending.discard)
@@ -216,13 +220,13 @@ class WebServer(Server):
             self._free.release()
 
 
-async def _converse(websocket: web.WebSocketResponse, app: ServedApp) -> None:
-    """Pass the messages of a page to its app until it disconnects or a message is malformed."""
+async def _forward_messages(websocket: web.WebSocketResponse, app: ServedApp) -> None:
+    """Forward a page's messages to its app until it disconnects or a message is malformed."""
     async for message in websocket:
         try:
             if message.type is not WSMsgType.TEXT:
                 raise ValueError("not a text message")
-            await app.obey(message.data)
+            await app.handle_message(message.data)
         except ValueError:
             await websocket.close(
                 code=WSCloseCode.POLICY_VIOLATION, message=b"The page sent a malformed message."
@@ -230,7 +234,7 @@ async def _converse(websocket: web.WebSocketResponse, app: ServedApp) -> None:
             return
 
 
-async def _dismiss(websocket: web.WebSocketResponse) -> None:
+async def _close_window(websocket: web.WebSocketResponse) -> None:
     await websocket.close(code=WSCloseCode.GOING_AWAY, message=b"gaitsim serve has ended.")
 
 
@@ -273,7 +277,7 @@ def is_loopback(host: str) -> bool:
 
 
 @contextmanager
-def listening(host: str, port: int) -> Iterator[socket.socket]:
+def listening_socket(host: str, port: int) -> Iterator[socket.socket]:
     """Open a socket that listens on an address.
 
     Raises:
@@ -284,7 +288,7 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
         listener = socket.create_server((host, port), family=family)
     except (OSError, UnicodeError) as error:
         number = error.errno if isinstance(error, OSError) else None
-        # Python appends the address, which the message already has.
+        # Python appends the address, which the message already contains.
         reason = getattr(error, "strerror", None) or str(error)
         port_is_wrong = number in (errno.EADDRINUSE, errno.EACCES)
         raise GaitsimError(

@@ -1,4 +1,4 @@
-"""A served app: the process behind a window of a browser."""
+"""A served app: the process behind a browser window."""
 
 import asyncio
 import json
@@ -16,16 +16,16 @@ from textual_serve.download_manager import DownloadManager
 MOST_COLUMNS = 500
 MOST_ROWS = 200
 FAILED = b"The app has failed. See the reason in the terminal of gaitsim serve."
-GRACE = 15.0  # seconds; longer than an app takes to end by itself
+GRACE = 15.0  # seconds to wait for an app to end; an app allows itself less
 
 
-def bounded(width: int, height: int) -> tuple[int, int]:
+def limit_size(width: int, height: int) -> tuple[int, int]:
     """Return the allowed size nearest to the requested one."""
     return min(max(width, 1), MOST_COLUMNS), min(max(height, 1), MOST_ROWS)
 
 
 class ServedApp(AppService):
-    """A Textual app as a process that ends with its window.
+    """A Textual app in a process that ends when its window closes.
 
     Args:
         command: command line of the app.
@@ -89,7 +89,7 @@ class ServedApp(AppService):
             task = asyncio.current_task()
             if task is None or task.cancelling():
                 raise
-            # textual-serve's reader of standard error may not have started when the app ended.
+            # textual-serve may not have started to read standard error when the app ended.
             if self._process is not None and self._process.stderr is not None:
                 errors = await self._process.stderr.read()
                 sys.stdout.write(errors.decode("utf-8", "replace"))
@@ -100,7 +100,7 @@ class ServedApp(AppService):
             await self._websocket.close()
 
     async def on_meta(self, data: bytes) -> None:
-        """Handle a request of the app, or pass a colour or an address to the window."""
+        """Handle a request of the app; forward a colour or an address to the window."""
         match json.loads(data):
             case {"type": "ground", "colour": str(colour)}:
                 await self.remote_write_str(json.dumps(["ground", colour]))
@@ -109,17 +109,17 @@ class ServedApp(AppService):
             case _:
                 await super().on_meta(data)
 
-    async def obey(self, text: str) -> None:
-        """Pass a message of the page on to the app.
+    async def handle_message(self, text: str) -> None:
+        """Forward a message of the page to the app.
 
         Raises:
             ValueError: the text is not a message.
         """
-        match _decoded(text):
+        match _decode(text):
             case ["stdin", str(keys)]:
                 await self.send_bytes(keys.encode("utf-8", "replace"))
             case ["resize", {"width": int(width), "height": int(height)}]:
-                await self.set_terminal_size(*bounded(width, height))
+                await self.set_terminal_size(*limit_size(width, height))
             case ["ping", str(sent)]:
                 await self.remote_write_str(json.dumps(["pong", sent]))
             case ["focus"]:
@@ -152,7 +152,7 @@ class ServedApp(AppService):
         task.cancel()
 
 
-def _decoded(text: str) -> object:
+def _decode(text: str) -> object:
     try:
         decoded: object = json.loads(text)
     except RecursionError:

@@ -10,11 +10,11 @@ from textual.color import Color
 from textual.drivers.web_driver import WebDriver
 from textual.messages import ExitApp
 
-GRACE = 10.0  # seconds for an app to end by itself
+GRACE = 10.0  # seconds to wait for the app to end
 
 
 class PipeDriver(WebDriver):
-    """A web driver that ends its app when standard input closes, such as with a killed server."""
+    """A web driver that ends its app when standard input closes, as when the server is killed."""
 
     def __init__(self, app: App[Any], **options: Any) -> None:
         super().__init__(app, **options)
@@ -22,7 +22,7 @@ class PipeDriver(WebDriver):
         self._writing = Lock()
 
     def _write_whole(self, data: bytes) -> None:
-        """Write a whole packet, not interleaved with those of other threads."""
+        """Write a whole packet without interleaving those of other threads."""
         with self._writing:
             try:
                 while data:
@@ -41,7 +41,7 @@ class PipeDriver(WebDriver):
         self.write_meta({"type": "ground", "colour": ground.hex6})
 
     def show_page(self, file: Path) -> None:
-        """Open a page written by gaitsim in the browser that shows the app."""
+        """Open an exported page in the browser that shows the app."""
         self.write_meta({"type": "page", "path": str(file.absolute())})
 
     def run_input_thread(self) -> None:

@@ -109,7 +109,7 @@ def test_the_map_updates_while_the_run_evolves_and_opens_the_replay(walk, drive,
 
         # A run without an archive shows an error.
         driver.app.open_map(run.with_name("plain"))
-        await driver.until(lambda: "keeps no archive" in driver.screen.map.words())
+        await driver.until(lambda: "keeps no archive" in driver.screen.map.placeholder())
         assert "map.best" not in driver.offered()
         await driver.press("escape", "escape")
         driver.app.open_run(run)

@@ -70,7 +70,7 @@ def test_hostile_texts_on_other_screens(hostile_run, drive):
         await ui.press("escape", "p")
         await ui.at("Plugins")
         await wait_for_text(ui, "wicked")
-        task = ui.app.tasks.begin(["show", str(hostile_run)])
+        task = ui.app.tasks.start(["show", str(hostile_run)])
         await ui.press("t")
         await ui.until(lambda: not task.running)
         await wait_for_text(ui, "measure")

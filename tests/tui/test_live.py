@@ -582,8 +582,8 @@ class TestProblems:
 
         async def test(screen, pilot):
             canvas = screen.query_one(BodyCanvas)
-            await app_until(pilot, lambda: "cannot be drawn" in canvas.words())
-            assert "[red]" in canvas.words()
+            await app_until(pilot, lambda: "cannot be drawn" in canvas.placeholder())
+            assert "[red]" in canvas.placeholder()
 
         live(run, test)
 

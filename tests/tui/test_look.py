@@ -159,7 +159,9 @@ def test_plugins(look, size, only_puppets):
 @pytest.mark.parametrize("size", SIZES)
 def test_export(look, size, monkeypatch):
     missing = {PRODUCTS[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")}
-    monkeypatch.setattr("gaitsim.tui.screens.export_dialog.lacking", lambda run: missing)
+    monkeypatch.setattr(
+        "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run: missing
+    )
 
     async def go(pilot):
         dialog = ExportDialog(RUNS[0].path, 12)

@@ -15,16 +15,16 @@ from textual.widgets._footer import FooterKey
 from waiting import strips
 
 import gaitsim.tui
-from gaitsim.tui.commands import NOT_NOW, Commands, unmarked
+from gaitsim.tui.commands import NOT_NOW, Commands, escape_markup
 from gaitsim.tui.config import read_config
 from gaitsim.tui.jump import targets
-from gaitsim.tui.keys import problems
+from gaitsim.tui.keys import find_problems
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.search_words import SEARCH
 from gaitsim.tui.themes import THEMES
-from gaitsim.tui.widgets.footer import MORE, Footer, Item, fitting
+from gaitsim.tui.widgets.footer import MORE, Footer, Item, fit_items
 
 
 @pytest.fixture
@@ -99,7 +99,7 @@ class TestFooter:
         items += [help_key] * helped
         palette = key("ctrl+p", "palette")
         for width in range(24, 130):
-            shown = fitting(items, palette, width)
+            shown = fit_items(items, palette, width)
             assert sum(item.width for item in shown) <= width
             assert shown[-1].binding is palette.binding
             left_out = len(shown) <= len(items)
@@ -244,7 +244,7 @@ class TestViKeys:
 
     def test_the_keys_of_screens_come_first(self, config):
         given = '[keys]\nhome.delete = "ctrl+d"\nlist.up = "n"'
-        found = "\n".join(map(str, problems(config(given))))
+        found = "\n".join(map(str, find_problems(config(given))))
         assert "the key n is assigned to home.new and to list.up" in found
         assert "ctrl+d" not in found
 
@@ -349,7 +349,7 @@ class TestPalette:
     def test_titles_are_shown_as_they_are(self, text):
         from textual.content import Content
 
-        assert Content.from_markup(unmarked(text)).plain == text
+        assert Content.from_markup(escape_markup(text)).plain == text
 
 
 def test_a_worker_ends_when_its_screen_was_left_meanwhile(walk, drive):

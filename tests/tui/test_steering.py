@@ -83,9 +83,9 @@ def test_pause_help_and_view_keys_at_several_sizes(kite, drive):
         assert "Paused" in driver.text("#steering-message")
         await driver.press("p")
         await fly(driver, screen, clock, 0.2)
-        view = screen.body.chosen
+        view = screen.body.camera
         await driver.press("v", "plus")
-        assert screen.body.chosen != view
+        assert screen.body.camera != view
         assert screen.body.zoom > 1
         await driver.press("h")
         await driver.at("Help")
@@ -101,7 +101,7 @@ def test_an_unreadable_controller_is_reported(kite, drive):
     async def test(driver):
         screen = Steering(load)
         driver.app.push_screen(screen)
-        await driver.until(lambda: "no such run" in screen.body.words())
+        await driver.until(lambda: "no such run" in screen.body.placeholder())
         assert not {"steering.restart", "steering.pause"} & driver.offered()
         await driver.press("escape")
         await driver.at("Home")

@@ -18,8 +18,8 @@ from gaitsim.contracts import Channel
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.exporting import FORMATS
 from gaitsim.registry import options
-from gaitsim.tui.opener import hand_over, open_file
-from gaitsim.tui.products import PRODUCTS, lacking
+from gaitsim.tui.opener import open_file, open_or_copy
+from gaitsim.tui.products import PRODUCTS, unavailable_products
 from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task, Tasks
 from gaitsim.tui.widgets.form import Field
@@ -31,7 +31,7 @@ class TestRecords:
     def task(self, *lines):
         task = Task(("video", "x"))
         for line in lines:
-            task.take_record(line)
+            task.add_record(line)
         return task
 
     @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ class TestRecords:
     def test_progress(self, done, total, part):
         line = json.dumps({"kind": "progress", "what": "a.mp4", "done": done, "total": total})
         task = self.task(line)
-        assert (task.progress, task.part, task.notices) == ("a.mp4", part, [])
+        assert (task.progress, task.share, task.notices) == ("a.mp4", part, [])
 
     def test_progress_towards_an_unknown_total(self):
         line = '{"kind": "progress", "what": "walker", "done": 0, "total": null}'
@@ -77,8 +77,8 @@ def run(*arguments, during=None):
     seen = []
 
     async def go():
-        tasks = Tasks(lambda task: seen.append((task.state, task.part)))
-        task = tasks.begin(arguments)
+        tasks = Tasks(lambda task: seen.append((task.state, task.share)))
+        task = tasks.start(arguments)
         if during is not None:
             async with asyncio.timeout(60):
                 await during(tasks, task)
@@ -115,7 +115,7 @@ class TestTask:
         )
         monkeypatch.setenv("PYTHONPATH", str(here))
         task, seen = run("video", "x")
-        assert (task.state, task.part, task.output) == ("done", 1.0, ["film.mp4: fine"])
+        assert (task.state, task.share, task.output) == ("done", 1.0, ["film.mp4: fine"])
         assert task.notices == []
         assert {("running", n / 10) for n in range(1, 10)} <= {*seen}
 
@@ -272,7 +272,7 @@ class TestExports:
         if not angles:
             monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
             monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
-        found = lacking(run)
+        found = unavailable_products(run)
         for product in found:
             arguments = product.arguments(run, product.read({})[0])
             assert found[product].what in gaitsim(*arguments, code=2).stderr
@@ -343,7 +343,7 @@ class TestExports:
             driver.app._task_changed(task)
             await driver.until(lambda: "No program to open the file" in driver.notifications())
             monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ("true",))
-            await hand_over(driver.app, page)  # a page that came with a run
+            await open_or_copy(driver.app, page)  # a page that came with a run
             await driver.until(lambda: "may contain scripts" in driver.notifications())
             assert "Opened" not in driver.notifications()
             assert driver.app.clipboard == str(page.absolute())

@@ -15,7 +15,7 @@ from aiohttp.test_utils import TestClient, TestServer
 from waiting import until
 
 from gaitsim.tui import web, web_app
-from gaitsim.tui.web import LONGEST_MESSAGE, PAGE, WebServer, is_loopback, listening
+from gaitsim.tui.web import LONGEST_MESSAGE, PAGE, WebServer, is_loopback, listening_socket
 
 TOKEN = "a token & more"
 # An app that writes its size, process id and token, and then whatever it is sent.
@@ -368,7 +368,7 @@ class TestListening:
         assert is_loopback(host) is alone
 
     def test_the_port_is_held(self, free):
-        with listening("127.0.0.1", free) as held:
+        with listening_socket("127.0.0.1", free) as held:
             assert held.getsockname() == ("127.0.0.1", free)
 
     def test_a_port_that_is_taken(self, gaitsim):

@@ -132,7 +132,7 @@ dots are cells without a gait.
                     atlas = await self.in_thread(self._reader.poll)
                 except GaitsimError as error:
                     if self._atlas is None:
-                        self.map.say(visible_lines(str(error)))
+                        self.map.show_message(visible_lines(str(error)))
                 else:
                     if atlas is not None:
                         self._show_atlas(atlas)
@@ -144,7 +144,7 @@ dots are cells without a gait.
             self._pair = next(iter(atlas.view.pairs), atlas.view.names)
         self._atlas = atlas
         self.sub_title = atlas.summary
-        self.map.say("no elite yet: every individual has failed so far")
+        self.map.show_message("no elite yet: every individual has failed so far")
         count = len(atlas.view.members.scores)
         first, self._initial = self._initial, None
         wanted = first.number if first is not None and first.number <= count else None
@@ -190,7 +190,7 @@ dots are cells without a gait.
             if requested == self._requested:
                 if elite is not None:
                     self.pane.show(elite)
-                if self.map.words_shown != self._reader.labels(atlas):  # the units are known now
+                if self.map.labels != self._reader.labels(atlas):  # the units are known now
                     self._show(None)
                 return
 

@@ -23,7 +23,7 @@ from gaitsim.individual import Member, Which
 from gaitsim.registry import options
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.builder import Option
-from gaitsim.tui.products import GROUPS, PRODUCTS, Product, default, lacking
+from gaitsim.tui.products import GROUPS, PRODUCTS, Product, default, unavailable_products
 from gaitsim.tui.widgets.choice_list import ChoiceList
 from gaitsim.tui.widgets.form import Field
 
@@ -88,7 +88,7 @@ class ExportDialog(ModalScreen[Answer]):
     async def _check(self) -> None:
         """Find the products that this run does not support, by simulating its champion."""
         try:
-            self._lacking = await asyncio.to_thread(lacking, self._run)
+            self._lacking = await asyncio.to_thread(unavailable_products, self._run)
         except GaitsimError as error:
             self._lacking = dict.fromkeys(PRODUCTS, error)
         if self.is_attached:

@@ -18,7 +18,7 @@ from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
-from gaitsim.tui.damage_choice import texts
+from gaitsim.tui.damage_choice import damage_texts
 from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
 from gaitsim.tui.screens.laboratory_loading import read_subject, simulate_walk
 from gaitsim.tui.screens.laboratory_pane import WalkPane
@@ -134,7 +134,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self.adaptation = self.shown = None
         self.trials.clear()
         self.adapted.show_message(title="adapted")
-        words = " ".join(f"--damage '{text}'" for text in texts(self.damage))
+        words = " ".join(f"--damage '{text}'" for text in damage_texts(self.damage))
         self.query_one("#lab-damage", Static).update(Text(visible(words or "no damage")))
         self.sub_title = "laboratory" + (" in rigid-body physics" if self.physics else "")
         self._arrange()
@@ -190,7 +190,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 
         return open_adaptation(
             self.subject.run,
-            texts(self.damage),
+            damage_texts(self.damage),
             place="physics" if self.physics else "simulation",
             on_progress=progress,
         )
@@ -274,13 +274,17 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
     # Available actions
 
     def action_replay(self) -> None:
-        self.gaitsim.open_replay(self.run, self.shown or self.which, damage=texts(self.damage))
+        self.gaitsim.open_replay(
+            self.run, self.shown or self.which, damage=damage_texts(self.damage)
+        )
 
     def action_export(self) -> None:
-        self.gaitsim.open_export(self.run, self.shown or self.which, damage=texts(self.damage))
+        self.gaitsim.open_export(
+            self.run, self.shown or self.which, damage=damage_texts(self.damage)
+        )
 
     def command_line(self) -> str:
-        options = damage_options(texts(self.damage))
+        options = damage_options(damage_texts(self.damage))
         if self.subject is None or self.subject.unadaptable or not self.damage:
             return command("play", self.run, *options_of(self.which), *options)
         return command("adapt", self.run, *options, *["--physics"] * self.physics)

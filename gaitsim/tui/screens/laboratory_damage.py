@@ -10,7 +10,7 @@ from textual.reactive import reactive
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Which
 from gaitsim.legged.damage import parse_damage
-from gaitsim.tui.damage_choice import Choice, with_joint, with_leg
+from gaitsim.tui.damage_choice import Choice, set_joint, toggle_leg
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.joint_dialog import JointDialog
 from gaitsim.tui.screens.laboratory_loading import Subject
@@ -59,7 +59,7 @@ class DamageActions(GaitScreen):
         """Remove or restore a leg."""
         if self.subject is None:
             return
-        wanted = with_leg(self.damage, event.leg, self.subject.legs)
+        wanted = toggle_leg(self.damage, event.leg, self.subject.legs)
         if self.obstacle("joint"):
             self.notify(self.obstacle("joint"), title=event.leg, markup=False)
             return
@@ -80,7 +80,7 @@ class DamageActions(GaitScreen):
 
         def wanted(joint: str, text: str) -> Choice:
             new = parse_damage([text], subject.legs)[0] if text else None
-            found = with_joint(self.damage, joint, new, subject.legs)
+            found = set_joint(self.damage, joint, new, subject.legs)
             subject.check(found, physics=self.physics)
             return found
 

@@ -13,7 +13,7 @@ from gaitsim.gait.twin import has_twin, on_twin, twin_of
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.plan import Plan, plan_of
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.tui.damage_choice import Choice, Legs, texts
+from gaitsim.tui.damage_choice import Choice, Legs, damage_texts
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Subject:
         Raises:
             GaitsimError: the body cannot have it.
         """
-        (twin_of if physics else damaged)(self.champion.experiment, texts(damage))
+        (twin_of if physics else damaged)(self.champion.experiment, damage_texts(damage))
 
     def damaged_legs(self, damage: Choice) -> list[str]:
         """Return the legs that are lost or have a damaged joint."""
@@ -97,7 +97,7 @@ def simulate_walk(individual: Individual, damage: Choice, physics: bool) -> Walk
     Raises:
         GaitsimError: the body cannot have this damage, or has no twin.
     """
-    found = (on_twin if physics else with_damage)(individual, texts(damage))
+    found = (on_twin if physics else with_damage)(individual, damage_texts(damage))
     _ = found.skeleton  # computed here because it is slow
     forward = found.measurements.get(MEASURE)
     path = found.skeleton.path

@@ -165,7 +165,7 @@ restores; Ctrl-Z undoes all changes.
 
     @on(DescendantFocus, "#name,#seed")
     def _follow(self, event: DescendantFocus) -> None:
-        self.sections.follow(str(event.widget.id))
+        self.sections.mark_line(str(event.widget.id))
 
     @work(group="search")
     async def action_search(self) -> None:
@@ -229,7 +229,7 @@ restores; Ctrl-Z undoes all changes.
             self._replace(self.builder.preset.reference)
 
     def action_tab(self, by: int) -> None:
-        self.sections.turn(by)
+        self.sections.switch(by)
 
     def _run(self) -> Path:
         name = self.validation.name if self.validation else DEFAULT_PRESET

@@ -17,10 +17,10 @@ from gaitsim.render.terminal.text import visible
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.choice_list import ChoiceList
-from gaitsim.tui.widgets.conformance import checked, verdict_view
+from gaitsim.tui.widgets.conformance import check_plugin, verdict_view
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
-from gaitsim.tui.widgets.plugin_view import described, plugin_view, preset_view
+from gaitsim.tui.widgets.plugin_view import plugin_view, preset_view, searchable_text
 
 TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "presets"}
 NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
@@ -117,7 +117,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
 
     def _words(self, kind: str, name: str, claims: Sequence[Entry]) -> str:
         """Return the text that the filter searches."""
-        description = described(kind, name, self.catalogue) if self.catalogue else ""
+        description = searchable_text(kind, name, self.catalogue) if self.catalogue else ""
         packages = " ".join(claim.source for claim in claims)
         return f"{name} {TITLES[kind]} {NOUNS.get(kind, kind)} {packages} {description}".casefold()
 
@@ -185,7 +185,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
             return
         self._reports[chosen] = None
         self._show()
-        self._reports[chosen] = await checked(*chosen)
+        self._reports[chosen] = await check_plugin(*chosen)
         if self._chosen() == chosen:
             self._show()
 

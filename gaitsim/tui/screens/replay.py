@@ -145,7 +145,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         super().__init__()
         self._run, self._beside, self._damage = run, beside, tuple(damage)
         self._playing = True
-        self._time = Scrubber("time      ", say=self._format_time, id="frame")
+        self._time = Scrubber("time      ", format_value=self._format_time, id="frame")
         self.panes = [ReplayPane(run, which, damage)]
         if beside is not None:
             self.panes.append(ReplayPane(beside, classes="second"))

@@ -113,7 +113,7 @@ class ReplayPane(Vertical):
         self.which = which
         if which is not None:
             self._set_slider(which)
-        self.canvas.say(f"reading {self._requested} …")
+        self.canvas.show_message(f"reading {self._requested} …")
         if not self.loading_now:
             self.loading_now = True
             self._load(which)

@@ -118,7 +118,7 @@ The arrow keys and space choose the controller in command; the others fade out.
         try:
             self.drive = await self.in_thread(self._load)
         except GaitsimError as error:
-            self.body.say(visible_lines(str(error)))
+            self.body.show_message(visible_lines(str(error)))
             self.query_one("#steering-message").display = False
             return
         self._restart_clock()
@@ -128,7 +128,7 @@ The arrow keys and space choose the controller in command; the others fade out.
         """Restart the clock."""
         self._then, self._elapsed, self.paused = self._clock(), 0.0, False
         self._frames, self._altitudes = 0, []
-        self.body.look_ahead()
+        self.body.reset_heading()
         self._show()
         self._show_message()
 
@@ -213,7 +213,7 @@ The arrow keys and space choose the controller in command; the others fade out.
         self.body.next_camera()
 
     def action_zoom(self, steps: int) -> None:
-        self.body.closer(steps)
+        self.body.zoom_by(steps)
 
     def action_back(self) -> None:
         """Go back, or quit if this is the only screen."""

@@ -149,7 +149,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         state, colour = STATES[one.state]
         task = self._latest_task(one.path)
         done = f"{one.done:,}/{one.total:,}" if one.total is not None else ""
-        part = one.done / one.total if one.total else (task.part if task else None)
+        part = one.done / one.total if one.total else (task.share if task else None)
         part = 1.0 if one.state == "finished" else part
         if part is not None:
             full = round(part * BAR)

@@ -30,12 +30,12 @@ from gaitsim.tui.widgets.form import Field
 class StudyOptions(Settings):
     """The options of `gaitsim study`."""
 
-    study: Annotated[str, Declared(description="Name of a bundled study, or a TOML file.")] = ""
-    workers: Annotated[int | None, Declared(ge=1, description="Processes. None: one per core.")] = (
-        None
-    )
+    study: Annotated[str, Declared(description="name of a bundled study, or a TOML file")] = ""
+    workers: Annotated[
+        int | None, Declared(ge=1, description="number of parallel workers; none: one per core")
+    ] = None
 
-    def words(self, run: Path) -> list[str]:
+    def arguments(self, run: Path) -> list[str]:
         """Return the study and the options."""
         return [self.study, *self._flags("study")]
 
@@ -56,29 +56,34 @@ class ComparisonOptions(Settings):
     """The options of `gaitsim compare`."""
 
     experiments: Annotated[
-        str, Declared(description="Two or more presets or files, separated by spaces.")
+        str, Declared(description="two or more presets or files, separated by spaces")
     ] = ""
-    repeats: Annotated[int, Declared(ge=2, le=100_000, description="Number per experiment.")] = 30
+    repeats: Annotated[
+        int, Declared(ge=2, le=100_000, description="repeats of each experiment")
+    ] = 30
     evaluations: Annotated[
         int | None,
-        Declared(ge=1, description="Number per repeat. None: that of the shortest experiment."),
+        Declared(
+            ge=1, description="evaluations per repeat; none: those of the shortest experiment"
+        ),
     ] = None
     generations: Annotated[
-        int | None, Declared(ge=1, description="Number per repeat, instead of evaluations.")
+        int | None, Declared(ge=1, description="generations per repeat, instead of evaluations")
     ] = None
-    population: Annotated[int | None, Declared(ge=1, description="None: as in the experiment.")] = (
-        None
-    )
+    population: Annotated[
+        int | None,
+        Declared(ge=1, description="individuals per generation; none: as in the experiment"),
+    ] = None
     targets: Annotated[
         str | None,
-        Declared(description="Scores to reach, such as 1.5,2. None: quartiles of all scores."),
+        Declared(description="scores to reach, such as 1.5,2; none: derived from all scores"),
     ] = None
-    format: Annotated[PlotFormat, Declared(description="File format of the figures.")] = "png"
-    workers: Annotated[int | None, Declared(ge=1, description="Processes. None: one per core.")] = (
-        None
-    )
+    format: Annotated[PlotFormat, Declared(description="file format of the figures")] = "png"
+    workers: Annotated[
+        int | None, Declared(ge=1, description="number of parallel workers; none: one per core")
+    ] = None
 
-    def words(self, run: Path) -> list[str]:
+    def arguments(self, run: Path) -> list[str]:
         """Return the experiments and the options."""
         return [*split_words(self.experiments), *self._flags("experiments")]
 
@@ -161,7 +166,7 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
         self.query_one("#study-command", Static).update(Text(visible(line)))
 
     def _arguments(self, found: Any) -> tuple[str, ...]:
-        return (*self._product.command, *found.words(Path()))
+        return (*self._product.command, *found.arguments(Path()))
 
     @on(Field.Changed)
     def _changed(self, event: Field.Changed) -> None:

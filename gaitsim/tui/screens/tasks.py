@@ -12,7 +12,7 @@ from textual.widgets import DataTable, Static
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import EXPORTS
 from gaitsim.tui.formatting import duration
-from gaitsim.tui.opener import copy_paths, hand_over
+from gaitsim.tui.opener import copy_paths, open_or_copy
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import Task, TaskChanged
 from gaitsim.tui.widgets.file_table import OpenTable
@@ -156,7 +156,7 @@ with several files opens their list.
         if len(task.files) > 1 and folder.name == EXPORTS:
             self.gaitsim.open_files(folder.parent)
         else:
-            await hand_over(self.app, task.files[0], made=True)
+            await open_or_copy(self.app, task.files[0], trusted=True)
 
     def action_copy_result(self) -> None:
         """Copy the paths of the files that the task wrote, one per line."""
@@ -184,7 +184,7 @@ def _row(task: Task) -> tuple[Text, ...]:
 
 def bar(task: Task) -> str:
     """Return a task's progress as a bar with a percentage; '' while it is unknown."""
-    part = 1.0 if task.state == "done" else task.part
+    part = 1.0 if task.state == "done" else task.share
     if part is None:
         return ""
     full = round(part * BAR)

@@ -19,7 +19,7 @@ _PARTS = ("axis", "empty", "pointer")
 
 
 class ArchiveMap(Cells, can_focus=True):
-    """One or two axes of an archive; arrow keys and clicks move from elite to elite.
+    """One or two axes of an archive; arrow keys and clicks move the cursor between elites.
 
     Args:
         message: message shown without an elite.
@@ -27,7 +27,7 @@ class ArchiveMap(Cells, can_focus=True):
     Attributes:
         view: view of the archive; None before the first.
         names: names of the one or two axes shown.
-        words_shown: labels of the axes and the score, with units.
+        labels: labels of the axes and the score, with units.
         marks: one-column characters shown on the cells of members, by number.
     """
 
@@ -43,13 +43,13 @@ class ArchiveMap(Cells, can_focus=True):
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("left,h", "move(-1, 0)", "Left", show=False, id="map.left",
-                tooltip="To the next elite on the left"),
+                tooltip="Move to the next elite on the left"),
         Binding("right,l", "move(1, 0)", "Right", show=False, id="map.right",
-                tooltip="To the next elite on the right"),
+                tooltip="Move to the next elite on the right"),
         Binding("up,k", "move(0, 1)", "Up", show=False, id="map.up",
-                tooltip="To the next elite above"),
+                tooltip="Move to the next elite above"),
         Binding("down,j", "move(0, -1)", "Down", show=False, id="map.down",
-                tooltip="To the next elite below"),
+                tooltip="Move to the next elite below"),
     ]  # fmt: skip
 
     @dataclass
@@ -64,12 +64,12 @@ class ArchiveMap(Cells, can_focus=True):
         self.view: ArchiveView | None = None
         self.names: tuple[str, ...] = ()
         self.marks: Mapping[int, str] = {}
-        self.words_shown: Mapping[str, str] = {}
+        self.labels: Mapping[str, str] = {}
         self._map: HeatMap | None = None
         self._drawn_at: tuple[int, int] | None = None
         self._place: Place | None = None
         self._values: tuple[float, ...] = ()  # position of the cursor on the axes
-        self._wanted: int | None = None  # the member to put the cursor on
+        self._wanted: int | None = None  # member on which to place the cursor
 
     def show(
         self,
@@ -84,21 +84,21 @@ class ArchiveMap(Cells, can_focus=True):
             view: view of the archive.
             names: names of one or two axes.
             words: labels of the axes and the score, with units.
-            member: number of the member; None keeps the position, or goes to the best.
+            member: number of the member; None keeps the position, or moves to the best.
         """
         if member is None and (names != self.names or not self._values):
             member = view.best
-        self.view, self.names, self.words_shown = view, names, words
+        self.view, self.names, self.labels = view, names, words
         self._map = None
         self.go_to(member)
 
-    def say(self, message: str) -> None:
-        """Show a message instead of the map, until there is an elite."""
+    def show_message(self, message: str) -> None:
+        """Set the message that is shown until the archive has an elite."""
         self._message = message
         self.redraw()
 
     def go_to(self, member: int | None) -> None:
-        """Move to the cell of a member; None does nothing."""
+        """Move the cursor to the cell of a member; None keeps it in place."""
         self._wanted, self._place = member, None
         self._find()
         self.redraw()
@@ -110,15 +110,13 @@ class ArchiveMap(Cells, can_focus=True):
         return None if found is None or self._place is None else int(found.numbers[self._place])
 
     def _find(self) -> HeatMap | None:
-        """Return the map at the widget's size, with the cursor on an elite."""
+        """Return the map at the widget's size, after placing the cursor on an elite."""
         columns, rows = self.content_size
         if self.view is None or not columns or not rows:
             return None
         if self._map is None or self._drawn_at != (columns, rows):
             shaded = self.app.no_color
-            self._map = HeatMap(
-                self.view, self.names, self.words_shown, columns, rows, shaded=shaded
-            )
+            self._map = HeatMap(self.view, self.names, self.labels, columns, rows, shaded=shaded)
             self._drawn_at, self._place = (columns, rows), None
         if self._place is None and (self._wanted or self._values):
             wanted = self._wanted
@@ -127,12 +125,12 @@ class ArchiveMap(Cells, can_focus=True):
         return self._map
 
     def _point(self, found: HeatMap, place: Place | None) -> None:
-        """Put the cursor on a cell; None if all cells are empty."""
+        """Place the cursor on a cell; None if all cells are empty."""
         self._place, self._wanted = place, None
         self._values = () if place is None else found.middle_of(place)
         self.post_message(self.Moved(self.member))
 
-    def words(self) -> str:
+    def placeholder(self) -> str:
         if self.view is None or not len(self.view.members.scores):
             return self._message
         found = self._find()
@@ -140,7 +138,7 @@ class ArchiveMap(Cells, can_focus=True):
 
     def picture(self, columns: int, rows: int) -> Picture:
         found = self._find()
-        assert found is not None, "else words are shown"
+        assert found is not None, "else the placeholder is shown"
         marks = {found.place_of(number): mark for number, mark in self.marks.items()}
         return found.draw(self._place, marks)
 
@@ -148,7 +146,7 @@ class ArchiveMap(Cells, can_focus=True):
         """Return the styles of axes, cursor, empty cells, and pairs of colours."""
         colours = [self.ink_style(f"map--{part}").color for part in _PARTS]
         names = [colour.name if colour is not None else "default" for colour in colours]
-        if self.app.no_color:  # the pointer's colour would become dark grey
+        if self.app.no_color:  # else the pointer would be dark grey
             names[_PARTS.index("pointer")] = names[_PARTS.index("axis")]
         return [self.ink_style() + Style.parse(style) for style in styles(*names)]
 

@@ -20,7 +20,7 @@ class BodyPlan(Cells, can_focus=True):
 
     Attributes:
         plan: plan of the body; None while it is being read.
-        damage: damage of its legs and joints.
+        damage: damage to its legs and joints.
         leg: chosen leg; '' without a plan.
     """
 
@@ -72,11 +72,11 @@ class BodyPlan(Cells, can_focus=True):
     def watch_leg(self) -> None:
         self.redraw()
 
-    def words(self) -> str:
+    def placeholder(self) -> str:
         return "" if self.plan is not None else "reading the body …"
 
     def picture(self, columns: int, rows: int) -> Picture:
-        assert self.plan is not None, "else words are shown"
+        assert self.plan is not None, "else the placeholder is shown"
         lost = {one.part for one in self.damage if one.kind == "lost"}
         damaged = {one.part for one in self.damage if one.kind != "lost"}
         return drawing.draw_plan(self.plan, lost, damaged, self.leg, (columns, rows))

@@ -1,4 +1,4 @@
-"""A moving body, drawn in braille dots."""
+"""A widget that plays a moving body, drawn in braille dots."""
 
 import time
 from collections.abc import Callable
@@ -28,10 +28,10 @@ _SIDES = ("middle", "left", "right")
 
 
 class BodyCanvas(Cells, can_focus=True):
-    """A skeleton in motion, seen by a camera that can be turned around it.
+    """A skeleton in motion, seen by a camera that the user moves around it.
 
-    Drag to turn and scroll to zoom, or use keys when it has the focus. The motion repeats at
-    `speed` times real time, and pauses while another screen is shown.
+    Dragging turns the view and scrolling zooms, as do keys when the widget has the focus. The
+    motion repeats at `speed` times real time, and pauses while another screen is shown.
 
     Args:
         skeleton: first skeleton; None shows `message`.
@@ -77,7 +77,7 @@ class BodyCanvas(Cells, can_focus=True):
         Binding("f", "follow", "Follow", id="canvas.follow",
                 tooltip="Follow the body, or show its whole path"),
         Binding("v", "next_view", "View", id="canvas.view",
-                tooltip="From the corner, the side, above, or the front"),
+                tooltip="View from the corner, the side, above or the front"),
         Binding("0", "reset", "Reset view", show=False, id="canvas.reset",
                 tooltip="Reset the camera"),
     ]  # fmt: skip
@@ -113,15 +113,15 @@ class BodyCanvas(Cells, can_focus=True):
         self._body: Clip | None = None
         self._message = message
         self._clock, self._fps = clock, fps
-        self._then = 0.0
-        self._held: Offset | None = None
+        self._last_tick = 0.0
+        self._dragged_from: Offset | None = None
         if skeleton is not None:
             self.set_skeleton(skeleton)
 
     def set_skeleton(self, skeleton: Skeleton | None, message: str = "no body yet") -> None:
-        """Show another body; keep the camera, and the time modulo its duration.
+        """Show another body; keep the camera, and the time modulo the new duration.
 
-        If the body cannot be drawn, show the reason.
+        If the body cannot be drawn, the reason is shown.
         """
         self._body, self._message = None, message
         if skeleton is not None:
@@ -133,7 +133,7 @@ class BodyCanvas(Cells, can_focus=True):
             self.seconds = self.seconds % self.duration if self.duration else 0.0
         self.redraw()
 
-    def say(self, message: str) -> None:
+    def show_message(self, message: str) -> None:
         """Set the message that is shown without a body, such as 'reading the run …'."""
         self._message = message
         if self._body is None:
@@ -171,11 +171,11 @@ class BodyCanvas(Cells, can_focus=True):
 
     def on_mount(self) -> None:
         self._timer = self.set_interval(1 / self._fps, self._tick, pause=not self.playing)
-        self._then = self._clock()
+        self._last_tick = self._clock()
 
     def _tick(self) -> None:
         now = self._clock()
-        elapsed, self._then = now - self._then, now
+        elapsed, self._last_tick = now - self._last_tick, now
         # A tick may have been due when the motion was paused.
         if not (self.playing and self.duration) or self.screen is not self.app.screen:
             return
@@ -185,7 +185,7 @@ class BodyCanvas(Cells, can_focus=True):
     def watch_playing(self, playing: bool) -> None:
         if not self.is_mounted:
             return
-        self._then = self._clock()
+        self._last_tick = self._clock()
         if playing:
             self._timer.resume()
         else:
@@ -202,11 +202,11 @@ class BodyCanvas(Cells, can_focus=True):
         if self.is_mounted:
             self.post_message(self.ViewChanged(view))
 
-    def words(self) -> str:
+    def placeholder(self) -> str:
         return "" if self._body else self._message
 
     def picture(self, columns: int, rows: int) -> Picture:
-        assert self._body is not None, "else words are shown"
+        assert self._body is not None, "else the placeholder is shown"
         return body.picture(self._body, self.seconds, self.view, columns, rows, ground=self.ground)
 
     def ink_styles(self) -> list[Style]:
@@ -238,18 +238,21 @@ class BodyCanvas(Cells, can_focus=True):
         self.view = Viewpoint()
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
-        self._held = event.screen_offset
+        self._dragged_from = event.screen_offset
         self.capture_mouse()
         event.stop()
 
     def on_mouse_up(self, event: events.MouseUp) -> None:
-        self._held = None
+        self._dragged_from = None
         self.release_mouse()
         event.stop()
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
-        if self._held is not None:
-            moved, self._held = event.screen_offset - self._held, event.screen_offset
+        if self._dragged_from is not None:
+            moved, self._dragged_from = (
+                event.screen_offset - self._dragged_from,
+                event.screen_offset,
+            )
             across, up = DRAG
             self.view = self.view.turned(-moved.x * across, moved.y * up)
 

@@ -23,7 +23,7 @@ class Cells(Widget):
     A subclass provides the cells and the style of each ink, and calls `redraw` after changes.
     """
 
-    ALLOW_SELECT = False  # else dragging a body would select texts under the mouse
+    ALLOW_SELECT = False  # else dragging a body would select text under the mouse
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
@@ -35,7 +35,7 @@ class Cells(Widget):
     def picture(self, columns: int, rows: int) -> Picture:
         """Return the characters as code points, and their inks, both (rows, columns)."""
 
-    def words(self) -> str:
+    def placeholder(self) -> str:
         """Return the text shown instead of the picture; '' shows the picture."""
         return ""
 
@@ -64,13 +64,13 @@ class Cells(Widget):
         self._styles = None
 
     def redraw(self) -> None:
-        """Draw, and refresh the rows that changed."""
+        """Draw the picture, and refresh the rows that changed."""
         columns, rows = self.content_size
         if not self.is_mounted or not columns or not rows:
             return
-        words = self.words()
-        if words:
-            self._drawn, self._strips = None, self._message_rows(words, columns, rows)
+        placeholder = self.placeholder()
+        if placeholder:
+            self._drawn, self._strips = None, self._message_rows(placeholder, columns, rows)
             self.refresh()
             return
         codes, inks = self.picture(columns, rows)
@@ -90,7 +90,7 @@ class Cells(Widget):
             self.refresh(*(Region(0, row, columns, 1) for row in at))
 
     def render_line(self, y: int) -> Strip:
-        """Return a row."""
+        """Return a row of the picture."""
         if self._drawn is not None and self._drawn[0].shape != self.content_size[::-1]:
             self.redraw()  # the resize event has not arrived yet
         if y < len(self._strips):
@@ -107,10 +107,10 @@ class Cells(Widget):
         """Redraw at the new size."""
         self.redraw()
 
-    def _message_rows(self, words: str, columns: int, rows: int) -> list[Strip]:
-        """Return centred, wrapped text, clipped to the size."""
+    def _message_rows(self, placeholder: str, columns: int, rows: int) -> list[Strip]:
+        """Return the placeholder centred and wrapped, clipped to the size."""
         style = self.ink_style() + Style(color=self.rich_style.color)
-        lines = Text(words).wrap(self.app.console, max(columns - 2, 1))
+        lines = Text(placeholder).wrap(self.app.console, max(columns - 2, 1))
         above = max((rows - len(lines)) // 2, 0)
         left = max((columns - max(line.cell_len for line in lines)) // 2, 0)
         strips = [Strip.blank(columns, style)] * above

@@ -1,11 +1,11 @@
-"""A list in which a first click highlights a row and a second one chooses it."""
+"""A list whose rows need a second click to be chosen."""
 
 from textual.events import Click
 from textual.widgets import OptionList
 
 
 class ChoiceList(OptionList):
-    """A list in which a click highlights a row, and a click on a highlighted row chooses it."""
+    """A list in which a first click highlights a row and a second one chooses it."""
 
     async def _on_click(self, event: Click) -> None:
         row = event.style.meta.get("option")

@@ -1,4 +1,4 @@
-"""Run `gaitsim plugins check` on a plugin, and show the verdict."""
+"""Check a plugin with `gaitsim plugins check`, and show the verdict."""
 
 import asyncio
 import json
@@ -14,7 +14,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 COMMAND = ("plugins", "check")
 
 
-async def checked(kind: str, name: str) -> dict[str, Any]:
+async def check_plugin(kind: str, name: str) -> dict[str, Any]:
     """Return the JSON report of a plugin's check; {'failure': reason} if the check failed.
 
     Cancelling the coroutine terminates the process, which terminates its children.
@@ -43,7 +43,7 @@ async def checked(kind: str, name: str) -> dict[str, Any]:
 
 
 def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -> Text:
-    """Return the verdict and all findings; a report of None is a check in progress."""
+    """Return the verdict and all findings; None stands for a check in progress."""
     if report is None:
         return Text("Checking …", colours["secondary"])
     if "failure" in report:
@@ -56,7 +56,7 @@ def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -
     rate = report["figures"].get("individuals_per_second")
     if rate:
         number = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
-        text.append(f"  {number} individuals per second", "dim")
+        text.append(f"  {number} individuals/s", "dim")
     for finding in report["findings"]:
         colour = colours["error" if finding["level"] == "error" else "warning"]
         text.append(f"\n{finding['level']}: {finding['rule']}", f"bold {colour}")

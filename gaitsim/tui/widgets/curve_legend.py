@@ -1,4 +1,4 @@
-"""The legend of curves: names, or values at the cursor, and mouse tools."""
+"""The legend of curves: names, values at the cursor, and tools for the mouse."""
 
 import math
 from collections.abc import Iterator
@@ -13,27 +13,27 @@ from gaitsim.tui.widgets.curve_plot import CurvePlot
 TOOL = "tool"  # key of a tool's action in the metadata of its style
 TOOLS = (("+", "zoom(1)"), ("−", "zoom(-1)"), ("all", "reset"), ("log", "log_y"),
          ("smooth", "smooth"))  # fmt: skip
-TOOLED = 60  # minimum columns for tools beside the legend
+TOOLS_WIDTH = 60  # minimum columns of a legend with tools
 
 
 def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
     """Return the legend of a plot, in as many rows as its names need at a width.
 
-    A cursor does not change the number of rows, so that the curves keep their size under the
-    mouse. If names and values do not fit, only the markers and values are shown.
+    The number of rows is the same with and without a cursor, so that the curves keep their size
+    under the mouse. If names and values do not fit, only markers and values are shown.
     """
     if not plot.series:
         return Text()
-    heads = [*([y_label] if y_label else []), *_manners(plot)]
+    heads = [*([y_label] if y_label else []), *_describe_view(plot)]
     head = [Text(" · ".join(heads), "dim")] if heads else []
     tools = Text()
-    for name, action in TOOLS if width >= TOOLED else ():
+    for name, action in TOOLS if width >= TOOLS_WIDTH else ():
         tools.append("  ").append(name, Style(underline=True, meta={TOOL: action}))
     names = [plot.sample(index).append(f" {visible(one.name)}")
              for index, one in enumerate(plot.series)]  # fmt: skip
     rows = _rows([*head, *names], tools, width)
     if plot.cursor is not None:
-        place = Text(f"{plot.x_label} {short(plot.cursor)}", "bold")
+        place = Text(f"{plot.x_label} {format_number(plot.cursor)}", "bold")
         values = [Text(f" {_value(one, plot.cursor)}", "bold") for one in plot.smoothed]
         whole = [Text.assemble(*pair) for pair in zip(names, values, strict=True)]
         marks = [Text.assemble(plot.sample(index)[1:2], value)
@@ -49,10 +49,10 @@ def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
 
 def _value(series: Series, x: float) -> str:
     place = nearest(series, x)
-    return "–" if place is None else short(float(series.y[place]))
+    return "–" if place is None else format_number(float(series.y[place]))
 
 
-def short(value: float) -> str:
+def format_number(value: float) -> str:
     """Return a number such as 12, 1.2346 or 1.235e−7; a dash if it is not finite."""
     if not math.isfinite(value):
         return "–"
@@ -61,8 +61,8 @@ def short(value: float) -> str:
     return number(value, 4) if 1e-3 <= abs(value) < 1e6 else f"{value:.4g}".replace("-", "−")
 
 
-def _manners(plot: CurvePlot) -> Iterator[str]:
-    """Yield descriptions of how the curves are shown."""
+def _describe_view(plot: CurvePlot) -> Iterator[str]:
+    """Yield descriptions of the smoothing, the zoom and the logarithmic axes."""
     view, frame = plot.view, plot.frame
     if view.smooth > 1:
         yield f"median of {view.smooth}"

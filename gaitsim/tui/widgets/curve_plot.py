@@ -18,7 +18,7 @@ LIGHT = ("#0072B2", "#B84F00", "#00785A", "#A34E82", "#7A6200", "#B3261E", "#1C2
 
 
 class CurvePlot(Cells):
-    """Curves in braille dots with axes, a cursor, and an x axis that the mouse moves.
+    """Curves in braille dots with axes and a cursor, which posts mouse events in x values.
 
     Attributes:
         series: curves; the first is in front.
@@ -31,18 +31,18 @@ class CurvePlot(Cells):
 
     @dataclass
     class Pointed(Message):
-        """Posted when the mouse is over or clicks an x value, or has left (None)."""
+        """Posted when the mouse points at an x value or clicks it, or leaves (None)."""
 
         x: float | None
         clicked: bool = False
 
     @dataclass
-    class Turned(Message):
-        """Posted when the wheel turns, 1 forwards or −1 backwards; `tall` with Ctrl or Shift."""
+    class Scrolled(Message):
+        """Posted when the wheel turns forwards (1) or backwards (−1); Ctrl or Shift is vertical."""
 
         x: float
-        way: int
-        tall: bool
+        direction: int
+        vertical: bool
 
     @dataclass
     class Dragged(Message):
@@ -74,7 +74,7 @@ class CurvePlot(Cells):
         self.x_label, self.message, self.view = x_label, message, view
         self.cursor: float | None = None
         self._smoothed: tuple[tuple[tuple[Series, ...], int], list[Series]] = (((), 0), [])
-        self._held: int | None = None  # the column where the mouse was pressed
+        self._held: int | None = None  # column at which the mouse button was pressed
         self._dragged = False
 
     @property
@@ -95,7 +95,7 @@ class CurvePlot(Cells):
         """The axes that show all values, even scores far below the others."""
         return frame_of(self.smoothed, replace(self.view.reset(), whole=True))
 
-    def words(self) -> str:
+    def placeholder(self) -> str:
         return "" if frame_of(self.series) else self.message
 
     def picture(self, columns: int, rows: int) -> Picture:
@@ -120,7 +120,7 @@ class CurvePlot(Cells):
 
     def sample(self, index: int) -> Text:
         """Return a sample of a curve for a legend."""
-        plain = self.series[index].incomparable or len(self.series) == 1  # without markers
+        plain = self.series[index].incomparable or len(self.series) == 1  # no marker
         piece = "───" if plain else curves.sample(index)
         return Text(piece, Style(color=self.style_of(index).color))
 
@@ -150,14 +150,14 @@ class CurvePlot(Cells):
         self._held = None
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
-        self._turned(event, 1)
+        self._scrolled(event, 1)
 
     def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
-        self._turned(event, -1)
+        self._scrolled(event, -1)
 
-    def _turned(self, event: events.MouseEvent, way: int) -> None:
+    def _scrolled(self, event: events.MouseEvent, direction: int) -> None:
         x = self.place(event.x)
         if x is not None:
             event.stop()
             event.prevent_default()
-            self.post_message(self.Turned(x, way, event.ctrl or event.shift))
+            self.post_message(self.Scrolled(x, direction, event.ctrl or event.shift))

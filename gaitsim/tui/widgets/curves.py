@@ -19,8 +19,8 @@ from gaitsim.tui.widgets.curve_plot import CurvePlot
 __all__ = ["Curves", "Series", "View"]
 
 STEP = 1.5  # zoom factor per key press or notch of the wheel
-FAR = 10  # points per wide step of the cursor
-FEWEST = 4  # minimum points of the longest curve in view
+FAR = 10  # points per long step of the cursor
+FEWEST = 4  # minimum visible points of the longest curve
 
 
 class Curves(Widget, can_focus=True):
@@ -55,21 +55,21 @@ class Curves(Widget, can_focus=True):
                 tooltip="Medians of 5, 25 or 125 neighbouring points, or no smoothing"),
         Binding("left", "step(-1)", "Cursor back", show=False, id="curves.back",
                 tooltip="Values one point back"),
-        Binding("right", "step(1)", "Cursor on", show=False, id="curves.on",
+        Binding("right", "step(1)", "Cursor forward", show=False, id="curves.on",
                 tooltip="Values one point forward"),
         Binding("shift+left,pageup", f"step({-FAR})", "Far back", show=False,
                 id="curves.far-back", tooltip="Values ten points back"),
-        Binding("shift+right,pagedown", f"step({FAR})", "Far on", show=False,
+        Binding("shift+right,pagedown", f"step({FAR})", "Far forward", show=False,
                 id="curves.far-on", tooltip="Values ten points forward"),
         Binding("home", "end(0)", "First", show=False, id="curves.first", tooltip="First values"),
         Binding("end", "end(1)", "Last", show=False, id="curves.last", tooltip="Last values"),
         Binding("ctrl+left,less_than_sign", "pan(-0.25)", "Pan back", show=False,
                 id="curves.pan-back", tooltip="Move back along the x axis"),
-        Binding("ctrl+right,greater_than_sign", "pan(0.25)", "Pan on", show=False,
+        Binding("ctrl+right,greater_than_sign", "pan(0.25)", "Pan forward", show=False,
                 id="curves.pan-on", tooltip="Move forward along the x axis"),
         Binding("up", "stretch(1)", "Stretch", show=False, id="curves.stretch",
                 tooltip="Zoom in on the y axis, around the cursor"),
-        Binding("down", "stretch(-1)", "Press", show=False, id="curves.press",
+        Binding("down", "stretch(-1)", "Squeeze", show=False, id="curves.press",
                 tooltip="Zoom out on the y axis"),
         Binding("shift+up", "lift(0.25)", "Up", show=False, id="curves.up",
                 tooltip="Move to higher scores"),
@@ -88,7 +88,7 @@ class Curves(Widget, can_focus=True):
         super().__init__(**settings)
         self._plot = CurvePlot(x_label, message, View(whole=whole))
         self._legend = Static(classes="legend")
-        self._said: Text | None = None
+        self._legend_text: Text | None = None
         self._whole = whole
         self._y_label = ""
         self._cursor: float | None = None  # set by a key or a click
@@ -151,7 +151,7 @@ class Curves(Widget, can_focus=True):
 
     @property
     def cursor(self) -> float | None:
-        """The x value whose curve values are shown; None for none."""
+        """The x value at which values are shown; None for none."""
         return self._cursor if self._hover is None else self._hover
 
     def sample(self, index: int) -> Text:
@@ -167,11 +167,11 @@ class Curves(Widget, can_focus=True):
         """Update the legend if it has changed."""
         if not self.is_mounted:
             return
-        said = legend(self._plot, self._y_label, self.content_size.width)
-        before, self._said = self._said, said
-        if before is None or said != before or said.spans != before.spans:
-            higher = before is None or before.plain.count("\n") != said.plain.count("\n")
-            self._legend.update(said, layout=higher)
+        text = legend(self._plot, self._y_label, self.content_size.width)
+        before, self._legend_text = self._legend_text, text
+        if before is None or text != before or text.spans != before.spans:
+            higher = before is None or before.plain.count("\n") != text.plain.count("\n")
+            self._legend.update(text, layout=higher)
 
     def on_resize(self) -> None:
         self._explain()
@@ -180,10 +180,10 @@ class Curves(Widget, can_focus=True):
         super().notify_style_update()
         self.call_later(self._explain)
 
-    def action_zoom(self, way: int) -> None:
-        self._zoom(way, self.cursor)
+    def action_zoom(self, direction: int) -> None:
+        self._zoom(direction, self.cursor)
 
-    def action_stretch(self, way: int) -> None:
+    def action_stretch(self, direction: int) -> None:
         frame, whole = self._plot.frame, self._plot.whole_frame
         if frame is None or whole is None:
             return
@@ -193,7 +193,7 @@ class Curves(Widget, can_focus=True):
             if place is not None and 0 <= (share := float(frame.y.share(one.y[place]))) <= 1:
                 centre = share
                 break
-        self._show_y(frame.y.zoomed(STEP**way, centre, whole.y))
+        self._show_y(frame.y.zoomed(STEP**direction, centre, whole.y))
 
     def action_lift(self, share: float) -> None:
         frame, whole = self._plot.frame, self._plot.whole_frame
@@ -236,7 +236,7 @@ class Curves(Widget, can_focus=True):
             self._point_at(whole.x.value(last))
 
     def _point_at(self, x: float) -> None:
-        """Put the cursor on an x value, and move the view if necessary."""
+        """Place the cursor on an x value, and move the view if necessary."""
         self._cursor, self._hover = x, None
         frame = self._plot.frame
         if frame is not None:
@@ -250,15 +250,15 @@ class Curves(Widget, can_focus=True):
         places = [float(one.x[at]) for one in self.series if (at := nearest(one, x)) is not None]
         return min(places, key=lambda place: abs(place - x), default=x)
 
-    def _zoom(self, way: int, x: float | None) -> None:
+    def _zoom(self, direction: int, x: float | None) -> None:
         frame, whole = self._plot.frame, self._plot.whole_frame
         if frame is None or whole is None:
             return
         most = max(len(one.x) for one in points_in_view(self._plot.smoothed, self.view))
-        if way > 0 and most <= FEWEST:
+        if direction > 0 and most <= FEWEST:
             return
         centre = 0.5 if x is None else float(frame.x.share(x))
-        self._show_x(frame.x.zoomed(STEP**way, centre if 0 <= centre <= 1 else 0.5, whole.x))
+        self._show_x(frame.x.zoomed(STEP**direction, centre if 0 <= centre <= 1 else 0.5, whole.x))
 
     def _show_x(self, ends: Scale | None) -> None:
         left, right = (ends.low, ends.high) if ends else (None, None)
@@ -284,13 +284,13 @@ class Curves(Widget, can_focus=True):
             self._hover = x
             self._redraw()
 
-    def on_curve_plot_turned(self, event: CurvePlot.Turned) -> None:
+    def on_curve_plot_scrolled(self, event: CurvePlot.Scrolled) -> None:
         event.stop()
         self._hover = self._snapped(event.x)
-        if event.tall:
-            self.action_stretch(event.way)
+        if event.vertical:
+            self.action_stretch(event.direction)
         else:
-            self._zoom(event.way, event.x)
+            self._zoom(event.direction, event.x)
 
     def on_curve_plot_dragged(self, event: CurvePlot.Dragged) -> None:
         event.stop()

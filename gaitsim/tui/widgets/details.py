@@ -1,4 +1,4 @@
-"""Details of a run in a few lines, or the reason why no run is shown."""
+"""A description of a run in a few lines, or the reason why no run is shown."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,7 +22,7 @@ def details(run: Overview, colours: Mapping[str, str]) -> Text:
         colours: colours by the name of the theme's variable.
     """
     name = Text.assemble((visible(run.name), "bold"), "  ", (visible(run.description), ""))
-    lines = [name, *(Text(visible(line), style="italic") for line in _beginning(run.note))]
+    lines = [name, *(Text(visible(line), style="italic") for line in _first_lines(run.note))]
     for error in filter(None, (run.problem, run.failure)):
         lines.append(Text(visible_lines(str(error)), style=colours["error"]))
     if run.problem is None:
@@ -37,7 +37,7 @@ def details(run: Overview, colours: Mapping[str, str]) -> Text:
     return Text("\n").join(lines)
 
 
-def _beginning(note: str) -> list[str]:
+def _first_lines(note: str) -> list[str]:
     """Return the first lines of a note."""
     lines = note.splitlines()
     return lines if len(lines) <= LINES else [*lines[: LINES - 1], f"{lines[LINES - 1]} …"]
@@ -52,7 +52,7 @@ def no_runs(
         folder: folder of runs.
         count: number of runs.
         words: words of the filter.
-        problem: reason why the folder cannot be read; None if it can.
+        problem: reason why the folder cannot be read; None if it can be read.
         colours: colours by the name of the theme's variable.
     """
     if problem is not None:

@@ -1,4 +1,4 @@
-"""The first row of a new run: the preset, the name and the seed."""
+"""The first row of the form for a new run: the preset, the name and the seed."""
 
 from collections.abc import Collection, Sequence
 
@@ -25,7 +25,7 @@ class ExperimentHead(Horizontal):
         yield Input(compact=True, id="seed", type="text")
 
     def fill_presets(self, known: Sequence[str], chosen: str) -> None:
-        """Offer presets, and select one or a file."""
+        """Offer presets, and select one of them or an experiment file."""
         names = known if chosen in known else [*known, chosen]
         select = self.query_one("#preset", Select)
         with self.prevent(Select.Changed):

@@ -12,7 +12,7 @@ from textual.widgets import DataTable
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.tui.formatting import age, file_size
-from gaitsim.tui.opener import hand_over
+from gaitsim.tui.opener import open_or_copy
 
 
 class OpenTable(DataTable[Text]):
@@ -31,7 +31,7 @@ class OpenTable(DataTable[Text]):
         return super().check_action(action, parameters)
 
     def opens(self) -> bool:
-        """Return whether there is something to open."""
+        """Return whether the row under the cursor can be opened."""
         return bool(self.screen.check_action("open", ()))
 
 
@@ -43,11 +43,11 @@ class FileTable(OpenTable):
         self._files: list[Path] = []
 
     def on_mount(self) -> None:
-        for name, width in (("made", 5), ("size", 9), ("file", None)):
+        for name, width in (("age", 5), ("size", 9), ("file", None)):
             self.add_column(name, width=width)
 
     def list_folder(self, folder: Path, now: float) -> None:
-        """Show the files in a folder, and keep the cursor on its file."""
+        """Show the files in a folder, and keep the cursor on the chosen file."""
         chosen = self.chosen
         found = _files_in(folder)
         self._files = [*found]
@@ -69,12 +69,12 @@ class FileTable(OpenTable):
     @on(DataTable.RowSelected)
     def open(self) -> None:
         if self.chosen is not None:
-            opening = hand_over(self.app, self.chosen)
+            opening = open_or_copy(self.app, self.chosen)
             self.screen.run_worker(opening, group="open", exclusive=True)
 
 
 def _files_in(folder: Path) -> dict[Path, os.stat_result]:
-    """Return the files in a folder, the latest first, without links, which may lead anywhere."""
+    """Return the files in a folder, the latest first, without links, which may lead elsewhere."""
     try:
         paths = [] if folder.is_symlink() else [*folder.iterdir()]
         found = {path: path.lstat() for path in paths if not path.name.startswith(".")}

@@ -1,4 +1,4 @@
-"""The row of keys at the foot of a screen."""
+"""The row of keys at the bottom of a screen."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -11,14 +11,14 @@ from textual.binding import Binding
 from textual.widgets._footer import FooterKey
 
 MORE = "More"
-_ALWAYS = {"screen.back", "app.help"}  # keys that are never omitted
+_NEVER_OMITTED = {"screen.back", "app.help"}  # keys that are never omitted
 _LINE = 1  # cell before the key of the palette
 
 
 class Item(NamedTuple):
     """A key of the footer: its binding, displayed key, description, state and tooltip.
 
-    The first of two keys with the same description, such as `[` and `]`, has no description.
+    Of two keys with the same description, such as `[` and `]`, only the last has a text.
     """
 
     binding: Binding
@@ -33,11 +33,11 @@ class Item(NamedTuple):
         return cell_len(self.key) + (cell_len(self.text) + 3 if self.text else 1)
 
 
-def fitting(items: Sequence[Item], palette: Item | None, width: int) -> list[Item]:
+def fit_items(items: Sequence[Item], palette: Item | None, width: int) -> list[Item]:
     """Return the items that fit a width, the palette's last.
 
-    If some do not fit, the last ones are omitted, and the key of the help, or else of the palette,
-    which list all keys, is labelled accordingly.
+    If some do not fit, the last ones are omitted. The key of the help, or else of the palette, is
+    then labelled 'More', because the help and the palette list all keys.
 
     Args:
         items: items in the order of importance.
@@ -52,24 +52,26 @@ def fitting(items: Sequence[Item], palette: Item | None, width: int) -> list[Ite
     if _width([*items, *ends]) <= width:
         return [*items, *ends]
     has_help = any(item.binding.id == "app.help" for item in items)
-    kept = [_more(item) if item.binding.id == "app.help" else item for item in items]
+    kept = [_labelled_more(item) if item.binding.id == "app.help" else item for item in items]
     if not has_help:
-        ends = [_more(end) for end in ends]
-    while _width([*kept, *ends]) > width and (least := _least(kept)):
+        ends = [_labelled_more(end) for end in ends]
+    while _width([*kept, *ends]) > width and (omitted := _least_important(kept)):
         # Keys that share a description are omitted together.
         kept = [
-            item for item in kept if item.binding.description != least or item.binding.id in _ALWAYS
+            item
+            for item in kept
+            if item.binding.description != omitted or item.binding.id in _NEVER_OMITTED
         ]
     return [*kept, *ends]
 
 
-def _least(items: Sequence[Item]) -> str:
+def _least_important(items: Sequence[Item]) -> str:
     """Return the description of the last key that may be omitted."""
-    others = (item for item in reversed(items) if item.binding.id not in _ALWAYS)
+    others = (item for item in reversed(items) if item.binding.id not in _NEVER_OMITTED)
     return next((item.binding.description for item in others), "")
 
 
-def _more(item: Item) -> Item:
+def _labelled_more(item: Item) -> Item:
     return item._replace(text=MORE)
 
 
@@ -110,7 +112,7 @@ class Footer(widgets.Footer):
             key = self.app.get_key_display(binding)
             about = binding.tooltip or binding.description
             palette = Item(binding, key, binding.description, enabled, about)
-        return fitting(items, palette, self.app.size.width)
+        return fit_items(items, palette, self.app.size.width)
 
     def compose(self) -> ComposeResult:
         """Compose a widget for each offered key."""

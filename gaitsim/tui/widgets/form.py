@@ -21,7 +21,7 @@ NAME = 22  # cells of an option's name
 
 
 class Field(Vertical):
-    """One option: its name, an input or a choice, and its unit; below, its meaning."""
+    """One option: its name, an input or a choice, and its unit, with its meaning below."""
 
     DEFAULT_CSS: ClassVar[str] = """
     Field { height: auto; margin-bottom: 1; }
@@ -38,7 +38,7 @@ class Field(Vertical):
 
     @dataclass
     class Changed(Message):
-        """Posted when the text of an option has changed; None is the preset's text."""
+        """Posted when the text of an option has changed; None stands for the preset's text."""
 
         key: str
         text: str | None
@@ -64,7 +64,7 @@ class Field(Vertical):
             else:
                 unset = option.text == options.NOT_SET or (option.long and not self._is_changed)
                 value = "" if unset else option.text
-                yield Input(value, placeholder=_empty(option), compact=True)
+                yield Input(value, placeholder=_empty_value(option), compact=True)
             yield Label(Text(visible(options.unit(option.field))), classes="field-unit")
         yield Static(self._about(), classes="field-about")
 
@@ -86,11 +86,13 @@ class Field(Vertical):
     def show_problem(self, problem: GaitsimError | None) -> None:
         """Show a short form of the problem below the input, or the option's description."""
         self.set_class(problem is not None, "-wrong")
-        about = self._about() if problem is None else Text(f"✗ {visible(self._in_short(problem))}")
+        about = (
+            self._about() if problem is None else Text(f"✗ {visible(self._short_problem(problem))}")
+        )
         self.query_one(".field-about", Static).update(about)
 
-    def _in_short(self, problem: GaitsimError) -> str:
-        """Return the allowed values of the option, or the message of a validator."""
+    def _short_problem(self, problem: GaitsimError) -> str:
+        """Return the allowed values of the option, or the problem if they do not explain it."""
         allowed = problem.allowed
         if allowed == options.allowed(self.option.field):
             return allowed
@@ -100,7 +102,7 @@ class Field(Vertical):
     @on(Input.Changed)
     def _typed(self, event: Input.Changed) -> None:
         event.stop()
-        self._post(event.value or _empty(self.option))
+        self._post(event.value or _empty_value(self.option))
 
     @on(Select.Changed)
     def _chosen(self, event: Select.Changed) -> None:
@@ -113,7 +115,7 @@ class Field(Vertical):
         self.post_message(self.Changed(self.option.key, text if changed else None))
 
 
-def _empty(option: Option) -> str:
+def _empty_value(option: Option) -> str:
     """Return the meaning of an empty input: not set, or the preset's value."""
     unset = options.optional(option.field) and not option.long
     return options.NOT_SET if unset else option.preset

@@ -11,7 +11,7 @@ from textual.widgets._header import HeaderTitle
 class Header(widgets.Header):
     """A header that tolerates its screen being closed while it is mounted.
 
-    Textual's header then fails to find its title, and the app ends with a traceback.
+    Textual's header would not find its title, and the app would end with a traceback.
     """
 
     def on_mount(self, event: Mount) -> None:

@@ -1,4 +1,4 @@
-"""Lines of text, of which only changed ones are redrawn."""
+"""Lines of text that are redrawn only if they change."""
 
 from collections.abc import Sequence
 from itertools import zip_longest
@@ -12,7 +12,7 @@ from textual.widget import Widget
 
 
 class Lines(Widget):
-    """Lines clipped at the right edge, as high as their number unless styles set a height."""
+    """Lines clipped at the right edge; the widget is as high as their number by default."""
 
     DEFAULT_CSS = "Lines { width: 1fr; height: auto; }"
 

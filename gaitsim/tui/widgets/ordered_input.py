@@ -6,14 +6,14 @@ from textual.binding import Binding
 from textual.events import Key
 from textual.widgets import Input
 
-_ASKS = {"enter", "tab"}  # keys that need the data being read
+_NEED_DATA = {"enter", "tab"}  # keys that must wait until the data has been read
 
 
 class OrderedInput(Input):
-    """A field that completes the effect of each key before it processes the next one.
+    """A field that processes each key completely before the next one.
 
-    Textual passes a key that is not a letter to the parents of a field before its binding runs, so
-    letters that arrive with it, as in a paste, would take effect first.
+    Textual passes a key that is not a letter to the parents of a field before its binding runs.
+    Letters that arrive together with it, as in a paste, would take effect first.
 
     Attributes:
         reading: whether Enter and Tab, and the keys after them, wait for `catch_up`.
@@ -25,29 +25,29 @@ class OrderedInput(Input):
         self._held: list[Key] = []
 
     async def on_key(self, event: Key) -> None:
-        if not (event.is_printable or self._own(event)):
+        if not (event.is_printable or self._own_binding(event)):
             return
         event.stop()
         event.prevent_default()
-        if self._held or (self.reading and event.key in _ASKS):
+        if self._held or (self.reading and event.key in _NEED_DATA):
             self._held.append(event)
         else:
-            await self._do(event)
+            await self._process(event)
 
     async def catch_up(self) -> None:
         """Process the waiting keys."""
         self.reading = False
-        while self._held:  # until then, later keys wait too
-            await self._do(self._held[0])
+        while self._held:  # keys that arrive meanwhile are appended
+            await self._process(self._held[0])
             del self._held[0]
 
-    async def _do(self, event: Key) -> None:
+    async def _process(self, event: Key) -> None:
         if event.is_printable and event.character:
             self.replace(event.character, *self.selection)
-        elif binding := self._own(event):
+        elif binding := self._own_binding(event):
             await self.app.run_action(binding.action, self)
 
-    def _own(self, event: Key) -> Binding | None:
+    def _own_binding(self, event: Key) -> Binding | None:
         """Return the field's own binding of a key."""
         if not self.has_focus:  # the focus has moved in the meantime
             return next(iter(self._bindings.key_to_bindings.get(event.key, ())), None)

@@ -1,4 +1,4 @@
-"""A part of an experiment: the choice of a plugin, and its options."""
+"""The form of a section of an experiment: the choice of a plugin, and its options."""
 
 import asyncio
 from dataclasses import dataclass
@@ -29,19 +29,19 @@ class Part(VerticalScroll):
     def __init__(self, section: str, id: str) -> None:
         super().__init__(can_focus=False, id=id)
         self.section = section
-        self._made_of: tuple[object, ...] = ()
+        self._built_from: tuple[object, ...] = ()
         self._validation: Validation | None = None
-        self._asked = ""
+        self._wanted_key = ""
         self._building = asyncio.Lock()
 
     def show(self, found: Validation) -> None:
         """Show the section of a validation."""
         self._validation = found
         form = found.forms[self.section]
-        made_of = (found.builder.preset, form.plugin, found.offered.get(self.section))
-        if made_of != self._made_of:
-            self._made_of = made_of
-            self._build(made_of, found)
+        source = (found.builder.preset, form.plugin, found.offered.get(self.section))
+        if source != self._built_from:
+            self._built_from = source
+            self._build(source, found)
         else:
             self._show_problems()
 
@@ -51,10 +51,10 @@ class Part(VerticalScroll):
                 field.show_problem(self._validation.problems.get(field.option.key))
 
     @work(group="build")
-    async def _build(self, made_of: tuple[object, ...], found: Validation) -> None:
-        # Wait for an earlier build: widgets whose mounting is cancelled remain without children.
+    async def _build(self, source: tuple[object, ...], found: Validation) -> None:
+        # Wait for an earlier build: a widget whose mounting is cancelled never gets its children.
         async with self._building:
-            if made_of == self._made_of:
+            if source == self._built_from:
                 await self._build_form(found)
 
     async def _build_form(self, found: Validation) -> None:
@@ -78,23 +78,23 @@ class Part(VerticalScroll):
         with self.prevent(Select.Changed, Input.Changed):
             await self.mount_all([*parts, *map(Field, form.options)])
         self._show_problems()
-        self.focus_on(self._asked)
+        self.focus_on(self._wanted_key)
 
     def focus_on(self, key: str, *, later: bool = False) -> None:
-        """Focus an option, or the choice of the plugin for that key.
+        """Focus the field of a key: an option, or the choice of the plugin.
 
         Args:
             key: key of the option.
             later: whether to wait for the form of another plugin.
         """
-        self._asked = ""
+        self._wanted_key = ""
         fields = {} if later else {field.option.key: field for field in self.query(Field)}
         if key in fields:
             fields[key].query("Input, Select").first().focus()
         elif key.endswith(".plugin") and self.query(".plugin"):
             self.query(".plugin").first().focus()
         else:
-            self._asked = key  # retried once the form is built
+            self._wanted_key = key  # retried once the form is built
 
     @on(Select.Changed, ".plugin")
     def _chosen(self, event: Select.Changed) -> None:

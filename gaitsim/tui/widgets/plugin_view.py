@@ -1,4 +1,4 @@
-"""A plugin in full: its documentation, its options, and compatible plugins."""
+"""All information about a plugin: its documentation, its options, and compatible plugins."""
 
 import re
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from gaitsim.registry import options
 from gaitsim.registry.presets import read_preset
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.catalogue import Catalogue
-from gaitsim.tui.widgets.toml_view import coloured
+from gaitsim.tui.widgets.toml_view import highlight
 
 TABLE = 76  # minimum cells for options in a table
 
@@ -24,11 +24,11 @@ TABLE = 76  # minimum cells for options in a table
 def plugin_view(
     kind: str, name: str, catalogue: Catalogue, colours: Mapping[str, str]
 ) -> RenderableType:
-    """Return a plugin in full, or the reason why it cannot be used."""
+    """Return all information about a plugin, or the reason why it cannot be used."""
     plugin = catalogue.classes[kind].get(name)
     if plugin is None:
         return Text(visible_lines(str(catalogue.failure(kind, name))), style=colours["error"])
-    # Join the lines of each paragraph, to be wrapped at the available width.
+    # Join the lines of each paragraph, which is wrapped at the available width.
     about = re.sub(r"(?<!\n)\n(?=[^\s*-])", " ", catalogue.about(kind, name))
     parts: list[RenderableType] = [Text(visible_lines(about) + "\n")]
     parts.append(OptionTable(plugin, colours))
@@ -41,12 +41,12 @@ def plugin_view(
     return Group(*parts)
 
 
-def described(kind: str, name: str, catalogue: Catalogue) -> str:
+def searchable_text(kind: str, name: str, catalogue: Catalogue) -> str:
     """Return the searchable text of a plugin or a preset, including its options."""
     plugin = catalogue.classes.get(kind, {}).get(name)
     if plugin is not None:
-        told = [f"{one} {options.meaning(field)}" for one, field in plugin.model_fields.items()]
-        return " ".join([catalogue.about(kind, name), *told])
+        texts = [f"{one} {options.meaning(field)}" for one, field in plugin.model_fields.items()]
+        return " ".join([catalogue.about(kind, name), *texts])
     return next((one.description for one in catalogue.presets if one.name == name), "")
 
 
@@ -105,7 +105,7 @@ def preset_view(name: str, catalogue: Catalogue, colours: Mapping[str, str]) -> 
     preset = next((preset for preset in catalogue.presets if preset.name == name), None)
     about = Text((visible(preset.description) if preset else "") + "\n")
     try:
-        text = coloured(read_preset(name), colours["primary"], colours["secondary"])
+        text = highlight(read_preset(name), colours["primary"], colours["secondary"])
     except GaitsimError as error:
         text = Text(visible_lines(str(error)), style=colours["error"])
     return Group(about, text)

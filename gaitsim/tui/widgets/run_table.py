@@ -1,4 +1,4 @@
-"""The table of runs: columns that fit, sorting, filtering, and updates of changed cells only."""
+"""The table of runs, which is sorted, filtered and updated cell by cell."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ _ORDER = list(STATES)
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its key and title, minimum width in cells, sort key, and right alignment."""
+    """A column: its key and title, minimum width in cells, sort key, and alignment."""
 
     name: str
     width: int
@@ -54,10 +54,11 @@ COLUMNS = {
     "changed": Column("changed", 8, lambda run: run.changed, right=True),
 }
 NARROW = ("run", "body", "generation", "best", "curve", "state", "changed")
-WIDE = 110  # minimum columns for the fitness
+WIDE = 110  # minimum width in cells for the column of the fitness
 _sparkline = lru_cache(maxsize=1024)(sparkline)  # a third of a row's cost
 MARK, NO_MARK = "◆ ", "◇ "
-FALLING = {"generation", "best", "curve", "changed"}  # columns first sorted from the largest
+# Columns that are sorted from the largest value first.
+DESCENDING_FIRST = {"generation", "best", "curve", "changed"}
 
 
 def columns(width: int) -> list[tuple[Column, int]]:
@@ -72,17 +73,17 @@ def columns(width: int) -> list[tuple[Column, int]]:
 
 
 class RunTable(DataTable[Text]):
-    """A table of runs. The cursor stays on its run when others appear or vanish.
+    """A table of runs. The cursor stays on its run when others appear or disappear.
 
     Attributes:
         order: name of the column to sort by.
-        falling: whether the order is descending.
+        descending: whether the order is descending.
         marked: marked runs.
         shown: runs in the order of the rows.
     """
 
     class Marked(Message):
-        """The marked runs have changed."""
+        """Posted when the marked runs have changed."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
@@ -92,15 +93,15 @@ class RunTable(DataTable[Text]):
             "space", "mark", "Mark", id="home.mark", tooltip="Mark it for actions on several runs"
         ),
         Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="Sort by the next column"),
-        Binding("S", "turn", "Turn", show=False, id="home.turn", tooltip="Reverse the order"),
+        Binding("S", "reverse", "Reverse", show=False, id="home.turn", tooltip="Reverse the order"),
     ]
 
     def __init__(self, **options: Any) -> None:
         super().__init__(cursor_type="row", **options)
         self.order = "changed"
-        self.falling = True
+        self.descending = True
         self.marked: set[Path] = set()
-        self._asked: tuple[list[Overview], str, float] = ([], "", 0.0)
+        self._last_shown: tuple[list[Overview], str, float] = ([], "", 0.0)
         self._layout: list[tuple[Column, int]] = []
         self.shown: list[Overview] = []
         self._cells: dict[Path, list[Text]] = {}
@@ -114,9 +115,11 @@ class RunTable(DataTable[Text]):
     def show(self, runs: Iterable[Overview], words: str, now: float) -> None:
         """Show the runs that match all of `words`; `now` is the time in seconds since 1970."""
         found = list(runs)
-        self._asked = (found, words, now)
+        self._last_shown = (found, words, now)
         self.marked &= {run.path for run in found}
-        wanted = sorted(_having(found, words), key=COLUMNS[self.order].sort, reverse=self.falling)
+        wanted = sorted(
+            _matching(found, words), key=COLUMNS[self.order].sort, reverse=self.descending
+        )
         layout = columns(self.size.width)
         cells = {run.path: self._row(run, layout, now) for run in wanted}
         before = [run.path for run in self.shown]
@@ -128,19 +131,19 @@ class RunTable(DataTable[Text]):
 
     def sort_by(self, name: str) -> None:
         """Sort by a column; if it is the current one, reverse the order."""
-        self.falling = not self.falling if name == self.order else name in FALLING
+        self.descending = not self.descending if name == self.order else name in DESCENDING_FIRST
         self.order = name
         self._layout = []  # titles contain the arrow
-        self.show(*self._asked)
+        self.show(*self._last_shown)
 
     def on_data_table_header_selected(self, event: DataTable.HeaderSelected) -> None:
         event.stop()
         self.sort_by(str(event.column_key.value))
 
     def on_click(self, event: Click) -> None:
-        """Mark on a click on the mark or with Ctrl; open the highlighted run on a click."""
+        """Highlight a run; mark it if its mark is clicked, or with Ctrl; open it if highlighted."""
         row = event.style.meta.get("row", -1)
-        if not 0 <= row < len(self.shown):  # a title, or below the last row
+        if not 0 <= row < len(self.shown):  # the click is on a title, or below the last row
             return
         event.prevent_default()
         event.stop()
@@ -156,7 +159,7 @@ class RunTable(DataTable[Text]):
         at = names.index(self.order) if self.order in names else -1
         self.sort_by(names[(at + 1) % len(names)])
 
-    def action_turn(self) -> None:
+    def action_reverse(self) -> None:
         self.sort_by(self.order)
 
     def action_mark(self) -> None:
@@ -167,7 +170,7 @@ class RunTable(DataTable[Text]):
 
     def _mark(self, path: Path) -> None:
         self.marked ^= {path}
-        self.show(*self._asked)
+        self.show(*self._last_shown)
         self.post_message(self.Marked())
 
     def moved(self, old: Path, new: Path) -> None:
@@ -205,7 +208,7 @@ class RunTable(DataTable[Text]):
         self.move_cursor(row=min(place, len(places) - 1), animate=False)
 
     def _title(self, column: Column, width: int) -> Text:
-        arrow = ("▼" if self.falling else "▲") if column.name == self.order else ""
+        arrow = ("▼" if self.descending else "▲") if column.name == self.order else ""
         title = f"{column.name[: width - len(arrow)]}{arrow}"
         return _text(title, "", right=column.right)
 
@@ -240,7 +243,7 @@ def _text(text: str, style: str, *, right: bool) -> Text:
     return Text(text, style=style, justify="right" if right else "left", no_wrap=True)
 
 
-def _having(runs: Iterable[Overview], words: str) -> list[Overview]:
+def _matching(runs: Iterable[Overview], words: str) -> list[Overview]:
     wanted = words.casefold().split()
     return [
         run

@@ -11,18 +11,18 @@ from textual.message import Message
 from textual.reactive import reactive
 from textual.widget import Widget
 
-FAR = 10  # steps of a wide move
+FAR = 10  # steps of a long move
 
 
 class Scrubber(Widget, can_focus=True):
     """A whole number in a range, chosen by mouse or keys.
 
     Args:
-        label: text before the slider, which may change.
+        label: text before the slider.
         first: lowest number.
         last: highest number.
         value: initial number.
-        say: function that formats the number after the slider.
+        format_value: function that formats the number after the slider.
     """
 
     ALLOW_SELECT = False
@@ -44,12 +44,14 @@ class Scrubber(Widget, can_focus=True):
     }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("left", "step(-1)", "Back", show=False, id="scrubber.back", tooltip="One back"),
-        Binding("right", "step(1)", "Forward", show=False, id="scrubber.on", tooltip="One forward"),
+        Binding("left", "step(-1)", "Back", show=False, id="scrubber.back",
+                tooltip="One step back"),
+        Binding("right", "step(1)", "Forward", show=False, id="scrubber.on",
+                tooltip="One step forward"),
         Binding("shift+left,pageup", f"step({-FAR})", "Far back", show=False,
-                id="scrubber.far-back", tooltip="Ten back"),
-        Binding("shift+right,pagedown", f"step({FAR})", "Far on", show=False,
-                id="scrubber.far-on", tooltip="Ten forward"),
+                id="scrubber.far-back", tooltip="Ten steps back"),
+        Binding("shift+right,pagedown", f"step({FAR})", "Far forward", show=False,
+                id="scrubber.far-on", tooltip="Ten steps forward"),
         Binding("home", "end(False)", "First", show=False, id="scrubber.first",
                 tooltip="To the first"),
         Binding("end", "end(True)", "Last", show=False, id="scrubber.last",
@@ -78,11 +80,11 @@ class Scrubber(Widget, can_focus=True):
         first: int = 0,
         last: int = 0,
         value: int = 0,
-        say: Callable[[int], str] = str,
+        format_value: Callable[[int], str] = str,
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
-        self._say, self._held = say, False
+        self._format_value, self._held = format_value, False
         self.set_reactive(Scrubber.label, label)
         self.set_reactive(Scrubber.first, first)
         self.set_reactive(Scrubber.last, last)
@@ -115,13 +117,13 @@ class Scrubber(Widget, can_focus=True):
         text.append("━" * knob, styles["done"])
         text.append("●", styles["knob"])
         text.append("─" * (width - 1 - knob), styles["rest"])
-        text.append(f" {self._say(self.value)}")
+        text.append(f" {self._format_value(self.value)}")
         return text
 
     def _bar(self) -> tuple[int, int]:
         """Return the column and width of the slider, which are the same for all numbers."""
         start = len(self.label) + 1 if self.label else 0
-        number = max(len(self._say(end)) for end in (self.first, self.last, self.value))
+        number = max(len(self._format_value(end)) for end in (self.first, self.last, self.value))
         return start, max(self.content_size.width - start - number - 1, 1)
 
     def action_step(self, steps: int) -> None:

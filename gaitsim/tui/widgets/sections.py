@@ -24,7 +24,7 @@ TITLES |= {kind: kind.capitalize() for kind in KINDS[1:]} | {FILE: "File"}
 
 
 class Sections(Vertical):
-    """Tabs in full width; below them, the form of one section and the experiment file."""
+    """Tabs across the full width; below them, the form of one section and the experiment file."""
 
     def __init__(self, id: str) -> None:
         super().__init__(id=id)
@@ -49,8 +49,8 @@ class Sections(Vertical):
     def active(self, name: str) -> None:
         self.query_one(Tabs).active = name
 
-    def turn(self, by: int) -> None:
-        """Show the section `by` tabs further."""
+    def switch(self, by: int) -> None:
+        """Show the section that is `by` tabs further."""
         used = self._validation.used if self._validation else SECTIONS
         names = [name for name in TITLES if name in (*used, FILE)]
         self.active = names[(names.index(self.active) + by) % len(names)]
@@ -72,11 +72,11 @@ class Sections(Vertical):
             view.show(found.toml)
 
     @on(Tabs.TabActivated)
-    def _turned(self, event: Tabs.TabActivated) -> None:
+    def _on_tab(self, event: Tabs.TabActivated) -> None:
         event.stop()
         self.query_one(ContentSwitcher).current = f"part-{self.active}"
         self._show_part()
-        self.follow(self.active)
+        self.mark_line(self.active)
 
     def _show_part(self) -> None:
         """Update only the visible form, as updates are slow."""
@@ -87,11 +87,11 @@ class Sections(Vertical):
         """Mark the line of the file that the focused field changes."""
         for widget in event.widget.ancestors_with_self:
             if isinstance(widget, Field):
-                self.follow(widget.option.key)
+                self.mark_line(widget.option.key)
             elif widget.has_class("plugin"):
-                self.follow(f"{self.active}.plugin")
+                self.mark_line(f"{self.active}.plugin")
 
-    def follow(self, key: str) -> None:
+    def mark_line(self, key: str) -> None:
         """Mark the line of an option in the file, and scroll to it."""
         for view in self.query(TomlView):
-            view.follow(key)
+            view.mark_line(key)

@@ -1,4 +1,4 @@
-"""A steered body, seen from behind, and its path from above."""
+"""A steered body, and its path from above."""
 
 from typing import ClassVar
 
@@ -12,20 +12,20 @@ from gaitsim.steering import Drive
 from gaitsim.tui.widgets.canvas import CLOSER, BodyCanvas
 from gaitsim.tui.widgets.cells import Cells, Picture
 
-CALM = 0.15  # share of the angle to the body's heading that the camera turns per frame
+TURN_SHARE = 0.15  # of the angle to the body's heading that the camera turns per frame
 
 
 class SteeredBody(BodyCanvas, can_focus=False):
     """A steered body, seen by a camera that turns with it.
 
     Attributes:
-        chosen: camera, one of `gaitsim.render.terminal.chase.VIEWS`.
+        camera: name of the camera, one of `gaitsim.render.terminal.chase.VIEWS`.
         zoom: zoom factor; 1 for the default distance.
     """
 
     def __init__(self, message: str) -> None:
         super().__init__(message=message)
-        self.chosen = next(iter(VIEWS))
+        self.camera = next(iter(VIEWS))
         self.zoom = 1.0
         self._length = 1.0
         self._turned = self._looking = 0.0
@@ -39,37 +39,37 @@ class SteeredBody(BodyCanvas, can_focus=False):
         """
         self._turned = turned
         away = (turned - self._looking + np.pi) % (2 * np.pi) - np.pi
-        self._looking += CALM * away
+        self._looking += TURN_SHARE * away
         self._body = Clip(drive.skeleton)
         self._length = drive.size
         self.redraw()
 
-    def look_ahead(self) -> None:
+    def reset_heading(self) -> None:
         """Turn the camera to the initial heading immediately."""
         self._looking = 0.0
 
     def picture(self, columns: int, rows: int) -> Picture:
         clip = self._body
-        assert clip is not None, "else words are shown"
+        assert clip is not None, "else the placeholder is shown"
         pose = clip.at(clip.seconds)
         eye = chase_camera(
-            self.chosen, self._looking, pose.aim, self._length, self.zoom, columns, rows
+            self.camera, self._looking, pose.aim, self._length, self.zoom, columns, rows
         )
         return draw_body(eye, clip, pose, self._turned, columns, rows)
 
     def next_camera(self) -> None:
         """Switch to the next camera."""
         names = [*VIEWS]
-        self.chosen = names[(names.index(self.chosen) + 1) % len(names)]
+        self.camera = names[(names.index(self.camera) + 1) % len(names)]
         self.redraw()
 
-    def closer(self, steps: int) -> None:
+    def zoom_by(self, steps: int) -> None:
         """Zoom in, or out for negative steps."""
         self.zoom = min(max(self.zoom * CLOSER**steps, 0.25), 4.0)
         self.redraw()
 
     def action_zoom(self, steps: int) -> None:
-        self.closer(steps)
+        self.zoom_by(steps)
 
 
 class PathPlan(Cells):

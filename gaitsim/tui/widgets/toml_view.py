@@ -1,4 +1,4 @@
-"""An experiment file with coloured sections, keys and comments."""
+"""An experiment file, with sections, keys and comments in colour."""
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -26,34 +26,34 @@ class TomlView(ScrollableContainer):
         yield Static("The file appears here once there are no problems.")
 
     def show(self, toml: str) -> None:
-        """Show a file; '' dims the previous one, as the experiment has problems."""
+        """Show a file; '' dims the previous one, because the experiment has problems."""
         self.set_class(not toml, "-stale")
         if toml and toml != self._toml:
             self._toml = toml
-            self.follow(self._key)
+            self.mark_line(self._key)
 
-    def follow(self, key: str) -> None:
+    def mark_line(self, key: str) -> None:
         """Mark the line of an option, or of a section, and scroll to it."""
         self._key = key
         if not self._toml:
             return
         at = line_of(self._toml, key)
         colours = self.app.theme_variables
-        text = coloured(self._toml, colours["primary"], colours["secondary"])
+        text = highlight(self._toml, colours["primary"], colours["secondary"])
         if at is not None:
             start = sum(len(line) + 1 for line in self._toml.splitlines()[:at])
             end = start + len(self._toml.splitlines()[at])
             text.stylize(f"bold on {colours['primary-muted']}", start, end)
         self.query_one(Static).update(text)
-        self.call_after_refresh(self._bring_in_sight, at or 0)
+        self.call_after_refresh(self._scroll_to_line, at or 0)
 
-    def _bring_in_sight(self, line: int) -> None:
+    def _scroll_to_line(self, line: int) -> None:
         around = Region(0, max(0, line - AROUND), 1, 2 * AROUND + 1)
         self.scroll_to_region(around, animate=False, force=True)
 
 
 def line_of(toml: str, key: str) -> int | None:
-    """Return the line of an option such as 'mutation.rate', or of its section, or None."""
+    """Return the line of an option such as 'mutation.rate', else of its section, else None."""
     section, _, name = key.rpartition(".")
     here, found = "", None
     for number, line in enumerate(toml.splitlines()):
@@ -66,13 +66,13 @@ def line_of(toml: str, key: str) -> int | None:
     return found
 
 
-def coloured(toml: str, section: str, key: str) -> Text:
+def highlight(toml: str, section: str, key: str) -> Text:
     """Return the text with sections and keys in the given colours, and comments dim."""
     whole = Text(no_wrap=True)
     for line in toml.splitlines():
         text = Text(line)
         name, equals, value = line.partition(" = ")
-        # A comment after a value. A value that contains ' # ' is dimmed too early.
+        # Simplified: in a value that contains ' # ', the rest is dimmed like a comment.
         comment = len(line) if line.startswith("#") else value.find(" # ")
         if line.startswith("["):
             text.stylize(f"bold {section}")
