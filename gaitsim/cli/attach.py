@@ -62,7 +62,7 @@ def attach(run: RunName, json: Json = False) -> None:
 
 async def _follow(path: Path, json: bool, *, in_background: bool) -> Snapshot:
     """Show a run until it ends or the user stops watching; return the last snapshot."""
-    known = await asyncio.to_thread(RunWatcher(path).look)
+    known = await asyncio.to_thread(RunWatcher(path).poll)
     process = RunProcess(path, initial=known, launch=False) if in_background else None
     follower = _Follower(path, display(path, known, json), known)
     following = asyncio.create_task(follower.follow(process or RunWatcher(path)))

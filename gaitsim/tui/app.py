@@ -63,9 +63,7 @@ class GaitsimApp(ViKeys):
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(
-            "question_mark", "help", "Help", id="app.help", tooltip="Show the keys and their use"
-        ),
+        Binding("question_mark", "help", "Help", id="app.help", tooltip="Show keys and their use"),
         Binding("q", "quit", "Quit", show=False, id="app.quit", tooltip="Quit; runs continue"),
         Binding(
             "ctrl+o",

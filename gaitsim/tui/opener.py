@@ -85,7 +85,7 @@ async def open_or_copy(app: App[Any], file: Path, *, trusted: bool = False) -> N
     elif await open_file(file):
         app.notify(str(file), title="Opened", markup=False)
     else:
-        copy_paths(app, [file], "No program opens the file; path copied")
+        copy_paths(app, [file], "No program to open the file; path copied")
 
 
 def copy_paths(app: App[Any], files: Sequence[Path], title: str = "Copied") -> None:

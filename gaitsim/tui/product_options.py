@@ -71,9 +71,7 @@ class Settings(BaseModel):
 
 
 class GaitFile(Settings):
-    format: Annotated[
-        GaitFormat, Field(description="file format: MATLAB and Octave, CSV or NumPy")
-    ] = "mat"
+    format: Annotated[GaitFormat, Field(description="MATLAB and Octave, CSV or NumPy")] = "mat"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
@@ -170,9 +168,7 @@ class Template(Settings):
 
 class Plot(Settings):
     theme: Annotated[Theme, Field(description="colours")] = "light"
-    format: Annotated[
-        PlotFormat, Field(description="file format: PNG at 300 dpi, or a vector format")
-    ] = "png"
+    format: Annotated[PlotFormat, Field(description="PNG at 300 dpi, or a vector format")] = "png"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
@@ -209,9 +205,7 @@ class Plot(Settings):
 
 
 class Video(Settings):
-    format: Annotated[
-        VideoFormat, Field(description="file format: MP4 (H.264), or GIF for slides")
-    ] = "mp4"
+    format: Annotated[VideoFormat, Field(description="H.264, or GIF for slides")] = "mp4"
     generation: Generation = None
     member: Member = None
     damage: Damage = None

@@ -57,7 +57,7 @@ NO_TOKEN = Template("""<!DOCTYPE html>
 <html lang="en">
   <meta charset="utf-8" /><title>gaitsim</title>
   <body style="font: 16px monospace; margin: 3em; background: #0f151b; color: #d7dee6">
-    <p>$notice Open the address printed by gaitsim serve, or enter its token:</p>
+    <p>$hint Open the address printed by gaitsim serve, or enter its token:</p>
     <form><input name="token" type="password" autofocus /> <button>Open</button></form>
   </body>
 </html>
@@ -124,10 +124,8 @@ class WebServer(Server):
             page.set_cookie(cookie, self._cookie, httponly=True, samesite="Strict")
             raise page
         if not _equal(request.cookies.get(cookie, ""), self._cookie):
-            notice = "This token is not valid." if token else ""
-            raise web.HTTPForbidden(
-                text=NO_TOKEN.substitute(notice=notice), content_type="text/html"
-            )
+            hint = "This token is not valid." if token else ""
+            raise web.HTTPForbidden(text=NO_TOKEN.substitute(hint=hint), content_type="text/html")
         return await handler(request)
 
     def _is_own_host(self, request: web.Request) -> bool:

@@ -1,4 +1,4 @@
-"""What is put together in the forms, and that the command line makes the same of it."""
+"""Experiments under construction, and the equivalent commands."""
 
 import shlex
 from dataclasses import replace
@@ -23,21 +23,21 @@ def catalogue():
     return read_catalogue()
 
 
-def drafted(**changes):
+def build(**changes):
     changed = {key.replace("__", "."): text for key, text in changes.items()}
     return ExperimentBuilder(SPIDER, changed)
 
 
 class TestCommand:
-    def test_what_is_not_changed_is_not_in_it(self):
-        assert drafted().command(Path("runs/spider")) == "gaitsim run spider"
+    def test_unchanged_options_are_omitted(self):
+        assert build().command(Path("runs/spider")) == "gaitsim run spider"
 
-    def test_another_folder_is(self):
-        command = drafted().command(Path("elsewhere/spider"))
+    def test_another_folder_is_included(self):
+        command = build().command(Path("elsewhere/spider"))
         assert command == "gaitsim run spider --out elsewhere/spider"
 
-    def test_it_makes_the_same_experiment(self, catalogue):
-        builder = drafted(
+    def test_the_command_creates_the_same_experiment(self, catalogue):
+        builder = build(
             seed="12", name="odd name", evolution__population="40", organism__encoding="cpg"
         )
         words = shlex.split(builder.command(Path("runs/odd name")))
@@ -47,21 +47,19 @@ class TestCommand:
         assert found.toml == load_experiment("spider", builder.overrides).to_toml()
         assert (found.experiment.seed, found.name) == (12, "odd name")
 
-    def test_taking_a_change_back_leaves_nothing(self):
-        builder = drafted().assign("seed", "3").assign("seed", None)
-        assert builder == drafted()
+    def test_undoing_a_change_restores_the_preset(self):
+        builder = build().assign("seed", "3").assign("seed", None)
+        assert builder == build()
 
 
 class TestValidate:
-    def test_each_problem_is_where_its_option_is(self, catalogue):
-        found = validate(
-            drafted(evolution__population="x", mutation__rate="7", seed="-1"), catalogue
-        )
+    def test_each_problem_has_the_key_of_its_option(self, catalogue):
+        found = validate(build(evolution__population="x", mutation__rate="7", seed="-1"), catalogue)
         assert set(found.problems) == {"evolution.population", "mutation.rate", "seed"}
         assert found.experiment is None
         assert found.toml == ""
 
-    def test_words_of_the_path_are_not_taken_for_keys(self, catalogue, tmp_path):
+    def test_words_of_a_path_are_not_mistaken_for_keys(self, catalogue, tmp_path):
         file = tmp_path / "key west" / "section x.toml"
         file.parent.mkdir()
         file.write_text(SPIDER.text)
@@ -70,12 +68,12 @@ class TestValidate:
         broken = replace(SPIDER, reference=str(file), text=SPIDER.text.replace("elites", "elite"))
         assert set(validate(ExperimentBuilder(broken), catalogue).problems) == {"search.elite"}
 
-    def test_options_that_do_not_fit_each_other(self, catalogue):
-        found = validate(drafted(search__elites="300"), catalogue)
+    def test_incompatible_options_are_reported(self, catalogue):
+        found = validate(build(search__elites="300"), catalogue)
         assert set(found.problems) == {"evolution.population"}
 
-    def test_forms_have_every_option_as_it_is(self, catalogue):
-        found = validate(drafted(fitness__yaw_weight="9"), catalogue)
+    def test_forms_have_every_option_with_its_value(self, catalogue):
+        found = validate(build(fitness__yaw_weight="9"), catalogue)
         texts = {option.key: option.text for option in found.forms["fitness"].options}
         assert texts["fitness.yaw_weight"] == "9"
         plugin = load_experiment("spider").fitness
@@ -83,7 +81,7 @@ class TestValidate:
         for one in found.forms["fitness"].options:
             assert options.parse_value(one.preset) == getattr(plugin, one.key.split(".")[1])
 
-    def test_all_texts_of_all_presets_are_read_back_as_they_were(self, catalogue):
+    def test_texts_of_all_presets_survive_a_round_trip(self, catalogue):
         for preset in catalogue.presets:
             loaded = load_preset(preset.name)
             found = validate(ExperimentBuilder(loaded), catalogue)
@@ -91,15 +89,15 @@ class TestValidate:
             again = validate(ExperimentBuilder(loaded, texts), catalogue)
             assert again.experiment == found.experiment, preset.name
 
-    def test_a_plugin_that_is_not_there(self, catalogue):
-        found = validate(drafted(fitness__plugin="nothing"), catalogue)
+    def test_an_unknown_plugin_is_reported(self, catalogue):
+        found = validate(build(fitness__plugin="nothing"), catalogue)
         assert "fitness.plugin" in found.problems
         assert "nothing" in found.forms["fitness"].problem.what
 
 
 class TestOffers:
-    def test_only_what_works_with_the_body(self, catalogue):
-        found = validate(drafted(), catalogue)
+    def test_only_compatible_plugins_are_offered(self, catalogue):
+        found = validate(build(), catalogue)
         assert set(found.offered["fitness"]) == {"spider-walk", "spider-classic"}
         assert "bit-flip" not in found.offered["mutation"]
         for kind in ("fitness", "selection", "crossover", "mutation"):
@@ -107,24 +105,24 @@ class TestOffers:
                 other = validate(choose_plugin(found, kind, name, catalogue), catalogue)
                 assert not {f"{kind}.plugin"} & set(other.problems), (kind, name)
 
-    def test_every_body_brings_parts_that_work(self, catalogue):
-        found = validate(drafted(), catalogue)
+    def test_every_body_is_completed_with_compatible_plugins(self, catalogue):
+        found = validate(build(), catalogue)
         for body in found.offered["organism"]:
             other = validate(choose_plugin(found, "organism", body, catalogue), catalogue)
             assert other.experiment is not None, (body, other.problems)
             assert other.forms["organism"].plugin == body
 
-    def test_what_works_stays(self, catalogue):
-        found = validate(drafted(mutation__plugin="reset"), catalogue)
+    def test_compatible_plugins_are_kept(self, catalogue):
+        found = validate(build(mutation__plugin="reset"), catalogue)
         other = validate(choose_plugin(found, "organism", "fly", catalogue), catalogue)
         assert other.forms["mutation"].plugin == "reset"
 
-    def test_going_back_to_the_preset_is_no_change(self, catalogue):
-        found = validate(drafted(crossover__plugin="blend"), catalogue)
-        assert choose_plugin(found, "crossover", "uniform", catalogue) == drafted()
+    def test_the_plugin_of_the_preset_is_not_a_change(self, catalogue):
+        found = validate(build(crossover__plugin="blend"), catalogue)
+        assert choose_plugin(found, "crossover", "uniform", catalogue) == build()
 
     def test_another_plugin_drops_the_options_of_the_old_one(self, catalogue):
-        found = validate(drafted(mutation__rate="0.5"), catalogue)
+        found = validate(build(mutation__rate="0.5"), catalogue)
         builder = choose_plugin(found, "mutation", "reset", catalogue)
         assert dict(builder.changes) == {"mutation.plugin": "reset"}
 
@@ -139,11 +137,11 @@ texts = st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), m
 
 
 @given(texts | st.none())
-def test_any_text_is_written_so_that_it_is_read_back(value):
+def test_any_text_survives_a_round_trip(value):
     model = create_model("Model", label=(str | None, option(None, "a text")))
     field = model.model_fields["label"]
     if value is not None and value.lower() == "none":
-        return  # no text is 'none', which is the word for none
+        return  # 'none' unsets an option, so it cannot be a text
     written = options.written(field, value)
     typed = parse_assignments([f"key={written}"])["key"]
     assert options.fitting(field, options.parse_value(typed), typed) == value

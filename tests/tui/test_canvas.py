@@ -1,4 +1,4 @@
-"""The braille raster, the camera, bodies drawn with them, and the widget that plays bodies."""
+"""The braille raster, the camera, drawn bodies, and the widget that plays them."""
 
 import asyncio
 import re
@@ -21,7 +21,7 @@ from gaitsim.tui.widgets.canvas import BodyCanvas
 
 
 def walker(frames=31, frame_rate=10.0, speed=0.5):
-    """A bar on two legs of either side that goes forward; a pair stands while the other swings."""
+    """Return a bar with two legs on each side that moves forward; diagonal pairs alternate."""
     seconds = np.arange(frames) / frame_rate
     middle = np.stack([speed * seconds, 0 * seconds, 0 * seconds + 0.3], axis=1)
     swing = 0.1 * np.sin(2 * np.pi * seconds)
@@ -76,18 +76,18 @@ def play(test, size=(40, 12), **settings):
 
 
 class TestDots:
-    def test_each_dot_is_its_bit_of_the_braille_pattern(self):
+    def test_each_dot_sets_its_bit_of_the_braille_pattern(self):
         for place, sign in {(0, 0): "⠁", (1, 0): "⠈", (0, 3): "⡀", (1, 3): "⢀"}.items():
             dots = empty(1, 1)
             draw_points(dots, np.array([place], dtype=float), 1)
             assert text(cells(dots)[0]) == [sign]
 
-    def test_no_dot_is_a_space(self):
+    def test_a_cell_without_dots_is_a_space(self):
         codes, inks = cells(empty(3, 2))
         assert (codes == SPACE).all()
         assert not inks.any()
 
-    def test_a_line_has_a_dot_in_each_column_of_its_longer_side_and_both_ends(self):
+    def test_a_line_has_a_dot_in_each_column_and_at_both_ends(self):
         dots = empty(10, 5)
         draw_lines(dots, np.array([[[2.0, 3.0], [17.0, 9.0]]]), np.array([1]))
         drawn = lit(dots)
@@ -95,7 +95,7 @@ class TestDots:
         assert sorted(x for x, _ in drawn) == list(range(2, 18))
 
     @given(st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4))
-    def test_what_is_drawn_is_on_the_line_and_inside(self, numbers):
+    def test_dots_are_on_the_line(self, numbers):
         one, other = np.array(numbers).reshape(2, 2)
         dots = empty(6, 4)
         draw_lines(dots, np.array([[one, other]]), np.array([1]))
@@ -106,32 +106,32 @@ class TestDots:
             off = abs(along[0] * away[1] - along[1] * away[0]) / length if length else 0.0
             assert off <= 0.75
 
-    def test_a_long_line_is_cut_to_what_is_seen(self):
+    def test_a_long_line_is_clipped(self):
         dots = empty(4, 2)
         draw_lines(dots, np.array([[[-1e9, 4.0], [1e9, 4.0]]]), np.array([1]))
         assert lit(dots) == {(x, 4) for x in range(8)}
 
     @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-    def test_a_line_to_nowhere_is_left_out(self, bad):
+    def test_a_line_that_is_not_finite_is_omitted(self, bad):
         dots = empty(4, 2)
         ends = np.array([[[0.0, 0.0], [bad, 1.0]], [[0.0, 0.0], [3.0, 0.0]]])
         draw_lines(dots, ends, np.array([2, 1]))
         assert dots.max() == 1
 
-    def test_dashes_go_on_from_line_to_line(self):
+    def test_dashes_continue_from_line_to_line(self):
         dots = empty(10, 1)
         ends = np.array([[[0.0, 0.0], [5.0, 0.0]], [[5.0, 0.0], [19.0, 0.0]]])
         draw_lines(dots, ends, np.array([1, 1]), (3, 2))
         assert [x for x in range(20) if dots[0, x]] == [x for x in range(20) if x % 5 < 3]
 
-    def test_the_higher_ink_wins_and_hides_what_is_behind(self):
+    def test_the_highest_ink_wins_and_hides_lower_ones(self):
         dots = empty(1, 1)
         draw_points(dots, np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([5, 1]))
         codes, inks = cells(dots, behind=2)
         assert (text(codes), inks.tolist()) == (["⠁"], [[5]])
         assert text(cells(dots)[0]) == ["⠉"]
 
-    def test_runs_put_a_row_together_again_spaces_with_what_is_before_them(self):
+    def test_runs_add_spaces_to_the_text_before_them(self):
         codes = np.array([ord(sign) for sign in " ab⠁ ● x "], dtype=np.uint32)
         inks = np.array([0, 0, 0, 1, 0, 1, 0, 2, 0], dtype=np.uint8)
         assert ink_runs(codes, inks) == [(" ab", 0), ("⠁ ● ", 1), ("x ", 2)]
@@ -143,7 +143,7 @@ class TestView:
         assert Viewpoint().turned(0, -1000).elevation == 0
         assert Viewpoint().turned(0, 1000).elevation == 90
 
-    def test_a_full_turn_is_none(self):
+    def test_a_full_turn_changes_nothing(self):
         assert Viewpoint().turned(360, 0) == Viewpoint()
 
     def test_zoom_has_limits(self):
@@ -152,7 +152,7 @@ class TestView:
             view = view.zoomed(2)
         assert view.zoom == 16
 
-    def test_the_named_views_come_round(self):
+    def test_the_named_views_form_a_cycle(self):
         view, names = Viewpoint(), []
         for _ in range(len(NAMED)):
             names.append(view.name)
@@ -163,7 +163,7 @@ class TestView:
 
 
 class TestPicture:
-    def test_feet_on_the_ground_are_marked_and_no_others(self):
+    def test_only_feet_on_the_ground_are_marked(self):
         clip = Clip(walker())
         codes, inks = body.picture(clip, 0.0, Viewpoint(), 60, 20)
         standing = int(clip.skeleton.touching[0].sum())
@@ -182,18 +182,18 @@ class TestPicture:
             RIGHT,
         }
 
-    def test_sides_are_told_by_names_and_not_guessed(self):
+    def test_sides_follow_only_from_names(self):
         names = ("L1 femur", "R", "left wing", "right side", "leg 1", "rear", "Lower", "spine")
         expected = [LEFT, RIGHT, LEFT, RIGHT] + [MIDDLE] * 4
         assert sides(names).tolist() == expected
 
-    def test_a_body_that_is_followed_stays_in_the_middle(self):
+    def test_a_followed_body_stays_in_the_middle(self):
         clip = Clip(walker(speed=5.0))
         for seconds in (0.5, 1.5, 2.5):
             _, inks = body.picture(clip, seconds, Viewpoint(), 60, 20)
             assert abs(np.argwhere(inks >= body.BODY).mean(axis=0)[1] - 30) < 6
 
-    def test_the_whole_way_is_in_the_picture(self):
+    def test_the_whole_path_is_in_the_picture(self):
         clip = Clip(walker(speed=5.0))
         middles = []
         for seconds in (0.0, 3.0):
@@ -203,7 +203,7 @@ class TestPicture:
         assert 1 < middles[0] < 12
         assert 48 < middles[1] < 59
 
-    def test_the_bar_is_a_length_at_the_body(self):
+    def test_the_scale_bar_is_true_at_the_body(self):
         clip = Clip(walker())
         for view in (Viewpoint(), Viewpoint(zoom=4.0).named("side"), Viewpoint(follow=False)):
             codes, _ = body.picture(clip, 1.0, view, 80, 20)
@@ -217,19 +217,19 @@ class TestPicture:
             assert "mm" not in text(codes)[-1]
 
     @pytest.mark.parametrize(
-        ("degrees", "said"), [(0, "yaw ↑ 0°"), (50, "yaw ↖ 50°"), (-90, "yaw → −90°")]
+        ("degrees", "shown"), [(0, "yaw ↑ 0°"), (50, "yaw ↖ 50°"), (-90, "yaw → −90°")]
     )
-    def test_the_heading_is_seen_from_above(self, degrees, said):
+    def test_the_heading_is_shown_as_seen_from_above(self, degrees, shown):
         still = walker()
         turn = np.radians(degrees) * np.linspace(0, 1, 31)
         cos, sin = np.cos(turn)[:, None, None], np.sin(turn)[:, None, None]
         x, y, z = (still.segments[0] - (0, 0, 0))[None].repeat(31, 0).transpose(3, 0, 1, 2)
         turned = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
         clip = Clip(Skeleton(turned, still.names, 10.0))
-        assert text(body.picture(clip, 3.0, Viewpoint(), 80, 20)[0])[-1].endswith(said)
+        assert text(body.picture(clip, 3.0, Viewpoint(), 80, 20)[0])[-1].endswith(shown)
 
     @pytest.mark.parametrize("view", [Viewpoint().named("side"), Viewpoint(follow=False)])
-    def test_a_body_that_flies_has_an_axis_of_altitude(self, view):
+    def test_a_flying_body_has_an_axis_of_altitude(self, view):
         rising = walker().segments + np.linspace(0, 2, 31)[:, None, None, None] * (0, 0, 1)
         clip = Clip(Skeleton(rising, walker().names, 10.0))
         eye = camera(view, clip, clip.at(1.5), 160, 80)
@@ -247,7 +247,7 @@ class TestPicture:
         above = body.picture(clip, 1.5, Viewpoint().named("top"), 80, 20)[0]
         assert "┤" not in "".join(text(above))
 
-    def test_the_ground_stays_while_the_camera_stands(self):
+    def test_the_ground_is_fixed_under_a_fixed_camera(self):
         clip = Clip(walker())
         view = Viewpoint(follow=False).named("top")
         grounds = [body.picture(clip, seconds, view, 60, 20) for seconds in (0.0, 0.1)]
@@ -268,14 +268,14 @@ class TestPicture:
         for name in NAMED:
             assert body.picture(clip, 0.0, Viewpoint().named(name), 20, 8)[0].shape == (8, 20)
 
-    def test_numbers_that_are_not_finite_are_refused(self):
+    def test_numbers_that_are_not_finite_are_rejected(self):
         segments = np.zeros((2, 1, 2, 3))
         segments[1, 0, 0, 0] = np.nan
         with pytest.raises(GaitsimError, match="not finite"):
             Clip(Skeleton(segments, ("limb",), 1.0))
 
     @pytest.mark.parametrize("shape", [(0, 1, 2, 3), (3, 0, 2, 3)])
-    def test_nothing_to_draw_is_refused(self, shape):
+    def test_an_empty_skeleton_is_rejected(self, shape):
         with pytest.raises(GaitsimError, match="nothing to draw"):
             Clip(Skeleton(np.zeros(shape), ("limb",) * shape[1], 1.0))
 
@@ -283,17 +283,17 @@ class TestPicture:
 class TestWidget:
     def test_keys_move_the_camera(self):
         async def test(canvas, pilot):
-            begin = canvas.view
+            start = canvas.view
             await pilot.press("left")
-            assert canvas.view.azimuth != begin.azimuth
+            assert canvas.view.azimuth != start.azimuth
             await pilot.press("up")
-            assert canvas.view.elevation > begin.elevation
+            assert canvas.view.elevation > start.elevation
             await pilot.press("plus")
             assert canvas.view.zoom > 1
             await pilot.press("f")
             assert not canvas.view.follow
             await pilot.press("0")
-            assert canvas.view == begin
+            assert canvas.view == start
             await pilot.press("v")
             assert canvas.view.name == "side"
 
@@ -314,7 +314,7 @@ class TestWidget:
 
         play(test, skeleton=walker())
 
-    def test_it_plays_by_the_clock_round_and_round(self):
+    def test_it_plays_by_the_clock_in_a_loop(self):
         now = [100.0]
 
         async def test(canvas, pilot):
@@ -333,7 +333,7 @@ class TestWidget:
 
         play(test, skeleton=walker(), clock=lambda: now[0])
 
-    def test_another_body_keeps_camera_and_moment(self):
+    def test_another_body_keeps_the_camera_and_the_time(self):
         async def test(canvas, pilot):
             canvas.show_frame(20)
             await pilot.press("v")
@@ -346,22 +346,22 @@ class TestWidget:
 
     def test_only_rows_that_changed_are_refreshed(self, monkeypatch):
         async def test(canvas, pilot):
-            asked = []
+            refreshed = []
             canvas.view = Viewpoint(follow=False).named("side")
             await pilot.pause()
-            monkeypatch.setattr(canvas, "refresh", lambda *regions: asked.append(regions))
+            monkeypatch.setattr(canvas, "refresh", lambda *regions: refreshed.append(regions))
             canvas.redraw()
-            assert asked == []
+            assert refreshed == []
             canvas.show_frame(1)
-            (regions,) = asked
+            (regions,) = refreshed
             assert 0 < len(regions) < 12
 
         play(test, skeleton=walker())
 
-    def test_words_stand_where_there_is_no_body_as_they_are(self):
+    def test_a_message_is_shown_literally_without_a_body(self):
         async def test(canvas, pilot):
-            said = "\n".join(strip.text for strip in strips(canvas))
-            assert "no [bold]champion[/bold] 漢字" in said
+            shown = "\n".join(strip.text for strip in strips(canvas))
+            assert "no [bold]champion[/bold] 漢字" in shown
             assert all(strip.cell_length == 40 for strip in strips(canvas))
             await pilot.press("left", "plus", "f")
             canvas.show_frame(3)
@@ -369,7 +369,7 @@ class TestWidget:
 
         play(test, message="no [bold]champion[/bold] 漢字")
 
-    def test_a_body_that_cannot_be_drawn_says_why(self):
+    def test_the_reason_is_shown_if_a_body_cannot_be_drawn(self):
         async def test(canvas, pilot):
             canvas.set_skeleton(Skeleton(np.full((2, 1, 2, 3), np.nan), ("limb",), 1.0))
             await pilot.pause()
@@ -377,7 +377,7 @@ class TestWidget:
 
         play(test, size=(100, 8), skeleton=walker())
 
-    def test_it_takes_the_colours_of_another_theme(self):
+    def test_it_adopts_the_colours_of_another_theme(self):
         async def test(canvas, pilot):
             def used():
                 return {part.style.bgcolor for strip in strips(canvas) for part in strip}

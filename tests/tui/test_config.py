@@ -1,4 +1,4 @@
-"""The settings: what is read, what is told of a bad file, what is kept when a theme is chosen."""
+"""The settings: reading them, their problems, and storing a theme."""
 
 import os
 from contextlib import suppress
@@ -24,20 +24,20 @@ def read(tmp_path):
     return read
 
 
-class TestWhere:
-    def test_in_the_folder_that_the_system_names(self, monkeypatch, tmp_path):
+class TestPath:
+    def test_the_folder_in_xdg_config_home_is_used(self, monkeypatch, tmp_path):
         monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
         assert config_path() == tmp_path / "gaitsim" / "config.toml"
 
     @pytest.mark.parametrize("value", ["", "relative"])
-    def test_else_in_the_home(self, monkeypatch, tmp_path, value):
+    def test_the_home_is_used_without_a_valid_variable(self, monkeypatch, tmp_path, value):
         monkeypatch.setenv("XDG_CONFIG_HOME", value)
         monkeypatch.setenv("HOME", str(tmp_path))
         assert config_path() == tmp_path / ".config" / "gaitsim" / "config.toml"
 
 
 class TestRead:
-    def test_no_file_is_no_problem(self, tmp_path):
+    def test_a_missing_file_is_not_a_problem(self, tmp_path):
         assert read_config(tmp_path / "none.toml") == Config(tmp_path / "none.toml")
 
     def test_theme_and_keys(self, read):
@@ -46,7 +46,7 @@ class TestRead:
         assert found.keys == {"home.delete": "x", "home.new": "a, b"}
         assert not found.problems
 
-    def test_unknown_sections_and_keys_are_told_with_the_nearest(self, read):
+    def test_unknown_sections_and_keys_are_reported_with_a_suggestion(self, read):
         found = read('[tiu]\n[tui]\nthem = "nord"\n')
         assert {problem.key: problem.remedy for problem in found.problems} == {
             "tiu": "did you mean 'tui'?",
@@ -57,24 +57,24 @@ class TestRead:
         "text",
         ["tui = 3", "keys = 'x'", "[tui]\ntheme = 1", "[keys]\nhome.new = 1", "[keys]\nx = ''"],
     )
-    def test_a_value_of_a_wrong_kind_is_told(self, read, text):
+    def test_a_value_of_the_wrong_type_is_reported(self, read, text):
         found = read(text)
         [problem] = found.problems
         assert "not allowed" in problem.what
         assert problem.key in ("tui", "keys", "tui.theme", "keys.home.new", "keys.x")
         assert (found.theme, found.keys) == (None, {})
 
-    def test_what_is_no_toml_is_told(self, read):
+    def test_invalid_toml_is_reported(self, read):
         assert "not valid TOML" in read("[tui").problems[0].what
 
-    def test_what_is_no_text_is_told(self, tmp_path):
+    def test_invalid_utf8_is_reported(self, tmp_path):
         (tmp_path / "c.toml").write_bytes(b"\xff\xfe\x00")
         assert "UTF-8" in read_config(tmp_path / "c.toml").problems[0].what
 
-    def test_a_folder_is_told(self, tmp_path):
+    def test_a_folder_is_reported(self, tmp_path):
         assert "cannot read" in read_config(tmp_path).problems[0].what
 
-    def test_a_pipe_and_a_huge_file_are_told_at_once(self, tmp_path):
+    def test_a_pipe_and_a_huge_file_are_reported_immediately(self, tmp_path):
         path = tmp_path / "c.toml"
         os.mkfifo(path)
         assert "not a regular file" in read_config(path).problems[0].what
@@ -83,25 +83,25 @@ class TestRead:
             file.truncate(10**11)
         assert "too large" in read_config(path).problems[0].what
 
-    def test_mutants_are_read_or_told(self, tmp_path):
-        mutants(50, tmp_path / "c.toml")
+    def test_mutated_settings_are_read_or_reported(self, tmp_path):
+        check_mutations(50, tmp_path / "c.toml")
 
     @pytest.mark.slow
-    def test_many_mutants_are_read_or_told(self, tmp_path):
-        mutants(2000, tmp_path / "c.toml")
+    def test_many_mutated_settings_are_read_or_reported(self, tmp_path):
+        check_mutations(2000, tmp_path / "c.toml")
 
 
-def mutants(number, path):
-    """What cannot be read is a problem of the settings; a theme is then not remembered, either."""
-    told = 0
+def check_mutations(number, path):
+    """Check that mutated settings are read or reported, and that a stored theme is read back."""
+    reported = 0
     for data in mutations(b'[tui]\ntheme = "nord"\n[keys]\nhome.delete = "x" # mine\n', number):
         path.write_bytes(data)
         found = read_config(path)
-        told += bool(found.problems)
+        reported += bool(found.problems)
         with suppress(GaitsimError):
             remember_theme(path, "dracula")
             assert read_config(path).theme == "dracula"
-    assert told > number // 3
+    assert reported > number // 3
 
 
 class TestCheck:
@@ -116,11 +116,11 @@ class TestCheck:
     @pytest.mark.parametrize(
         "key", ["x", "X", "?", "ctrl+d", "f5", "enter", "ctrl+shift+left", "a,b", "plus"]
     )
-    def test_keys_that_there_are(self, tmp_path, key):
+    def test_known_keys_are_accepted(self, tmp_path, key):
         assert not check_keys(Config(tmp_path, keys={"home.new": key}), IDS)
 
     @pytest.mark.parametrize("key", ["ctl+d", "entr", "ctrl+", "f99", "a,,b", "ctrl+entr"])
-    def test_keys_that_there_are_not(self, tmp_path, key):
+    def test_unknown_keys_are_reported(self, tmp_path, key):
         found = check_keys(Config(tmp_path, keys={"home.new": key}), IDS)
         assert len(found) == 1
         assert "there is no key" in found[0].what
@@ -132,7 +132,7 @@ class TestCheck:
 
 
 class TestRemember:
-    def test_all_else_stays(self, tmp_path):
+    def test_the_rest_of_the_file_is_kept(self, tmp_path):
         path = tmp_path / "deep" / "config.toml"
         remember_theme(path, "nord")
         assert read_config(path).theme == "nord"
@@ -144,7 +144,7 @@ class TestRemember:
         assert (found.theme, found.keys) == ("dracula", {"home.new": "x"})
 
     @pytest.mark.parametrize("text", [b"tui = 3\n", b"\xff\xfe"])
-    def test_settings_that_cannot_be_read_stay(self, text, tmp_path):
+    def test_unreadable_settings_are_not_overwritten(self, text, tmp_path):
         path = tmp_path / "config.toml"
         path.write_bytes(text)
         with pytest.raises(GaitsimError, match=r"tui is not a section|UTF-8"):

@@ -1,4 +1,4 @@
-"""Curves in braille dots: what is drawn, what axes say, and the widget."""
+"""Curves in braille dots: the drawing, the axes and the widget."""
 
 import asyncio
 
@@ -35,55 +35,55 @@ def dots(row):
 
 class TestTicks:
     @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.integers(1, 12))
-    def test_they_are_round_few_and_inside(self, low, height, most):
+    def test_ticks_are_round_few_and_on_the_axis(self, low, height, most):
         found = ticks(low, low + height, most)
         assert len(found) <= most + 1
         assert ((found >= low - 1e-3 * height) & (found <= low + 1.001 * height)).all()
         if len(found) > 2:
             assert np.allclose(np.diff(found), found[1] - found[0])
 
-    def test_generations_are_whole(self):
+    def test_ticks_of_generations_are_whole(self):
         found = ticks(1, 3, 20, whole=True)
         assert found.tolist() == [1, 2, 3]
 
     @given(st.floats(1e-6, 1e6), st.floats(1.5, 1e9), st.integers(2, 12))
-    def test_logarithmic_ones_are_few_and_inside(self, low, factor, most):
+    def test_logarithmic_ticks_are_few_and_on_the_axis(self, low, factor, most):
         found = log_ticks(low, low * factor, most)
         assert len(found) <= most + 1
         assert ((found >= low * 0.99) & (found <= low * factor * 1.01)).all()
         assert (np.diff(found) > 0).all()
 
-    def test_those_of_a_narrow_axis_differ(self):
+    def test_labels_of_a_narrow_axis_differ(self):
         assert labels(ticks(1.000001, 1.000006, 5)) == ["1.000001", "1.000003", "1.000005"]
         assert labels(ticks(5_000_000, 5_000_400, 3)) == ["5,000,000", "5,000,200", "5,000,400"]
         assert labels(np.array([1e6, 2e6])) == ["1e6", "2e6"]
 
-    def test_all_have_as_many_digits_and_true_minus_signs(self):
+    def test_labels_have_equally_many_digits_and_true_minus_signs(self):
         assert labels(np.array([-1.0, 0.0, 0.5])) == ["−1.0", "0.0", "0.5"]
         assert labels(np.array([0.0, 20_000.0])) == ["0", "20,000"]
         assert labels(np.array([])) == []
 
 
 class TestFrame:
-    def test_it_holds_all_points(self):
+    def test_it_includes_all_points(self):
         frame = frame_of([series([1, 3, 2]), series([0.5, np.nan, 4])])
         assert (frame.x, frame.y) == (Scale(1, 3), Scale(0.5, 4))
 
-    def test_nothing_finite_has_none(self):
+    def test_there_is_no_frame_without_finite_values(self):
         assert frame_of([series([np.nan, -np.inf]), series([])]) is None
 
     def test_a_constant_is_in_the_middle(self):
         frame = frame_of([series([3, 3, 3])])
         assert frame.y.low < 3 < frame.y.high
 
-    def test_a_few_that_lie_far_below_do_not_press_the_others_flat(self):
+    def test_a_few_values_far_below_do_not_flatten_the_others(self):
         y = np.concatenate([[-1e6], np.linspace(1, 2, 99)])
         frame = frame_of([series(y)])
         assert frame.below
         assert frame.y.low >= 1
         assert any("↓" in line for line in lines(series(y)))
 
-    def test_a_steady_rise_is_shown_from_its_beginning(self):
+    def test_a_steady_rise_is_shown_from_its_start(self):
         assert not frame_of([series(np.linspace(-50, 2, 100))]).below
 
 
@@ -96,7 +96,7 @@ class TestPlot:
         assert not area[0][:6].strip()
 
     @pytest.mark.parametrize("hole", [np.nan, -np.inf, np.inf])
-    def test_there_is_a_gap_where_there_is_no_number(self, hole):
+    def test_values_that_are_not_finite_leave_a_gap(self, hole):
         y = np.full(100, 1.0)
         y[40:60] = hole
         row = next(dots(line) for line in lines(series(y)) if dots(line).strip())
@@ -108,7 +108,7 @@ class TestPlot:
     def test_a_single_generation_is_a_dot(self):
         assert sum(bool(dots(line).strip()) for line in lines(series([2.5]))) == 1
 
-    def test_the_axes_say_numbers_and_what_they_are(self):
+    def test_axes_have_numbers_and_labels(self):
         shown = lines(series(np.linspace(0, 2, 100)), x_label="generation")
         assert shown[-1].rstrip().endswith("generation")
         assert "50" in shown[-1]
@@ -121,13 +121,15 @@ class TestPlot:
         assert len(columns) == 1
         assert 20 < columns[0] < 30
 
-    def test_series_have_their_inks_the_first_on_top(self):
+    def test_each_series_has_an_ink_and_the_first_is_on_top(self):
         one, other = series([1, 1, 1]), series([1, 1, 1], "mean")
         _, inks = plot([one, other], 50, 12)
         found = np.bincount(inks.ravel())
-        assert found[curves.FIRST + 1] > 5 * found[curves.FIRST] > 0  # of the other, its markers
+        assert (
+            found[curves.FIRST + 1] > 5 * found[curves.FIRST] > 0
+        )  # only the markers of the other are visible
 
-    def test_series_are_told_apart_without_colours(self):
+    def test_series_differ_without_colours(self):
         drawn = {
             tuple(lines(*([series([])] * index), series(np.full(60, 1.0)))[4:7])
             for index in range(len(curves.DASHES))
@@ -162,7 +164,7 @@ class TestPlot:
         other = Series("other", one.x, one.y[::-1], stages)
         plot([one, other], 40, 10, "generation", [3], view, 2.0)
 
-    def test_all_is_shown_of_a_run_that_lies_far_below(self):
+    def test_a_run_far_below_is_shown_in_full(self):
         weak = Series("weak", np.arange(1.0, 21), np.linspace(-9, -8, 20))
         strong = series(np.linspace(1, 2, 1000), "strong")
         _, inks = plot([strong, weak], 60, 14, view=View(whole=True))
@@ -170,7 +172,7 @@ class TestPlot:
         _, inks = plot([strong, weak], 60, 14)
         assert not (inks == curves.ink_of(1, 2)).any()
 
-    def test_stages_are_not_joined(self):
+    def test_stages_are_not_connected(self):
         y = np.repeat([0.0, 1.0], 50)
         broken, _ = plot([Series("best", np.arange(1.0, 101), y, (50,))], 60, 14)
         whole, _ = plot([series(y)], 60, 14)
@@ -179,19 +181,19 @@ class TestPlot:
 
 
 class TestSmoothed:
-    def test_it_stays_within_stages_and_gaps_stay(self):
+    def test_stages_and_gaps_are_preserved(self):
         y = np.array([0.0, 0, np.nan, 0, 9, 9, 9, 9])
         found = smooth_series(Series("best", np.arange(8.0), y, (4,)), 5).y
         assert np.array_equal(found, y, equal_nan=True)
 
-    def test_a_single_peak_goes(self):
+    def test_a_single_peak_is_removed(self):
         y = np.zeros(50)
         y[20] = 7
         assert not smooth_series(series(y), 5).y.any()
 
 
 class TestThinned:
-    def test_peaks_stay(self):
+    def test_peaks_are_preserved(self):
         y = np.zeros(100_000)
         y[[333, 77_777]] = 5, -7
         kept = thin_series(series(y), 100)
@@ -199,11 +201,11 @@ class TestThinned:
         assert (kept.y.max(), kept.y.min()) == (5, -7)
         assert kept.x[np.argmax(kept.y)] == pytest.approx(334, abs=250)
 
-    def test_few_points_stay_as_they_are(self):
+    def test_few_points_are_unchanged(self):
         one = series(np.arange(50))
         assert thin_series(one, 100) is one
 
-    def test_wide_gaps_stay(self):
+    def test_wide_gaps_are_preserved(self):
         y = np.ones(100_000)
         y[30_000:60_000] = -np.inf
         kept = thin_series(series(y), 100)
@@ -211,7 +213,7 @@ class TestThinned:
         assert np.isnan(kept.y[inside]).all()
         assert np.isfinite(kept.y[kept.x < 29_000]).all()
 
-    def test_the_picture_is_that_of_all_points(self, monkeypatch):
+    def test_the_picture_resembles_that_of_all_points(self, monkeypatch):
         y = np.sin(np.linspace(0, 20, 20_000))
         thin, _ = plot([series(y)], 50, 12)
         monkeypatch.setattr(curves, "thin_series", lambda one, width: one)
@@ -238,20 +240,20 @@ def show(test, size=(50, 14)):
 
 
 class TestWidget:
-    def test_there_are_words_until_there_is_a_number(self):
+    def test_a_message_is_shown_without_finite_values(self):
         async def test(shown, pilot):
-            assert "nothing to show yet" in pictured(shown)
+            assert "nothing to show yet" in picture_text(shown)
             shown.set_series([series([np.nan])], message="all failed")
             await pilot.pause()
-            assert "all failed" in pictured(shown)
+            assert "all failed" in picture_text(shown)
             shown.set_series([series([1, 2])])
             await pilot.pause()
-            assert "all failed" not in pictured(shown)
-            assert "┤" in pictured(shown)
+            assert "all failed" not in picture_text(shown)
+            assert "┤" in picture_text(shown)
 
         show(test)
 
-    def test_the_legend_has_names_as_they_are(self):
+    def test_the_legend_shows_names_literally(self):
         async def test(shown, pilot):
             shown.set_series([series([1, 2], "a [bold]x[/]"), series([2, 3], "漢字")])
             await pilot.pause()
@@ -260,7 +262,7 @@ class TestWidget:
 
         show(test)
 
-    def test_it_is_drawn_anew_at_another_size(self):
+    def test_it_is_redrawn_at_another_size(self):
         async def test(shown, pilot):
             shown.set_series([series(np.arange(30))])
             await pilot.resize_terminal(30, 8)
@@ -270,16 +272,16 @@ class TestWidget:
 
         show(test)
 
-    def test_the_same_data_is_not_drawn_again(self, monkeypatch):
+    def test_equal_data_is_not_redrawn(self, monkeypatch):
         async def test(shown, pilot):
             shown.set_series([series(np.arange(30))])
             await pilot.pause()
-            asked = []
+            refreshed = []
             monkeypatch.setattr(
-                shown.query_one(Cells), "refresh", lambda *regions: asked.append(regions)
+                shown.query_one(Cells), "refresh", lambda *regions: refreshed.append(regions)
             )
             shown.set_series([series(np.arange(30))])
-            assert asked == []
+            assert refreshed == []
 
         show(test)
 
@@ -289,7 +291,7 @@ def legend(shown):
 
 
 class TestExploring:
-    """Zoom, cursor, smoothing and logarithmic axes, by keys and by the mouse."""
+    """Zoom, cursor, smoothing and logarithmic axes, by keys and mouse."""
 
     @staticmethod
     async def fill(shown, pilot, y=None):
@@ -298,7 +300,7 @@ class TestExploring:
         shown.focus()
         await pilot.pause()
 
-    def test_the_cursor_shows_values_and_the_mouse_those_under_it(self):
+    def test_the_cursor_and_the_mouse_show_values(self):
         async def test(shown, pilot):
             await self.fill(shown, pilot)
             await pilot.press("right")
@@ -343,7 +345,7 @@ class TestExploring:
             await pilot.press("ctrl+left", "ctrl+left", "ctrl+left", "ctrl+left")
             assert shown.view.left == 1
             assert "zoomed" in legend(shown)
-            for _ in range(30):  # no further than a few points
+            for _ in range(30):  # the zoom ends at a few points
                 await pilot.press("plus")
             assert len(curves.points_in_view(shown.series, shown.view)[0].x) <= 6
             await pilot.press("end")  # the cursor takes the view with it
@@ -355,7 +357,7 @@ class TestExploring:
 
         show(test)
 
-    def test_the_wheel_zooms_about_the_mouse_and_dragging_pans(self):
+    def test_the_wheel_zooms_around_the_mouse_and_dragging_pans(self):
         async def test(shown, pilot):
             await self.fill(shown, pilot)
             plot = shown.query_one(CurvePlot)
@@ -373,7 +375,7 @@ class TestExploring:
 
         show(test)
 
-    def test_scores_are_stretched_about_the_cursor_and_pressed_to_the_last_one(self):
+    def test_scores_are_stretched_around_the_cursor_and_squeezed_to_show_all(self):
         async def test(shown, pilot):
             y = np.concatenate([[-1e6], np.linspace(1, 2, 99)])
             await self.fill(shown, pilot, y)
@@ -388,7 +390,7 @@ class TestExploring:
 
         show(test)
 
-    def test_smoothing_shows_medians_and_says_so(self):
+    def test_smoothing_shows_medians_and_labels_them(self):
         async def test(shown, pilot):
             await self.fill(shown, pilot, np.where(np.arange(100) % 7, 1.0, 50.0))
             await pilot.press("m")
@@ -400,7 +402,7 @@ class TestExploring:
 
         show(test)
 
-    def test_axes_are_logarithmic_where_all_is_above_0(self):
+    def test_axes_are_logarithmic_if_all_values_are_positive(self):
         async def test(shown, pilot):
             await self.fill(shown, pilot)
             await pilot.press("l", "L")
@@ -413,7 +415,7 @@ class TestExploring:
 
         show(test)
 
-    def test_the_tools_are_clicked(self):
+    def test_tools_react_to_clicks(self):
         async def test(shown, pilot):
             await self.fill(shown, pilot)
             for name, changed in (("smooth", "smooth"), ("log", "log_y"), ("+", "left")):
@@ -428,7 +430,7 @@ class TestExploring:
         show(test, size=(70, 14))
 
 
-def pictured(shown):
+def picture_text(shown):
     return "\n".join(strip.text for strip in strips(shown.query_one(Cells)))
 
 

@@ -1,4 +1,4 @@
-"""Damage as keys and dialogs change it."""
+"""Changes to the choice of damage."""
 
 from gaitsim.legged.damage import Damage, damage_options, parse_damage
 from gaitsim.tui.damage_choice import damage_texts, set_joint, toggle_leg
@@ -6,7 +6,7 @@ from gaitsim.tui.damage_choice import damage_texts, set_joint, toggle_leg
 LEGS = {name: (f"{name} coxa", f"{name} femur") for name in ("L1", "L2", "R1")}
 
 
-def test_a_leg_goes_and_comes_back_intact():
+def test_a_leg_is_removed_and_restored_intact():
     stuck = parse_damage(["L2 femur stuck 20"], LEGS)
     lost = toggle_leg(stuck, "L2", LEGS)
     assert damage_texts(lost) == ("L2 lost",)
@@ -22,7 +22,7 @@ def test_a_joint_has_one_damage_and_none_while_its_leg_is_lost():
     assert set_joint(stuck, "L2 femur", None, LEGS) == ()
 
 
-def test_the_same_damage_has_the_same_text_whatever_came_first():
+def test_equal_damage_has_equal_text_in_any_order():
     one = toggle_leg(toggle_leg((), "R1", LEGS), "L1", LEGS)
     other = toggle_leg(toggle_leg((), "L1", LEGS), "R1", LEGS)
     assert one == other == parse_damage(damage_texts(one), LEGS)

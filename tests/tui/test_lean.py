@@ -1,4 +1,4 @@
-"""What the terminal is sent shows the same, with fewer bytes."""
+"""Reduced output to a terminal, which shows the same as the full output."""
 
 import re
 
@@ -12,7 +12,7 @@ COLUMNS, ROWS = 12, 4
 
 
 class Terminal:
-    """A terminal that knows what Textual sends: moves, styles and text."""
+    """A terminal that understands Textual's output: moves, styles and text."""
 
     def __init__(self):
         self.cells = {}
@@ -31,7 +31,7 @@ class Terminal:
             elif text:
                 for letter in text:
                     width = cell_len(letter)
-                    self.cells[row, column] = letter, self._seen(letter)
+                    self.cells[row, column] = letter, self._visible_style(letter)
                     for beyond in range(1, width):
                         self.cells[row, column + beyond] = "", None
                     column += width
@@ -39,7 +39,7 @@ class Terminal:
             else:
                 self._restyle(style or "0")
 
-    def _seen(self, letter):
+    def _visible_style(self, letter):
         hidden = letter == " " and not self.style.get("attributes")
         return tuple(
             sorted(
@@ -76,7 +76,7 @@ updates = st.lists(
 
 
 def written(update):
-    """An update as Textual and Rich write it."""
+    """Return an update as Textual and Rich write it."""
     pieces = []
     for (row, column), texts in update:
         styled = (f"\x1b[{style}m{text}\x1b[0m" if style else text for style, text in texts)
@@ -86,19 +86,19 @@ def written(update):
 
 @given(st.lists(updates, min_size=1, max_size=5), st.integers(0, 5))
 def test_the_terminal_shows_the_same(updates, resized):
-    mirror, whole, reduced = Mirror(), Terminal(), Terminal()
+    mirror, full, reduced = Mirror(), Terminal(), Terminal()
     for number, update in enumerate(updates):
         if number == resized:
             mirror.forget()
-        whole.write(written(update))
+        full.write(written(update))
         reduced.write(mirror.reduce(written(update)))
-        assert reduced.cells == whole.cells
-        assert reduced.at == whole.at
+        assert reduced.cells == full.cells
+        assert reduced.at == full.at
         assert reduced.style == {}
         assert mirror.reduce(written(update)) == "" or not written(update).isascii()
 
 
-def test_only_what_differs_is_sent():
+def test_only_differences_are_sent():
     mirror = Mirror()
     plain, red = "\x1b[38;2;9;9;9m", "\x1b[38;2;200;0;0m"
     mirror.reduce(f"\x1b[3;1H{plain}generation 99  \x1b[0m{red}●\x1b[0m\x1b[1;1H")
@@ -107,7 +107,7 @@ def test_only_what_differs_is_sent():
     assert mirror.sent > len(sent)
 
 
-def test_after_a_sequence_that_it_does_not_know_everything_is_sent():
+def test_everything_is_sent_after_an_unknown_sequence():
     mirror, update = Mirror(), "\x1b[1;1Hwalk\x1b[2;1H"
     mirror.reduce(update)
     assert mirror.reduce("\x1b[?2026h") == "\x1b[?2026h"

@@ -1,4 +1,4 @@
-"""What is the same on every screen: help, palette, jump mode, themes, keys, quitting."""
+"""Features of every screen: help, palette, jump mode, themes, keys and quitting."""
 
 import asyncio
 import os
@@ -37,7 +37,7 @@ def config(here):
     return config
 
 
-def everything(kind, *, leaves=True):
+def all_subclasses(kind, *, leaves=True):
     for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
         import_module(module.name)
     found, waiting = [], [kind]
@@ -48,7 +48,7 @@ def everything(kind, *, leaves=True):
     return [one for one in found if not (leaves and one.__subclasses__())]
 
 
-def test_a_key_for_the_screen_before_does_not_close_a_dialog_without_widgets(here, drive):
+def test_a_key_of_the_previous_screen_does_not_close_a_mounting_dialog(here, drive):
     async def test(driver):
         driver.app.push_screen(Confirm("Delete it?", "Delete"))
         assert not await driver.app.run_action("dismiss", driver.app.screen)
@@ -60,8 +60,8 @@ def test_a_key_for_the_screen_before_does_not_close_a_dialog_without_widgets(her
 
 
 class TestEveryScreen:
-    @pytest.mark.parametrize("screen", everything(GaitScreen), ids=lambda kind: kind.__name__)
-    def test_it_has_a_help_and_keys_with_ids_and_tooltips(self, screen):
+    @pytest.mark.parametrize("screen", all_subclasses(GaitScreen), ids=lambda kind: kind.__name__)
+    def test_each_screen_has_a_help_and_keys_with_ids_and_tooltips(self, screen):
         assert len(screen.HELP_TEXT.strip()) > 80
         for binding in screen.BINDINGS:
             assert isinstance(binding, Binding)
@@ -69,15 +69,15 @@ class TestEveryScreen:
                 assert binding.id, binding
                 assert binding.tooltip, binding
 
-    def test_no_id_stands_for_two_things(self):
+    def test_each_id_is_declared_once(self):
         ids = {}
-        for kind in everything(import_module("textual.dom").DOMNode):
+        for kind in all_subclasses(import_module("textual.dom").DOMNode):
             for binding in kind.__dict__.get("BINDINGS", ()):
                 if isinstance(binding, Binding) and binding.id:
                     assert ids.setdefault(binding.id, kind) is kind, binding.id
 
-    def test_nothing_is_on_function_keys_alone(self):
-        for kind in everything(import_module("textual.dom").DOMNode):
+    def test_no_action_has_only_function_keys(self):
+        for kind in all_subclasses(import_module("textual.dom").DOMNode):
             for binding in kind.__dict__.get("BINDINGS", ()):
                 if isinstance(binding, Binding):
                     keys = binding.key.split(",")
@@ -89,22 +89,22 @@ def key(name, text, action=None):
 
 
 class TestFooter:
-    @pytest.mark.parametrize("helped", [True, False])
-    def test_keys_are_whole_and_those_left_out_are_announced(self, helped):
+    @pytest.mark.parametrize("has_help", [True, False])
+    def test_keys_are_complete_and_omitted_ones_are_announced(self, has_help):
         help_key = Item(
             Binding("question_mark", "help", "Help", id="app.help"), "?", "Help", True, ""
         )
         pair = [key("a", "Frame", "frame(-1)")._replace(text=""), key("b", "Frame", "frame(1)")]
         items = [key("c", "Open"), *pair, *(key(letter, "Something") for letter in "defg")]
-        items += [help_key] * helped
+        items += [help_key] * has_help
         palette = key("ctrl+p", "palette")
         for width in range(24, 130):
             shown = fit_items(items, palette, width)
             assert sum(item.width for item in shown) <= width
             assert shown[-1].binding is palette.binding
-            left_out = len(shown) <= len(items)
+            omitted = len(shown) <= len(items)
             announced = [item.binding.action for item in shown if item.text == MORE]
-            assert announced == ([] if not left_out else ["help" if helped else "palette"])
+            assert announced == ([] if not omitted else ["help" if has_help else "palette"])
             assert {item.key for item in shown} & {"a", "b"} in (set(), {"a", "b"})
 
     @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ class TestFooter:
         ],
         ids=lambda keys: keys[-1],
     )
-    def test_every_key_of_a_screen_is_whole_or_named_by_the_help(self, keys, walk, drive):
+    def test_every_key_of_a_screen_is_complete_or_in_the_help(self, keys, walk, drive):
         walk("a")
         walk("b")
 
@@ -133,8 +133,8 @@ class TestFooter:
             if keys[-1] == "TaskList":
                 driver.app.start_task(["runs"])
                 await driver.until(lambda: not driver.app.tasks.all[0].running)
-            *keys_there, kind = keys
-            await driver.press(*keys_there)
+            *keys_to_screen, kind = keys
+            await driver.press(*keys_to_screen)
             await driver.at(kind)
             await self.check(driver)
 
@@ -164,7 +164,7 @@ class TestFooter:
 
 
 class TestHelp:
-    def test_it_tells_the_keys_that_work_now_and_their_ids(self, walk, drive):
+    def test_it_lists_the_available_keys_with_their_ids(self, walk, drive):
         walk()
 
         async def test(driver):
@@ -242,7 +242,7 @@ class TestViKeys:
 
         drive(test, config=config('[keys]\nlist.up = "h"'))
 
-    def test_the_keys_of_screens_come_first(self, config):
+    def test_keys_of_screens_take_precedence(self, config):
         given = '[keys]\nhome.delete = "ctrl+d"\nlist.up = "n"'
         found = "\n".join(map(str, find_problems(config(given))))
         assert "the key n is assigned to home.new and to list.up" in found
@@ -253,7 +253,7 @@ class TestPalette:
     async def titles(self, driver):
         return [hit.text async for hit in Commands(driver.screen).discover()]
 
-    def test_only_what_can_be_done_now(self, walk, drive, here):
+    def test_it_lists_only_available_commands(self, walk, drive, here):
         async def empty(driver):
             found = await self.titles(driver)
             assert {"New", "Plugins", "Help", "Quit", "New run: spider"} <= set(found)
@@ -268,7 +268,7 @@ class TestPalette:
 
         drive(one)
 
-    def test_a_command_is_found_and_done(self, here, drive):
+    def test_a_command_is_found_and_run(self, here, drive):
         async def test(driver):
             await driver.press("ctrl+p")
             await driver.at("CommandPalette")
@@ -280,11 +280,11 @@ class TestPalette:
         drive(test)
 
     async def found(self, driver, query):
-        """The titles that a query finds, the best first, each with its help."""
+        """Return the hits of a query by title, the best first."""
         hits = [hit async for hit in Commands(driver.screen).search(query)]
         return {hit.text: hit for hit in sorted(hits, key=lambda hit: -hit.score)}
 
-    def test_other_words_find_a_command(self, walk, drive):
+    def test_synonyms_find_a_command(self, walk, drive):
         walk()
 
         async def test(driver):
@@ -302,7 +302,7 @@ class TestPalette:
 
         drive(test)
 
-    def test_what_does_not_work_now_says_why(self, walk, drive):
+    def test_unavailable_commands_have_reasons(self, walk, drive):
         async def nothing(driver):
             for query in (
                 "export",
@@ -337,22 +337,22 @@ class TestPalette:
 
         drive(two)
 
-    def test_the_table_of_words_names_actions_that_exist(self):
+    def test_synonyms_belong_to_existing_actions(self):
         ids = {
             binding.id
-            for kind in everything(import_module("textual.dom").DOMNode, leaves=False)
+            for kind in all_subclasses(import_module("textual.dom").DOMNode, leaves=False)
             for binding in kind.__dict__.get("BINDINGS", ())
         }
         assert {*SEARCH} <= ids
 
     @pytest.mark.parametrize("text", ["[b]x", "a[/b]", "[$error]z", "\\[x]", "[[", "]"])
-    def test_titles_are_shown_as_they_are(self, text):
+    def test_titles_are_shown_literally(self, text):
         from textual.content import Content
 
         assert Content.from_markup(escape_markup(text)).plain == text
 
 
-def test_a_worker_ends_when_its_screen_was_left_meanwhile(walk, drive):
+def test_a_worker_ends_when_its_screen_is_closed(walk, drive):
     walk()
 
     async def test(driver):
@@ -367,7 +367,7 @@ def test_a_worker_ends_when_its_screen_was_left_meanwhile(walk, drive):
 
 
 class TestJump:
-    def test_a_letter_goes_to_what_takes_the_focus(self, walk, drive):
+    def test_a_letter_focuses_its_widget(self, walk, drive):
         walk()
 
         async def test(driver):
@@ -393,7 +393,7 @@ class TestJump:
 
 class TestThemes:
     @pytest.mark.parametrize("theme", [theme.name for theme in THEMES])
-    def test_the_theme_that_is_asked_for(self, walk, drive, theme):
+    def test_the_requested_theme_is_used(self, walk, drive, theme):
         walk()
 
         async def test(driver):
@@ -403,7 +403,7 @@ class TestThemes:
 
         drive(test, theme=theme)
 
-    def test_one_that_is_chosen_is_remembered(self, here, drive, config):
+    def test_a_chosen_theme_is_stored(self, here, drive, config):
         settings = config("")
 
         async def test(driver):
@@ -422,14 +422,14 @@ class TestThemes:
             drawn = set(re.findall(r"-r\d+ \{ fill: #([0-9a-f]{6})", svg))
             coloured = {one for one in drawn if not one[:2] == one[2:4] == one[4:]}
             assert len(drawn) > 3
-            assert coloured <= {"c5c8c6"}  # what an SVG begins with
+            assert coloured <= {"c5c8c6"}  # the default colour of the SVG
             assert "■" in svg
 
         drive(test)
 
 
 class TestKeys:
-    def test_a_key_of_the_settings_does_it_and_the_old_one_no_longer(self, walk, drive, config):
+    def test_a_key_of_the_settings_replaces_the_default(self, walk, drive, config):
         walk()
 
         async def test(driver):
@@ -440,15 +440,15 @@ class TestKeys:
 
         drive(test, config=config('[keys]\nhome.delete = "ctrl+d"'))
 
-    def test_what_is_wrong_is_told_and_the_app_starts(self, here, drive, config):
+    def test_invalid_settings_are_reported_and_the_app_starts(self, here, drive, config):
         async def test(driver):
             await driver.until(lambda: "home.delte" in driver.notifications())
-            told = driver.notifications()
-            assert "unknown theme" in told
-            assert "did you mean 'gaitsim-light'?" in told
-            assert "did you mean 'home.delete'?" in told
-            assert 'there is no key "ctl+d"' in told
-            assert "kyes: unknown key" in told
+            shown = driver.notifications()
+            assert "unknown theme" in shown
+            assert "did you mean 'gaitsim-light'?" in shown
+            assert "did you mean 'home.delete'?" in shown
+            assert 'there is no key "ctl+d"' in shown
+            assert "kyes: unknown key" in shown
             assert driver.app.theme == "gaitsim-dark"
 
         text = (
@@ -456,15 +456,15 @@ class TestKeys:
         )
         drive(test, config=config(text))
 
-    def test_a_wrong_key_is_told_with_its_place_and_the_old_one_stays(self, walk, drive, config):
+    def test_an_invalid_key_is_reported_and_the_default_stays(self, walk, drive, config):
         walk()
 
         async def test(driver):
             await driver.until(lambda: "no key" in driver.notifications())
-            told = driver.notifications()
-            assert '• keys.app.quit: "" is not allowed; ' in told
-            assert '• keys.home.export: there is no key "notakey"; ' in told
-            assert "• keys: the key n is assigned to home.new and to home.replay; " in told
+            shown = driver.notifications()
+            assert '• keys.app.quit: "" is not allowed; ' in shown
+            assert '• keys.home.export: there is no key "notakey"; ' in shown
+            assert "• keys: the key n is assigned to home.new and to home.replay; " in shown
             await driver.press("x")
             await driver.at("Confirm")
             await driver.press("escape")
@@ -475,7 +475,7 @@ class TestKeys:
         text = '[keys]\napp.quit = ""\nhome.export = "notakey"\nhome.delete = "nokey, x"\n'
         drive(test, config=config(text + 'home.new = "nokey"\nhome.replay = "n"'))
 
-    def test_a_key_that_is_given_twice_is_told(self, walk, drive, config):
+    def test_a_key_assigned_twice_is_reported(self, walk, drive, config):
         walk()
 
         async def test(driver):
@@ -493,14 +493,14 @@ class TestKeys:
 
 
 class TestEnding:
-    def test_q_ends_it(self, here, drive):
+    def test_q_quits(self, here, drive):
         async def test(driver):
             await driver.press("q")
             await driver.until(lambda: not driver.app.is_running)
 
         drive(test)
 
-    def test_a_screen_may_refuse(self, here, drive, monkeypatch):
+    def test_a_screen_may_refuse_to_close(self, here, drive, monkeypatch):
         async def stay(screen):
             return False
 
@@ -531,7 +531,7 @@ class TestEnding:
 
 
 class TestImports:
-    def test_home_needs_neither_compilers_nor_plotting(self, walk):
+    def test_home_imports_neither_compilers_nor_plotting(self, walk):
         walk()
         script = """
 import asyncio, sys
@@ -557,7 +557,7 @@ asyncio.run(main())
         )
         assert (done.stdout, done.stderr) == ("[]\n", "")
 
-    def test_the_command_line_does_without_the_ui(self):
+    def test_the_command_line_does_not_import_the_ui(self):
         script = (
             "import sys; import gaitsim.cli.app; "
             "print([name for name in ('textual', 'aiohttp', 'numpy') if name in sys.modules])"

@@ -44,7 +44,7 @@ class TestRecords:
 
     def test_progress_towards_an_unknown_total(self):
         line = '{"kind": "progress", "what": "walker", "done": 0, "total": null}'
-        assert self.task(line).part is None
+        assert self.task(line).share is None
 
     def test_files_with_unusual_names_are_collected(self):
         lines = [json.dumps({"kind": "result", "files": [name]}) for name in ("a: b.csv", "c d")]
@@ -232,7 +232,7 @@ class TestExports:
              "export 'runs/a b' --format servo --generation 3 --clip --min -30.0"),
             ("Arduino sketch", {"calibration": "my robot.toml", "speed": "0.5"},
              "export 'runs/a b' --format arduino --speed 0.5 --calibration 'my robot.toml'"),
-            ("Calibration to fill in", {"format": "feetech"},
+            ("Calibration template", {"format": "feetech"},
              "export 'runs/a b' --format feetech "
              "--calibration-template 'runs/a b/exports/calibration-feetech.toml'"),
             ("Video", {"intro": "false", "generations": "1,50", "size": "none"},
@@ -344,7 +344,7 @@ class TestExports:
             await driver.until(lambda: "No program to open the file" in driver.notifications())
             monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ("true",))
             await open_or_copy(driver.app, page)  # a page that came with a run
-            await driver.until(lambda: "may contain scripts" in driver.notifications())
+            await driver.until(lambda: "may contain untrusted scripts" in driver.notifications())
             assert "Opened" not in driver.notifications()
             assert driver.app.clipboard == str(page.absolute())
             shown = []

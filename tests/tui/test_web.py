@@ -1,4 +1,4 @@
-"""The UI in a browser: with its token, from its own page alone; apps end with their windows."""
+"""The UI in a browser: access by token from its own page only, and apps that end with windows."""
 
 import asyncio
 import json
@@ -18,7 +18,7 @@ from gaitsim.tui import web, web_app
 from gaitsim.tui.web import LONGEST_MESSAGE, PAGE, WebServer, is_loopback, listening_socket
 
 TOKEN = "a token & more"
-# An app that writes its size, process id and token, and then whatever it is sent.
+# An app that writes its size, process ID and token, then echoes its input.
 ECHO = """
 import os
 def write(data):
@@ -34,15 +34,15 @@ LOUD = ECHO.replace("    write(data)", "    [write(bytes(100_000)) for _ in rang
 
 
 @pytest.fixture
-def free():
-    """A port that is free."""
+def free_port():
+    """Return a free port."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         return taken.getsockname()[1]
 
 
 @asynccontextmanager
 async def serving(script="", *, host="127.0.0.1", token=TOKEN, windows=8, **headers):
-    """A browser that has shown a token to a server whose app is a script."""
+    """A client that has sent its token to a server whose app is a script."""
     app = shlex.join([sys.executable, "-c", script])
     there = TestServer(WebServer(app, host, TOKEN, windows).application())
     async with TestClient(there, cookie_jar=CookieJar(unsafe=True)) as client:
@@ -53,7 +53,7 @@ async def serving(script="", *, host="127.0.0.1", token=TOKEN, windows=8, **head
 
 
 def ask(path, host="127.0.0.1", token=TOKEN, **headers):
-    """The answer of a server that listens on `host`, with its text."""
+    """Return the response of a server that listens on `host`, and its text."""
 
     async def go():
         async with serving(host=host, token=token, **headers) as client:
@@ -64,7 +64,7 @@ def ask(path, host="127.0.0.1", token=TOKEN, **headers):
 
 
 class TestGuard:
-    def test_the_page_is_whole_and_loads_nothing_from_elsewhere(self):
+    def test_the_page_is_complete_and_loads_no_external_resources(self):
         found, text = ask("/?fontsize=1000000", Host="127.0.0.1:8000")
         assert found.status == 200
         assert 'data-session-websocket-url="ws://127.0.0.1:8000/ws"' in text
@@ -76,16 +76,16 @@ class TestGuard:
         assert PAGE.is_file()
 
     @pytest.mark.parametrize("host", ["127.0.0.1:8000", "localhost:1", "[::1]:8000", "127.0.0.1"])
-    def test_names_of_this_machine(self, host):
+    def test_names_of_this_machine_are_accepted(self, host):
         assert ask("/", Host=host)[0].status == 200
 
     @pytest.mark.parametrize(
         "host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "[::1", "::1"]
     )
-    def test_a_name_that_leads_here_by_a_trick_is_refused(self, host):
+    def test_foreign_names_are_refused(self, host):
         assert ask("/", Host=host)[0].status == 403
 
-    def test_where_all_may_come_any_name_may_be(self):
+    def test_a_public_address_accepts_any_name(self):
         assert ask("/", host="0.0.0.0", Host="lab.example:8000")[0].status == 200
 
     @pytest.mark.parametrize("path", ["/", "/ws", "/static/js/textual.js"])
@@ -102,7 +102,7 @@ class TestGuard:
             assert asyncio.run(go()) == 403
 
     @pytest.mark.parametrize("origin", [None, "http://evil.example", "http://127.0.0.1:1"])
-    def test_no_app_without_the_pages_origin(self, origin):
+    def test_an_app_requires_the_origin_of_the_page(self, origin):
         async def go():
             async with serving() as client:
                 with pytest.raises(WSServerHandshakeError) as refused:
@@ -115,7 +115,7 @@ class TestGuard:
         "path", ["/", "/?fontsize=20", "/static/js/textual.js", "/download/x", "/nothing"]
     )
     @pytest.mark.parametrize("token", ["", "wrong", "é", TOKEN])
-    def test_every_answer_stays_out_of_frames_and_keeps_its_address(self, path, token):
+    def test_every_response_forbids_frames_and_referrers(self, path, token):
         headers = ask(path, token=token)[0].headers
         assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
         assert "default-src 'none'" in headers["Content-Security-Policy"]
@@ -127,12 +127,12 @@ class TestGuard:
 class TestToken:
     @pytest.mark.parametrize("token", ["", "wrong", "é", TOKEN[:-1], f"{TOKEN} "])
     @pytest.mark.parametrize("path", ["/", "/ws", "/static/js/textual.js", "/download/x"])
-    def test_nothing_without_it(self, path, token):
+    def test_every_path_requires_the_token(self, path, token):
         found, text = ask(path, token=token)
         assert found.status == 403
         assert "printed by gaitsim serve" in text
 
-    def test_no_app_without_it(self):
+    def test_an_app_requires_the_token(self):
         async def go():
             async with serving(token="") as client:
                 with pytest.raises(WSServerHandshakeError) as refused:
@@ -141,30 +141,32 @@ class TestToken:
 
         asyncio.run(go())
 
-    def test_it_is_shown_once_and_leaves_the_address(self):
+    def test_a_cookie_replaces_the_token_in_the_address(self):
         found, _ = ask("/?token=a+token+%26+more&fontsize=20", token="")
         assert (found.status, found.headers["Location"]) == (303, "/?fontsize=20")
         cookie = next(iter(found.cookies.values()))
-        assert cookie.key == f"gaitsim-{found.url.port}"  # another server here has its own
+        assert (
+            cookie.key == f"gaitsim-{found.url.port}"
+        )  # other servers on this machine have other cookies
         assert (cookie["httponly"], cookie["samesite"]) == (True, "Strict")
         assert TOKEN not in cookie.value
 
-    def test_behind_a_tunnel_the_cookie_is_of_its_port(self):
+    def test_behind_a_tunnel_the_cookie_has_the_browsers_port(self):
         found, _ = ask("/?token=a+token+%26+more", token="", Host="localhost:9000")
         assert list(found.cookies) == ["gaitsim-9000"]
 
     @pytest.mark.parametrize("empty", ["", " "])
-    def test_an_empty_one_is_refused(self, gaitsim, monkeypatch, empty):
+    def test_an_empty_token_is_rejected(self, gaitsim, monkeypatch, empty):
         assert "the token is empty" in gaitsim("serve", "--token", empty, code=2).stderr
         monkeypatch.setenv("GAITSIM_TOKEN", empty)
         assert "the token is empty" in gaitsim("serve", code=2).stderr
 
-    def test_by_default_each_start_has_its_own(self, gaitsim, monkeypatch, free):
+    def test_by_default_each_server_has_its_own_token(self, gaitsim, monkeypatch, free_port):
         seen = served(monkeypatch)
-        gaitsim("serve", "--port", free)
-        gaitsim("serve", "--port", free)
+        gaitsim("serve", "--port", free_port)
+        gaitsim("serve", "--port", free_port)
         monkeypatch.setenv("GAITSIM_TOKEN", "mine")
-        gaitsim("serve", "--port", free)
+        gaitsim("serve", "--port", free_port)
         first, second, third = (server._token for server in seen)
         assert first != second
         assert min(len(first), len(second)) >= 32
@@ -173,14 +175,14 @@ class TestToken:
 
 
 async def window(client, query=""):
-    """Open an app; return its connection and what it writes first."""
+    """Open an app; return its connection and its first output."""
     origin = str(client.make_url("")).rstrip("/")
     connection = await client.ws_connect(f"/ws{query}", origin=origin)
     return connection, eval(await connection.receive_bytes())
 
 
 def ended(process):
-    """Whether a process has ended."""
+    """Return whether a process has ended."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -189,7 +191,7 @@ def ended(process):
 
 
 class TestApps:
-    def test_its_size_is_bounded_and_it_learns_no_token(self, monkeypatch):
+    def test_its_size_is_limited_and_the_token_is_hidden_from_it(self, monkeypatch):
         monkeypatch.setenv("GAITSIM_TOKEN", TOKEN)
 
         async def go():
@@ -255,7 +257,7 @@ class TestApps:
 
         asyncio.run(go())
 
-    def test_a_window_too_many_waits_for_another_to_close_or_is_told(self, monkeypatch):
+    def test_an_excess_window_waits_for_another_to_close_or_is_refused(self, monkeypatch):
         monkeypatch.setattr(web, "PATIENCE", 0.2)
 
         async def go():
@@ -270,7 +272,7 @@ class TestApps:
 
         asyncio.run(go())
 
-    def test_one_that_fails_says_where_to_look(self, capfd):
+    def test_a_failed_app_refers_to_the_terminal(self, capfd):
         async def go():
             async with serving("import sys; sys.exit('broken')") as client:
                 origin = str(client.make_url("")).rstrip("/")
@@ -293,7 +295,7 @@ class TestApps:
 
 
 def meta(**content):
-    """An app that asks the server for something, then writes whatever it is sent."""
+    """Return the script of an app that sends the server a request, then echoes its input."""
     asked = json.dumps(content).encode()
     packet = b"M" + len(asked).to_bytes(4, "big") + asked
     return ECHO.replace("while data", f"os.write(1, {packet!r})\nwhile data")
@@ -301,7 +303,7 @@ def meta(**content):
 
 class TestPages:
     def show(self, path):
-        """What a browser gets of a page that an app has written."""
+        """Return the response of a server to a request for a page that its app has exported."""
 
         async def go():
             async with serving(meta(type="page", path=str(path))) as client:
@@ -314,18 +316,18 @@ class TestPages:
 
         return asyncio.run(go())
 
-    def test_a_page_is_shown_apart_from_the_app(self, tmp_path):
+    def test_a_page_is_isolated_from_the_app(self, tmp_path):
         (tmp_path / "a.html").write_text("<p>ö", encoding="utf-8")
         found, page = self.show(tmp_path / "a.html")
         assert (found.status, found.content_type, found.charset) == (200, "text/html", "utf-8")
         assert page == "<p>ö".encode()
         policy = found.headers["Content-Security-Policy"].split("; ")
-        assert "sandbox allow-scripts" in policy  # an origin of its own, without the cookie
+        assert "sandbox allow-scripts" in policy  # its own origin, without the cookie
         assert "default-src 'none'" in policy
         assert found.headers["X-Frame-Options"] == "DENY"
         assert found.headers["X-Content-Type-Options"] == "nosniff"
 
-    def test_what_is_no_page_of_the_app_is_not_served(self, tmp_path):
+    def test_other_files_are_not_served(self, tmp_path):
         (tmp_path / "link.html").symlink_to("/etc/passwd")
         for path in (tmp_path / "missing.html", tmp_path, tmp_path / "link.html"):
             found, page = self.show(path)
@@ -336,7 +338,7 @@ class TestPages:
 
 
 def served(monkeypatch):
-    """The servers that would be run, which are not."""
+    """Return a list that receives the servers instead of running them."""
     seen = []
     monkeypatch.setattr(WebServer, "serve_on", lambda server, _: seen.append(server))
     return seen
@@ -352,7 +354,7 @@ def test_without_the_extra_the_error_says_how_to_install_it(gaitsim, monkeypatch
 
 class TestListening:
     @pytest.mark.parametrize(
-        ("host", "alone"),
+        ("host", "loopback"),
         [
             ("127.0.0.1", True),
             ("127.9.9.9", True),
@@ -364,19 +366,19 @@ class TestListening:
             ("lab.example", False),
         ],
     )
-    def test_what_is_this_machine_alone(self, host, alone):
-        assert is_loopback(host) is alone
+    def test_loopback_addresses_are_recognised(self, host, loopback):
+        assert is_loopback(host) is loopback
 
-    def test_the_port_is_held(self, free):
-        with listening_socket("127.0.0.1", free) as held:
-            assert held.getsockname() == ("127.0.0.1", free)
+    def test_the_port_is_reserved(self, free_port):
+        with listening_socket("127.0.0.1", free_port) as held:
+            assert held.getsockname() == ("127.0.0.1", free_port)
 
-    def test_a_port_that_is_taken(self, gaitsim):
+    def test_a_port_in_use_is_reported(self, gaitsim):
         with socket.create_server(("127.0.0.1", 0)) as taken:
             port = taken.getsockname()[1]
-            said = gaitsim("serve", "--port", port, code=2).stderr
-        assert f"cannot listen on 127.0.0.1, port {port}" in said
-        assert "--port" in said
+            stderr = gaitsim("serve", "--port", port, code=2).stderr
+        assert f"cannot listen on 127.0.0.1, port {port}" in stderr
+        assert "--port" in stderr
 
     @pytest.mark.parametrize(
         "bad",
@@ -392,26 +394,26 @@ class TestListening:
             ["--windows", "0"],
         ],
     )
-    def test_what_cannot_be(self, gaitsim, bad):
+    def test_invalid_options_are_reported(self, gaitsim, bad):
         assert "Traceback" not in gaitsim("serve", *bad, code=2).stderr
 
-    def test_a_warning_where_others_can_come(self, gaitsim, monkeypatch, free):
+    def test_a_public_address_prints_a_warning(self, gaitsim, monkeypatch, free_port):
         served(monkeypatch)
-        assert "ssh -L" in gaitsim("serve", "--host", "0.0.0.0", "--port", free).stderr
-        assert gaitsim("serve", "--port", free).stderr == ""
+        assert "ssh -L" in gaitsim("serve", "--host", "0.0.0.0", "--port", free_port).stderr
+        assert gaitsim("serve", "--port", free_port).stderr == ""
 
-    def test_the_app_gets_its_folder_and_theme(self, monkeypatch, gaitsim, free):
+    def test_the_app_gets_its_folder_and_theme(self, monkeypatch, gaitsim, free_port):
         seen = served(monkeypatch)
-        gaitsim("serve", "my runs", "--port", free, "--theme", "nord")
+        gaitsim("serve", "my runs", "--port", free_port, "--theme", "nord")
         assert seen[0].command.endswith("-m gaitsim tui 'my runs' --theme nord")
 
 
 class TestTui:
-    def test_without_a_terminal_it_says_so(self, program):
-        said = program("tui", code=2).stderr
-        assert "needs a terminal" in said
+    def test_a_terminal_is_required(self, program):
+        stderr = program("tui", code=2).stderr
+        assert "needs a terminal" in stderr
 
-    def test_an_unknown_theme(self, gaitsim, monkeypatch):
+    def test_an_unknown_theme_is_reported(self, gaitsim, monkeypatch):
         monkeypatch.setenv("TEXTUAL_DRIVER", "none")
-        said = gaitsim("tui", "--theme", "gaitsim-lite", code=2).stderr
-        assert "did you mean 'gaitsim-light'?" in said
+        stderr = gaitsim("tui", "--theme", "gaitsim-lite", code=2).stderr
+        assert "did you mean 'gaitsim-light'?" in stderr

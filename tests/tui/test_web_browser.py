@@ -1,4 +1,4 @@
-"""The UI in Chromium: it works with its token, and no other page's frame reaches it."""
+"""The UI in Chromium: it works with its token, and pages of other sites cannot reach it."""
 
 import os
 import re
@@ -32,7 +32,7 @@ def browser():
 
 @pytest.fixture
 def serve(start, tmp_path):
-    """Starts a server; returns its process and address."""
+    """A function that starts a server, and returns its process and address."""
 
     def serve(*options):
         config = {"PYTHONPATH": str(PUPPETS), "XDG_CONFIG_HOME": str(tmp_path / "config")}
@@ -47,14 +47,14 @@ class Window:
 
     def __init__(self, context, address):
         self.page = context.new_page()
-        self.asked, self.rows, self.at = [], {}, (1, 1)
-        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.requested, self.rows, self.at = [], {}, (1, 1)
+        self.page.on("request", lambda request: self.requested.append(request.url))
         self.page.on("websocket", lambda socket: socket.on("framereceived", self._draw))
         self.page.goto(address)
         self.page.wait_for_selector("body.-first-byte")
 
     def _draw(self, frame):
-        """Follow moves and texts; only cells that differ are sent."""
+        """Follow moves and texts, because only changed cells are sent."""
         drawn = frame.decode() if isinstance(frame, bytes) else ""
         for move, right, text in DRAWN.findall(drawn):
             row, column = self.at
@@ -70,7 +70,7 @@ class Window:
         self.until(lambda: any(text in row for row in self.rows.values()))
 
     def until(self, holds):
-        """Wait until something holds, while the browser goes on."""
+        """Wait until a condition holds, while the browser runs."""
 
         def now():
             self.page.wait_for_timeout(50)
@@ -84,7 +84,7 @@ class Window:
 
 
 @pytest.mark.slow
-def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
+def test_a_run_started_in_a_browser_outlives_its_window(
     serve, browser, program, tmp_path, puppet_file
 ):
     text = puppet_file.read_text().replace("generations = 5", "generations = 100000")
@@ -109,8 +109,8 @@ def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
     window.see("evaluations/s")
     page, _, query = address.partition("?")
     assert window.page.url == page
-    assert query not in "".join(window.asked[1:])
-    assert all(url.startswith(page) for url in window.asked)
+    assert query not in "".join(window.requested[1:])
+    assert all(url.startswith(page) for url in window.requested)
     browser.close()
     server.send_signal(signal.SIGINT)
     assert server.wait(60) == 0
@@ -120,7 +120,7 @@ def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
 
 
 @pytest.mark.slow
-def test_a_page_opens_in_another_tab_apart_from_the_app(serve, browser, walk):
+def test_a_page_opens_in_another_tab_isolated_from_the_app(serve, browser, walk):
     walk()
     _, address = serve()
     context = browser.new_context()
@@ -128,26 +128,26 @@ def test_a_page_opens_in_another_tab_apart_from_the_app(serve, browser, walk):
     window.see("walk")
     window.press("r")
     window.see("replay")
-    seen, asked = [], []
+    seen, requested = [], []
     with context.expect_page() as opened:
         window.press("B")
     tab = opened.value
     tab.on("console", lambda message: seen.append(message.text))
-    tab.on("request", lambda request: asked.append(request.url))
+    tab.on("request", lambda request: requested.append(request.url))
     tab.wait_for_selector("canvas")
     page = address.partition("?")[0]
     assert tab.url.startswith(f"{page}pages/")
     assert tab.evaluate("[globalThis.origin, window.opener]") == ["null", None]
     tab.reload()
     tab.wait_for_selector("canvas")
-    assert {url for url in asked if not url.startswith("about:")} == {tab.url}
-    assert [said for said in seen if "GL Driver Message" not in said] == []  # without a GPU
+    assert {url for url in requested if not url.startswith("about:")} == {tab.url}
+    assert [text for text in seen if "GL Driver Message" not in text] == []  # without a GPU
 
 
 @pytest.mark.slow
 class TestAttacks:
-    def test_a_frame_of_another_page_gets_no_key(self, serve, browser, walk):
-        """A page that had the app in a frame could delete a run by the keys typed on it."""
+    def test_a_frame_in_another_page_receives_no_keys(self, serve, browser, walk):
+        """Otherwise, a page with the app in a frame could delete a run by keys typed on it."""
         run = walk()
         _, address = serve()
         context = browser.new_context()
@@ -170,7 +170,7 @@ class TestAttacks:
         window.press("y")
         window.until(lambda: not run.exists())
 
-    def test_a_page_elsewhere_opens_no_connection(self, serve, browser):
+    def test_another_page_cannot_connect(self, serve, browser):
         _, address = serve()
         context = browser.new_context()
         Window(context, address)
@@ -186,7 +186,7 @@ class TestAttacks:
             page.wait_for_function("document.title")
             assert page.title() == "refused"
 
-    def test_without_the_token_there_is_a_field_for_it(self, serve, browser):
+    def test_a_missing_token_can_be_entered(self, serve, browser):
         _, address = serve()
         page, _, token = address.partition("?token=")
         shown = browser.new_context().new_page()
@@ -196,7 +196,7 @@ class TestAttacks:
         shown.wait_for_selector("body.-first-byte")
         assert shown.url == page
 
-    def test_a_window_too_many_says_so(self, serve, browser):
+    def test_an_excess_window_is_explained(self, serve, browser):
         _, address = serve("--windows", "1")
         context = browser.new_context()
         window = Window(context, address)
@@ -209,7 +209,7 @@ class TestAttacks:
         second.click("#again")
         second.wait_for_selector("body.-first-byte")
 
-    def test_apps_end_with_a_server_that_is_killed(self, serve, browser):
+    def test_apps_end_when_the_server_is_killed(self, serve, browser):
         server, address = serve()
         Window(browser, address)
         children = Path(f"/proc/{server.pid}/task/{server.pid}/children")
@@ -218,11 +218,11 @@ class TestAttacks:
         apps = [Path("/proc", process) for process in children.read_text().split()]
         server.kill()
         assert apps
-        until(lambda: not any(_runs(app) for app in apps))
+        until(lambda: not any(_is_running(app) for app in apps))
 
 
-def _runs(process):
-    """Whether a process runs, rather than being a zombie that nobody waits for."""
+def _is_running(process):
+    """Return whether a process runs and is not a zombie."""
     try:
         return (process / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
@@ -231,7 +231,7 @@ def _runs(process):
 
 @contextmanager
 def _page(html):
-    """The address of a page at another port."""
+    """Serve a page at another port; yield its address."""
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self):

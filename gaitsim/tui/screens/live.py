@@ -200,7 +200,7 @@ with `gaitsim attach`.
     @work(group="reread")
     async def _reread(self) -> None:
         watcher = RunWatcher(self.run)
-        found = await asyncio.to_thread(watcher.look)
+        found = await asyncio.to_thread(watcher.poll)
         if found.state != "failed":
             self.board.live.reread(found, watcher.history)
 
