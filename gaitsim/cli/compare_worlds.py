@@ -76,7 +76,7 @@ def _print(found: Ranking, number: int) -> None:
         for one in found.runs
     ]
     numbers = "worst tenth", interval, "median", "nominal", "kept", "falls"
-    print_table(["run", *numbers, "hurts most"], rows, numbers)
+    print_table(["run", *numbers, "worst condition"], rows, numbers)
     console.print("\nDifferences of the worst tenths", style="bold")
     pairs = [
         (

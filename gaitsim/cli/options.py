@@ -64,7 +64,7 @@ Worlds = Annotated[
         "--worlds",
         metavar="N",
         help="Evaluate the gait in N unseen worlds, such as 100: how far it moves, how often it "
-        "falls, and which condition hurts most.",
+        "falls, and which condition harms it most.",
     ),
 ]
 WorldSeed = Annotated[

@@ -19,7 +19,7 @@ _ALL_PAIRS = 4  # maximum axes of an archive whose pairs keep their natural orde
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """The best elites in the cells of some axes, over all other axes.
+    """The best elites in the cells of one or two axes, across all other axes.
 
     Attributes:
         names: names of the axes, one or two.
@@ -96,7 +96,7 @@ class ArchiveView:
         return opposite + tuple(pair for pair in pairs if pair not in opposite)
 
     def panel(self, *names: str, most: tuple[int, ...] = (MAX_PARTS, MAX_PARTS)) -> Panel:
-        """Return the best elites along one or two axes, over all other axes.
+        """Return the best elites along one or two axes, across all other axes.
 
         A grid keeps its cells, but merges neighbours if an axis has more than `most` cells. The
         axes of a tessellation are divided into equal parts. A part shows its best elite, or, if

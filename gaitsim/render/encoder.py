@@ -46,7 +46,7 @@ def encode(
         path: path of the file.
         format: 'mp4', which browsers play while loading it, or 'gif', which repeats forever.
         size: width and height, pixels; even numbers for an MP4.
-        fps: pictures per second; a GIF shows each for a whole number of centiseconds.
+        fps: frames per second; a GIF shows each frame for a whole number of centiseconds.
         samples: some of the pictures, from which the colours of a GIF are chosen.
         exact: colours that a GIF preserves exactly, (colours, 3).
 
@@ -145,12 +145,12 @@ def palette(
 
 
 def _packed(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """Return colours (…, 3 or 4) as integers, (…), whose distinct values are found fast."""
+    """Return colours of shape (…, 3 or 4) as integers, whose distinct values are found fast."""
     red, green, blue = np.moveaxis(colours[..., :3].astype(np.uint32), -1, 0)
     return np.asarray(red << 16 | green << 8 | blue)
 
 
 def cells(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Return the cell of the colour space of each colour, (…), for colours (…, 3 or 4)."""
+    """Return the cell of the colour space of each colour, for colours of shape (…, 3 or 4)."""
     red, green, blue = np.moveaxis(colours[..., :3] // (256 // CELLS), -1, 0).astype(np.intp)
     return np.asarray((red * CELLS + green) * CELLS + blue)

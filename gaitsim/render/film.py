@@ -50,7 +50,7 @@ class Film:
         leader: int = 0,
     ) -> None:
         self.settings, self._figure = settings, curve
-        # A motion with at most one frame per picture is never aliased.
+        # A motion with a frame rate no higher than the video is never aliased.
         fast = [clip.skeleton for clip in clips if clip.skeleton.frame_rate > settings.rate]
         self._frequency = max(map(movement_frequency, fast), default=0.0)
         self.speed = settings.speed or self._default_speed
@@ -79,13 +79,13 @@ class Film:
 
     @property
     def warning(self) -> str:
-        """A warning if the movement is too fast for the pictures, with a remedy; else ''."""
+        """A warning if the movement is too fast for the frame rate, with a remedy; else ''."""
         rate = float(self.settings.rate)
         if is_resolved(self._frequency, rate, self.speed, ALIASED):
             return ""
         return (
-            f"At speed {self.speed:g}, a video of {rate:g} frames a second cannot show a movement "
-            f"of {self._frequency:.3g} Hz: each cycle has "
+            f"At speed {self.speed:g}, a video with {rate:g} frames per second cannot show a "
+            f"movement of {self._frequency:.3g} Hz: each cycle has "
             f"{rate / (self._frequency * self.speed):.2g} frames. "
             f"Try speed {self._default_speed:g}."
         )

@@ -51,7 +51,7 @@ def glb(individual: Individual) -> bytes:
     """Return an individual's body in motion as an animated glTF 2.0 file.
 
     The file has a node with a mesh for each limb, plate and solid, an empty node for each foot,
-    with its name, another one for the body's centre, and the ground. The same individual gives
+    with its name, an empty node for the body's centre, and the ground. The same individual gives
     the same bytes.
 
     Raises:

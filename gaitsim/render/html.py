@@ -1,4 +1,4 @@
-"""Common parts of HTML files: a head whose policy forbids requests, and escaped texts."""
+"""Common parts of HTML files: a head whose policy forbids requests, and escaped text."""
 
 import html
 from importlib.metadata import version
@@ -40,7 +40,7 @@ def head(title: str, allowed: str, style: str) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return a text as HTML, with control characters and direction marks shown as escapes."""
+    """Return text as HTML, with control characters and direction marks shown as escapes."""
     return html.escape(visible(text))
 
 

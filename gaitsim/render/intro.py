@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 MARGIN = 0.05  # margin around the figure, as a share of the smaller side
 _LETTERS = 95.0  # dots per inch of the figure, for legible letters
-_WIDTHS = 3.4, 5.6  # least and greatest width of the figure in inches, so that its texts fit
+_WIDTHS = 3.4, 5.6  # least and greatest width of the figure in inches, so that its labels fit
 
 
 def figure_picture(draw: "Draw", size: tuple[int, int], theme: str) -> Picture:

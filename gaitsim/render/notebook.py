@@ -127,7 +127,7 @@ class RunViews:
         axes: Sequence[str] = (),
         dark: bool = False,
     ) -> "Figure":
-        """Return a plot, as drawn by `gaitsim plot`.
+        """Return a plot, like the command `gaitsim plot`.
 
         Args:
             kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'search', 'front',
@@ -176,7 +176,7 @@ class RunViews:
         dark: bool = False,
         intro: bool = True,
     ) -> Path:
-        """Write a video, as `gaitsim video` does: an MP4 or GIF, depending on the file's extension.
+        """Write an MP4 or GIF, depending on the file's extension, like `gaitsim video`.
 
         Args:
             path: path of the file.
@@ -184,9 +184,9 @@ class RunViews:
                 or a member; () for the champion.
             view: 'iso', 'side', 'top' or 'orbit'.
             size: width and height, pixels.
-            fps: pictures per second.
+            fps: frames per second.
             speed: speed of the motion; 0.1 is slow motion. None is real time, or slow motion for
-                movements too fast for the pictures, such as a wing beat.
+                movements too fast for the frame rate, such as a wing beat.
             dark: whether the background is dark.
             intro: whether the video begins with the fitness curve.
 
@@ -209,7 +209,7 @@ class RunViews:
         return path
 
     def page(self, path: str | Path, *, generations: Sequence[Which] = ()) -> Path:
-        """Write a page that plays champions in any browser, as `gaitsim export --format html` does.
+        """Write a page that plays champions in any browser, like `gaitsim export --format html`.
 
         Args:
             path: path of the file.

@@ -25,9 +25,9 @@ class RenderSettings:
     Attributes:
         format: file format, one of `FORMATS`.
         size: width and height, pixels; None takes the format's default.
-        fps: pictures per second; None takes the format's default.
+        fps: frames per second; None takes the format's default.
         speed: speed of the motion, 1 is real time; None is real time, or slow motion for movements
-            too fast for the pictures.
+            too fast for the frame rate.
         view: name of a view in `gaitsim.render.scene.VIEWS`.
         theme: name of a theme in `gaitsim.render.scene.THEMES`.
         intro: whether the video begins with the curve.
@@ -52,7 +52,7 @@ class RenderSettings:
         fastest = FASTEST[self.format]
         if not 1 <= self.rate <= fastest:
             raise GaitsimError(
-                f"invalid frame rate: {self.fps:g} frames a second",
+                f"invalid frame rate: {self.fps:g} frames per second",
                 where="--fps",
                 allowed=f"1 to {fastest:g} for {self.format.upper()}",
             )
@@ -87,6 +87,6 @@ class RenderSettings:
 
     @property
     def rate(self) -> Fraction:
-        """Pictures per second."""
+        """Frames per second."""
         fps = FPS[self.format] if self.fps is None else self.fps
         return Fraction(fps if np.isfinite(fps) else 0).limit_denominator(1001)

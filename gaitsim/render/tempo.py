@@ -1,4 +1,4 @@
-"""The frequency of a body's movement, and the speed at which pictures can show it."""
+"""The frequency of a body's movement, and the speed at which a video can show it."""
 
 import math
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from gaitsim.contracts import Skeleton
 
-ALIASED = 2.0  # pictures per cycle; with fewer, movement appears to run backwards
-TOO_FEW = 6.0  # pictures per cycle; with fewer, movement is jerky
-ENOUGH = 8.0  # pictures per cycle in slow motion
+ALIASED = 2.0  # frames per cycle; with fewer, movement appears to run backwards
+TOO_FEW = 6.0  # frames per cycle; with fewer, movement is jerky
+ENOUGH = 8.0  # frames per cycle in slow motion
 _FRACTIONS = {0.5: "½", 0.25: "¼", 0.125: "⅛"}
 
 
@@ -31,16 +31,16 @@ def movement_frequency(skeleton: Skeleton) -> float:
     return float(frequencies[np.searchsorted(power, power[-1] / 2)])
 
 
-def is_resolved(frequency: float, rate: float, speed: float, pictures: float = TOO_FEW) -> bool:
-    """Return whether each cycle of a movement has at least `pictures` pictures.
+def is_resolved(frequency: float, rate: float, speed: float, frames: float = TOO_FEW) -> bool:
+    """Return whether each cycle of a movement has at least `frames` frames.
 
     Args:
         frequency: frequency of the movement, Hz.
-        rate: pictures per second.
+        rate: frames per second of the video.
         speed: speed of the motion; 1 is real time.
-        pictures: least number of pictures per cycle.
+        frames: minimum number of frames per cycle.
     """
-    return frequency * speed * pictures <= rate
+    return frequency * speed * frames <= rate
 
 
 def default_speed(frequency: float, rate: float, slowest: float) -> float:
@@ -48,7 +48,7 @@ def default_speed(frequency: float, rate: float, slowest: float) -> float:
 
     Args:
         frequency: frequency of the movement, Hz.
-        rate: pictures per second.
+        rate: frames per second of the video.
         slowest: lower limit of the speed.
     """
     if is_resolved(frequency, rate, 1.0):

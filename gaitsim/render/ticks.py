@@ -1,9 +1,18 @@
-"""Round numbers and their labels for axes and grids."""
+"""Round numbers and lengths, and their labels, for axes and grids."""
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
+
+UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
+"""Units of length for labels: size in metres and symbol, in descending order."""
+
+
+def format_round_length(metres: float) -> str:
+    """Format a round length in the largest unit in which it is 1 or more, such as '20 cm'."""
+    size, unit = next((one for one in UNITS if metres >= one[0] * 0.999), UNITS[-1])
+    return f"{metres / size:g} {unit}"
 
 
 def round_step(least: float) -> float:

@@ -95,7 +95,8 @@ def test_what_is_said_of_worlds():
     slope = np.linspace(-3, 3, 120)
     found = made(np.where(np.abs(slope) > 1, 1.6, 1.9), np.abs(slope) > 2.9, side_slope=slope)
     assert summary_line(found) == (
-        "In 120 unseen worlds: median 1.60 m, worst tenth 1.60 m, 4 falls; side slope hurts most"
+        "In 120 unseen worlds: median 1.60 m, worst tenth 1.60 m, 4 falls; "
+        "most sensitive to side slope"
     )
     table, hurting = world_results(found)
     assert ("worst tenth, mean", "1.600", "80 %") in table.rows

@@ -34,7 +34,7 @@ class Card:
         note: note of the user, or ''.
         code: challenge code of the champion, or ''.
         pictures: pictures of the champion as WebP data URLs, by theme; {} if it cannot be drawn.
-        problems: reasons why parts are missing, a text each.
+        problems: reasons why parts are missing.
         page: path, relative to the index, of the page that plays the champion, or ''.
         code_file: path, relative to the index, of the file with a challenge code that is too long
             for the index, or ''.

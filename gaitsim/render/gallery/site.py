@@ -63,7 +63,7 @@ def write_gallery(
     paths = sorted(list_runs(root), key=lambda path: path.name)
     create_out_folder(out / PAGES)
     for folder in (out, out / PAGES):
-        check_links(folder, "remove it, or choose another folder")
+        check_links(folder, "remove it, or choose a different folder")
     _write_record(out, [], before)  # marks the folder as a gallery from here on
     begin(len(paths))
     cards: list[Card] = []
@@ -171,7 +171,7 @@ def _own_files(out: Path) -> set[str]:
         f"{out} exists and is not a gallery",
         where="--out",
         allowed=f"a new or empty folder, or one with the {RECORD} of a gallery",
-        remedy="choose another folder",
+        remedy="choose a different folder",
     )
 
 

@@ -54,7 +54,7 @@ class Document:
             colour: sRGB colour, (3,), 0 to 1.
             thin: whether the back of surfaces is visible.
         """
-        # glTF has linear colours; the conversion is that of IEC 61966-2-1.
+        # glTF has linear colours, converted here from sRGB as defined by IEC 61966-2-1.
         linear = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
         self._materials.append(
             {

@@ -34,7 +34,7 @@ def rotations_from_z(directions: Points) -> Points:
 
 
 def _arc(one: Points, other: Points) -> Points:
-    """Return the shortest rotations, (…, 4), from unit vectors to others, (…, 3) each."""
+    """Return the shortest rotations (…, 4) from unit vectors (…, 3) to others."""
     cosine = (one * other).sum(axis=-1, keepdims=True)
     arc = np.concatenate([np.cross(one, other), 1 + cosine], axis=-1)
     # Opposite vectors need half a turn about a perpendicular axis.

@@ -78,7 +78,7 @@ def atlas_data(
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda done: None,
 ) -> Json:
-    """Return the data of a page of a run's archive, as `write_atlas` writes it."""
+    """Return the data of the page that `write_atlas` writes."""
     best = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
     require_kept(best, "archive")
     members, view = run.members, ArchiveView.of(run.members)

@@ -121,7 +121,7 @@ def _segments(clip: Clip, step: float) -> Json:
 
 
 def _merge_ends(places: NDArray[Any], tolerance: float) -> tuple[list[int], list[int]]:
-    """Number the ends of segments, (frames, ends, 3); ends that move together share a number.
+    """Number the ends (frames, ends, 3) of segments; ends that move together share a number.
 
     Returns:
         The number of each end, and the first end of each number.

@@ -44,8 +44,8 @@ def document(
     Args:
         title: title of the page.
         kind: kind of page, which selects the script that shows the data.
-        data: data of the page: finite numbers, texts, lists and mappings.
-        scripts: texts of additional scripts, such as that of the kind of page.
+        data: data of the page: finite numbers, strings, lists and mappings.
+        scripts: additional scripts, such as the script of the kind of page.
         description: description of the page, shown without JavaScript.
 
     Raises:

@@ -146,7 +146,7 @@ def gaits_data(
 
 
 def _compact(amounts: Floats, step: float) -> Json:
-    """Return amounts, (individuals, …), relative to the lowest one, which avoids signs.
+    """Return amounts (individuals, …) relative to the lowest one, which avoids signs.
 
     The amounts are in one row, as `pack` stores differences between rows, which would have a
     wider range here. Together these save a tenth of the file.

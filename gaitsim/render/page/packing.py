@@ -1,4 +1,4 @@
-"""Compression of arrays to short texts, which pages unpack."""
+"""Compression of arrays to short strings, which pages unpack."""
 
 import base64
 import zlib
@@ -22,7 +22,7 @@ def pack(values: ArrayLike, step: float) -> Packed:
     The integers round(value / step) are replaced by their differences along the first axis, modulo
     2³², which are small as motion is smooth. Their four bytes are grouped in planes, lowest byte
     first, as the higher bytes are mostly equal. Raw deflate and base64 follow. The same numbers
-    always give the same text.
+    always give the same string.
 
     Args:
         values: numbers or truth values, (…).

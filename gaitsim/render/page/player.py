@@ -32,7 +32,7 @@ def write_page(
     Args:
         individuals: one or more individuals.
         path: path of the file.
-        run: run whose fitness curve to show; None for that of the first individual, if any.
+        run: run whose fitness curve to show; None for the run of the first individual, if any.
 
     Raises:
         GaitsimError: too many individuals are given, or the page is too large.
@@ -65,7 +65,7 @@ def page(
 
     Args:
         individuals: one or more individuals.
-        run: run whose fitness curve to show; None for that of the first individual, if any.
+        run: run whose fitness curve to show; None for the run of the first individual, if any.
         embedded: whether the page is part of another page, such as a notebook.
 
     Raises:
@@ -84,7 +84,7 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
 
     Args:
         individuals: one or more individuals.
-        run: run whose fitness curve to show; None for that of the first individual, if any.
+        run: run whose fitness curve to show; None for the run of the first individual, if any.
 
     Raises:
         GaitsimError: too many individuals are given.

@@ -44,7 +44,7 @@ def write_page(experiment: Experiment, controllers: Mapping[str, Genomes], path:
 
 
 def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
-    """Return a page that steers a body, in UTF-8, as `write_page` writes it."""
+    """Return the page that `write_page` writes, in UTF-8."""
     entry = experiment.entries["organism"]
     with plugin_errors(entry, "creating its steering page"):
         own = experiment.organism.steering_page(controllers)

@@ -38,7 +38,7 @@ def _basis(frames: int, period: float, harmonics: int) -> Floats:
 
 
 def _period(angles: Floats) -> float:
-    """Return the period of joint angles, (frames, joints), in frames; without one, `frames`.
+    """Return the period of joint angles (frames, joints) in frames, or `frames` without a period.
 
     The period is the first shift by whole frames that hardly changes the angles, refined by least
     squares.

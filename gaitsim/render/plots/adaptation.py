@@ -118,7 +118,7 @@ def _draw_map(axes: "Axes", adaptation: Adaptation, theme: Theme) -> None:
 
 
 def _projected(prior: Prior) -> tuple[Floats, tuple[str, str]]:
-    """Return the position of each member on the plot, (members, 2), and the labels of the axes."""
+    """Return the positions (members, 2) of the members on the plot, and the labels of the axes."""
     behaviour = prior.behaviour
     if len(prior.axes) == 1:
         return np.stack([behaviour[:, 0], prior.performance], axis=1), (prior.axes[0], "intact")

@@ -30,7 +30,7 @@ def archive_figure(request: Request) -> "Figure":
     """Plot the scores of the elites in the cells of two axes; empty cells are blank.
 
     If the archive has more than two axes, each pair has a panel, in which a cell shows the best
-    elite over all other axes. If it has more than four, the panels form half a matrix. The best
+    elite across all other axes. If it has more than four, the panels form half a matrix. The best
     elite is marked.
 
     Raises:
@@ -89,7 +89,7 @@ def archive_figure(request: Request) -> "Figure":
             bar.outline.set_visible(False)
             bar.ax.tick_params(length=0)
             others = len(archive.names) > len(panels[0])
-            bar.set_label(f"{score}{', the best over the other axes' * others}", fontsize=7)
+            bar.set_label(f"{score}{', the best across the other axes' * others}", fontsize=7)
         more = f", generation {run.generation}, {len(scores):,} of {archive.total:,} cells"
         add_heading(
             figure,

@@ -1,4 +1,4 @@
-"""Plot compared experiments over evaluations: best scores, and the ECDF of runtimes."""
+"""Plot compared experiments against evaluations: best scores, and the ECDF of runtimes."""
 
 from collections.abc import Callable, Mapping
 from textwrap import wrap

@@ -1,4 +1,4 @@
-"""Plot the diversity of the population over the generations."""
+"""Plot the diversity of the population by generation."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Plot the scores over the generations."""
+"""Plot the scores by generation."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -94,7 +94,7 @@ def _draw(axes: "Axes", history: History, theme: Theme) -> None:
 def draw_curve(
     axes: "Axes", history: History, values: NDArray[np.float64], label: str | None, **style: Any
 ) -> None:
-    """Draw values over the generations, with gaps between stages."""
+    """Draw values by generation, with gaps between stages."""
     for part in stages(history):
         axes.plot(
             history["generation"][part],

@@ -83,7 +83,7 @@ def _rounded_up(value: float) -> float:
 
 
 def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """Return whether each foot is on the ground, (frames, feet), and the names of the feet.
+    """Return whether each foot is on the ground, of shape (frames, feet), and the feet's names.
 
     Raises:
         NothingToPlotError: the body has no feet.

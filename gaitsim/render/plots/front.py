@@ -100,7 +100,7 @@ def _draw_population(
 def _draw_edge(axes: "Axes", members: Members, direction: str, theme: Theme) -> None:
     """Draw the edge of the region that a front of two objectives dominates."""
     across, up = members.values.values()
-    # Between two members, the edge is that of the member with the worse first objective.
+    # Between two members, the member with the worse first objective determines the edge.
     axes.step(
         across,
         up,

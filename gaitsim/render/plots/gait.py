@@ -23,7 +23,7 @@ SECONDS = 3.0  # length shown of a gait without strides
 def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) -> None:
     """Draw the footfalls, phases and stability margin of a gait.
 
-    Footfalls and margin are those of the last strides, after the gait has settled. Phases are
+    Footfalls and margin cover the last strides, after the gait has settled. Phases are
     dots, larger if more consistent; lines show the phases of the nearest reference gait.
 
     Raises:

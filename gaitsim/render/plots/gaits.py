@@ -33,7 +33,7 @@ def require_gaits(individual: Individual) -> None:
 def gaits_figure(request: Request) -> "Figure":
     """Plot a row for each pattern of gait: footfalls and score of its best member, and its cells.
 
-    Gaits without a name come last. The footfalls are those of the last seconds before a fall, with
+    Gaits without a name come last. The footfalls cover the last seconds before a fall, with
     left feet above right feet as in the plot of a single gait.
 
     Raises:
@@ -87,7 +87,7 @@ def gaits_figure(request: Request) -> "Figure":
                 fontsize=7,
             )
         ticks = [tick for tick in scores[-1].get_xticks() if low <= tick <= high]
-        for bar in scores:  # no ticks below the texts
+        for bar in scores:  # no ticks below the annotations
             bar.set_xticks(ticks)
         for column in (strips, scores):
             for axes in column[:-1]:

@@ -19,7 +19,7 @@ def errors_figure(
     theme: Theme = LIGHT,
     size: tuple[float, float] = (WIDTH, 2.4),
 ) -> "Figure":
-    """Plot mean squared errors over the epochs, on a logarithmic scale.
+    """Plot mean squared errors by epoch, on a logarithmic scale.
 
     Args:
         errors: errors by label, each (epochs,), rad².

@@ -124,7 +124,7 @@ def require_joints(individual: Individual) -> None:
             f"{individual.experiment.entries['organism']} has no joint angles to plot",
             where=str(individual.source),
             allowed="a body with the channel 'joint_angles'",
-            remedy="plot another channel with --kind channel",
+            remedy="plot a different channel with --kind channel",
         )
 
 

@@ -18,7 +18,7 @@ _MARK = 7  # width of a legend's mark, in characters
 
 
 def shorten(text: str, length: int) -> str:
-    """Shorten a text to at most `length` characters by replacing its middle with an ellipsis."""
+    """Shorten text to at most `length` characters by replacing its middle with an ellipsis."""
     if len(text) <= length:
         return text
     kept = length * 2 // 3
@@ -37,7 +37,7 @@ def format_score(individual: Individual) -> str:
 
 
 def heading_of_run(run: str, experiment: Experiment, more: str = "", width: float = WIDTH) -> str:
-    """Return the name of a run, that of its experiment if it differs, the seed, and `more`.
+    """Return a run's name, its experiment's name if different, the seed, and `more`.
 
     Names are shortened to fit a figure of `width` inches.
     """

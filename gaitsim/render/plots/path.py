@@ -78,7 +78,7 @@ def path_figure(request: Request) -> "Figure":
         figure, space, above, scale = _panels(low, high)
         _draw_corner_view(space, scene, low, high, scale, theme)
         _draw_flat_view(above, scene, (0, 2) if scene.planar else (0, 1), theme)
-        # Texts take space and reduce the scale. Redraw with the new scale, as it decides which
+        # Labels take space and reduce the scale. Redraw with the new scale, which decides how many
         # numbers fit.
         scale = _points_per_metre(figure, space)
         space.clear()
@@ -177,7 +177,7 @@ def _draw_flat_view(axes: "Axes", scene: Scene, shown: tuple[int, int], theme: T
 
 
 def _draw_bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
-    """Draw bodies, (moments, segments, 2, 2), later ones darker."""
+    """Draw bodies of shape (moments, segments, 2, 2), later ones darker."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import to_rgb
 
@@ -192,7 +192,7 @@ def _draw_bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
 
 
 def _draw_path(axes: "Axes", path: Floats, theme: Theme) -> None:
-    """Draw the path, (frames, 2), with marks at its start and end."""
+    """Draw the path (frames, 2) with marks at its start and end."""
     green = theme.colours[0]
     axes.plot(*path.T, color=green, linewidth=1.2, label="path", zorder=3)
     for place, marker, face, name in (

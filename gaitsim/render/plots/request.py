@@ -90,6 +90,6 @@ def window_slice(
     if first < 0 or found.stop - found.start < 2:
         raise GaitsimError(
             f"fewer than two frames of the motion are between {first:g} and {last:g} s",
-            allowed=f"part of 0 to {(frames - 1) / rate:.4g} s, with {rate:g} frames a second",
+            allowed=f"part of 0 to {(frames - 1) / rate:.4g} s, with {rate:g} frames per second",
         )
     return found

@@ -28,13 +28,13 @@ VIEW: Floats = np.array(
     ]
 )
 
-_SIZE = 7  # size of texts, points
+_SIZE = 7  # font size, points
 # Points between numbers: the horizontal gap, and the vertical distance of their middles.
 _APART = (5.0, 10.0)
 
 
 def project(points: NDArray[np.floating]) -> Floats:
-    """Project points in space, (…, 3) m, to the plane of the paper, (…, 2) m."""
+    """Project points (…, 3) in space to points (…, 2) on the plane of the paper, m."""
     flat: Floats = np.asarray(points, dtype=np.float64) @ VIEW.T
     return flat
 

@@ -1,4 +1,4 @@
-"""Plot the figures of a search, such as coverage, over the evaluations."""
+"""Plot the figures of a search, such as coverage, against the evaluations."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -37,7 +37,7 @@ def require_figures(individual: Individual) -> None:
 
 
 def search_figure(request: Request) -> "Figure":
-    """Plot each figure of the search, such as coverage, in a panel over the evaluations.
+    """Plot each figure of the search, such as coverage, in a panel against the evaluations.
 
     Raises:
         NothingToPlotError: the search has no figures.

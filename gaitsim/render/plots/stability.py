@@ -20,7 +20,7 @@ _MILLIMETRES = 1000.0
 def stability_figure(request: Request) -> "Figure":
     """Plot the margin in millimetres, shaded below zero, and the number of feet on the ground.
 
-    The margin is that of `gaitsim.gait.margin_of`.
+    `gaitsim.gait.margin_of` computes the margin.
 
     Raises:
         NothingToPlotError: the body has no feet.

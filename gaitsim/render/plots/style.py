@@ -50,7 +50,7 @@ class Theme:
         ink: colour of text, axes and single lines.
         faint: colour of grids and shaded areas.
         left, right: colours of left and right feet.
-        colours: colours of lines in order, which differ from those of feet.
+        colours: colours of lines in order, none of which is a colour of feet.
     """
 
     name: str

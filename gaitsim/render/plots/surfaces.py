@@ -1,4 +1,4 @@
-"""Plot the surfaces of a study: the mean best score over an axis and the generations."""
+"""Plot the surfaces of a study: the mean best score against an axis and the generation."""
 
 from collections.abc import Sequence
 from pathlib import Path

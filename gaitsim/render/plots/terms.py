@@ -1,4 +1,4 @@
-"""Plot the terms of the score over the generations."""
+"""Plot the terms of the score by generation."""
 
 from typing import TYPE_CHECKING
 

@@ -21,7 +21,7 @@ _DOT = 7.0  # area of a world's mark, points²
 
 
 def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figure":
-    """Draw the sorted results, and the results over each condition, the most harmful one first.
+    """Draw the sorted results, and the results against each condition, the most harmful one first.
 
     The vertical axis of every panel shows the results.
     """
@@ -59,7 +59,7 @@ def heading_of_worlds(found: Judgement, title: str) -> str:
 
 
 def _draw_distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
-    """Draw the sorted results over the share of worlds with lower results."""
+    """Draw the sorted results against the share of worlds with lower results."""
     order = np.argsort(found.results, kind="stable")
     share = 100 * (np.arange(len(order)) + 0.5) / len(order)
     _draw_worlds(axes, share, found, theme, order)
@@ -85,7 +85,7 @@ def _draw_distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
 
 
 def _draw_condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
-    """Draw the results over a condition, with the means of its thirds and its harmful range."""
+    """Draw the results against a condition, with the means of its thirds and its harmful range."""
     values, (low, high) = found.conditions[name], found.ranges[name]
     effect = next((one for one in found.effects if one.condition == name), None)
     for start, end in effect.hurting if effect else ():

@@ -29,7 +29,7 @@ class Scene:
         size: width and height, pixels.
         view: name of a view in `VIEWS`.
         theme: name of a theme in `THEMES`.
-        heading: first and second line of text; None takes those of a single clip.
+        heading: first and second line of text; None takes the title and details of the first clip.
         leader: index of the clip that stays visible when the bodies are too far apart to show all.
     """
 
@@ -76,7 +76,7 @@ class Scene:
         self._background = self._renderer.copy_from_bbox(figure.bbox)
 
     def _stamps(self) -> Iterator[Stamp]:
-        """Yield the texts that never change as overlays, which saves 1 to 3 ms for each text."""
+        """Yield the labels that never change as overlays, which saves 1 to 3 ms for each label."""
         figure, height = self._canvas.figure, self._canvas.get_width_height()[1]
         figure.patch.set_alpha(0)
         labels = self.world.labels

@@ -11,7 +11,7 @@ from gaitsim.render.scene.shapes import hull_faces
 
 THICKNESS = 0.13  # radius of a limb, relative to the median length of segments
 SLENDER = 0.022  # maximum radius of a limb, relative to the span of the body
-FREE, TRUNK = 0.6, 2.2  # radii of a free end and of a trunk, relative to that of a limb
+FREE, TRUNK = 0.6, 2.2  # radii of a free end and of a trunk, relative to the radius of a limb
 _SAME = 1e-6  # distance of segment ends that are one joint, relative to the span
 
 Face = tuple[int, ...]
@@ -87,7 +87,7 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
 
 
 def _joints(segments: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]:
-    """Number the ends of segments, (segments, 2); ends that move together share a number."""
+    """Number the ends (segments, 2) of segments; ends that move together share a number."""
     some = segments[[0, len(segments) // 2, -1]].reshape(3, -1, 3)
     numbers = np.arange(some.shape[1])
     for end in range(some.shape[1]):
@@ -140,7 +140,7 @@ def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
 def _relative_radii(
     skeleton: Skeleton, joints: NDArray[np.intp], ends: NDArray[np.float64], span: float
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the relative radii of segment ends, (segments, 2), and which segments are trunks."""
+    """Return the relative radii (segments, 2) of the ends, and which segments are trunks."""
     shared = np.bincount(joints.ravel(), minlength=joints.size)[joints] > 1
     shares = np.where(shared, 1.0, FREE)
     if skeleton.contacts is None:

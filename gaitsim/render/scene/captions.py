@@ -1,18 +1,10 @@
-"""Captions of a scene: grid step, time, distance and altitude."""
+"""Captions of a scene: time, distance and altitude."""
 
 import numpy as np
 
 from gaitsim.render.scene.clip import Clip, Pose
 
 SMALL = 0.25  # metres; distances of smaller bodies are in centimetres
-
-
-def format_grid_step(metres: float) -> str:
-    """Format the step of a grid, such as '5 cm'."""
-    for unit, size in (("m", 1.0), ("cm", 0.01)):
-        if metres >= size * 0.999:
-            return f"{metres / size:g} {unit}"
-    return f"{metres * 1000:g} mm"
 
 
 def format_time(seconds: float) -> str:
@@ -29,7 +21,7 @@ def format_moment(clip: Clip, pose: Pose, seconds: float) -> str:
 
 
 def widest_moment(clip: Clip) -> str:
-    """Return a text about as wide as the widest text of `format_moment`."""
+    """Return a string about as wide as the widest result of `format_moment`."""
     away = float(np.hypot(*(clip.path - clip.path[0])[:, :2].T).max())
     altitude = clip.path[:, 2] + clip.floor
     return _join(clip, clip.seconds, away, float(altitude[np.abs(altitude).argmax()]))

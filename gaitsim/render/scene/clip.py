@@ -76,7 +76,7 @@ class Clip:
         if not all(np.isfinite(one).all() for one in places if one is not None):
             raise GaitsimError(
                 "the body's skeleton contains numbers that are not finite",
-                remedy="choose another generation, or report it to the author of the body",
+                remedy="choose a different generation, or report it to the author of the body",
             )
         if not 0 < self.skeleton.frame_rate < np.inf:
             raise GaitsimError(

@@ -1,4 +1,4 @@
-"""The texts of a picture, fitted to its width."""
+"""The labels of a picture, fitted to its width."""
 
 from bisect import bisect_left
 from collections.abc import Sequence
@@ -12,6 +12,7 @@ from gaitsim.render.colours import LEFT, side_words
 from gaitsim.render.scene import captions
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.themes import Theme
+from gaitsim.render.ticks import format_round_length
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -122,7 +123,7 @@ class Labels:
         if skeleton.contacts is None:
             return
         theme = self._theme
-        scale = [(f"grid {captions.format_grid_step(grid)}", "", True)]
+        scale = [(f"grid {format_round_length(grid)}", "", True)]
         feet = [("on the ground", theme.faint, True), ("in the air", theme.faint, False)]
         words = side_words(skeleton.contact_names)
         sides = [
@@ -186,7 +187,7 @@ class Labels:
         va: str = "baseline",
         ha: str = "left",
     ) -> Any:
-        """Write a text; its size is in pixels."""
+        """Write text; its size is in pixels."""
         from matplotlib.transforms import IdentityTransform
 
         text = self._figure.text(
@@ -208,7 +209,7 @@ class Labels:
         return text
 
     def _fit(self, text: Any, room: float) -> None:
-        """Make a text fit, first by smaller letters, then by an ellipsis."""
+        """Make text fit, first by smaller letters, then by an ellipsis."""
         while self._box(text).width > room and _size(text) > 1.2 * SMALLEST:
             text.set_fontsize(max(_size(text) / 1.1, SMALLEST) * POINT)
         whole = text.get_text()
@@ -232,17 +233,17 @@ def relative_size(width: float, height: float) -> float:
 
 
 def small_letters(size: tuple[int, int]) -> float:
-    """Return the height of small letters in a picture of some size, pixels."""
+    """Return the font size of small text in a picture, pixels."""
     return max(15 * relative_size(*size), SMALLEST)
 
 
 def text_width(words: str, size: float) -> float:
-    """Return the width of a text with letters of some size, pixels."""
+    """Return the width of text at a font size, both in pixels."""
     return size / 100 * float(_large_glyphs(words)[0][:, 0].max(initial=0.0))
 
 
 def text_path(words: str, size: float, at: tuple[float, float], share: float = 0.0) -> "Path":
-    """Return a text as a path, which takes a tenth of the time to draw.
+    """Return text as a path, which takes a tenth of the time to draw.
 
     Args:
         words: the text.
@@ -259,7 +260,7 @@ def text_path(words: str, size: float, at: tuple[float, float], share: float = 0
 
 @lru_cache(1024)
 def _large_glyphs(words: str) -> tuple[NDArray[np.float64], Any]:
-    """Return the vertices and the codes of a text with letters of 100 pixels."""
+    """Return the vertices and the codes of text with a font size of 100 pixels."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 

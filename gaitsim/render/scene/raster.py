@@ -1,7 +1,7 @@
 """Draw solids pixel by pixel, so that intersecting parts are shown correctly.
 
 Each pixel keeps the surface with the largest w = 1 / depth. As a function of the position in the
-picture, the w of a plane is affine; that of a quadric is the root of a quadratic equation.
+picture, the w of a plane is affine, and the w of a quadric is the root of a quadratic equation.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from gaitsim.render.scene.camera import NEAR, Camera, Points
 from gaitsim.render.scene.solids import Round, Surface, Surfaces, rotations
 
 FINE = 2  # samples per pixel in each direction, to smooth edges; `to_pixels` adds 2 × 2
-SHADES = 64  # shades of a solid; the first is that of its outline
+SHADES = 64  # shades of a solid; the first is for its outline
 BIAS = 1e-4  # least relative difference of depth; ties go to the first surface
 
 Floats = NDArray[np.float32]

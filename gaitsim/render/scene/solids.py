@@ -116,7 +116,7 @@ class Surfaces:
         self.owner: NDArray[np.intp] = np.repeat(np.arange(len(counts)), counts)
 
     def points_at(self, poses: Points) -> Points:
-        """Return the points in the world, (…, points, 3), at poses (…, solids, 7)."""
+        """Return the points (…, points, 3) in the world at poses (…, solids, 7), m."""
         turned = np.einsum(
             "...pij,pj->...pi", rotations(poses[..., 3:])[..., self.owner, :, :], self.points
         )

@@ -1,4 +1,4 @@
-"""Texts for the map of an archive: its axes with their units, and its coverage."""
+"""Labels for the map of an archive: axes with units, and a summary with the coverage."""
 
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView

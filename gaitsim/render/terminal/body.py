@@ -138,7 +138,7 @@ def _ground(dots: Dots, eye: Camera, clip: Clip) -> None:
 
 
 def _track(eye: Camera, clip: Clip, pose: Pose, height: int) -> Points:
-    """Return the body's past path, (lines, 2, 2): on the ground, or in the air if it flies."""
+    """Return the body's past path (lines, 2, 2), on the ground or, if it flies, in the air."""
     every = max(1, len(pose.trail) // TRAIL)
     trail = pose.trail[::-every][::-1]
     if not clip.flies:

@@ -1,8 +1,8 @@
 """Drawing in braille characters, whose cells have 2 × 4 dots.
 
-A picture is an array of dots, (rows × 4, columns × 2), that holds the number of an ink, or 0.
+A picture is an array (rows × 4, columns × 2) of dots, each with the number of an ink, or 0.
 Where two inks meet, the higher one wins, so the order of drawing does not matter. A cell of a
-terminal has one colour, that of its highest ink, in which its other dots are shown as well. The
+terminal has only one colour: the colour of its highest ink applies to all its dots. The
 dots of the ground behind a body are left out, as they would thicken the body.
 """
 
@@ -108,8 +108,8 @@ def cells(dots: Dots, behind: int = 0) -> tuple[NDArray[np.uint32], Inks]:
 
 
 def ink_runs(codes: NDArray[np.uint32], inks: Inks) -> list[tuple[str, int]]:
-    """Return a row of cells as texts of one ink each; spaces join the text before them."""
-    # Joining spaces leaves a third of the texts; each costs 20 bytes of output and 20 µs.
+    """Split a row of cells into strings of one ink each; spaces join the string before them."""
+    # Joining spaces leaves a third of the strings; each costs 20 bytes of output and 20 µs.
     last = np.maximum.accumulate(np.where(codes != SPACE, np.arange(len(codes)), 0))
     inks = inks[last]
     text = codes.astype("<u4").tobytes().decode("utf-32-le")

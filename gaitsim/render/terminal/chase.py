@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from gaitsim.render.scene.camera import DISTANCE, Camera, Points, axes
 from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, cells, draw_lines, empty
-from gaitsim.render.terminal.scales import ARROWS, format_length
-from gaitsim.render.ticks import round_step
+from gaitsim.render.terminal.scales import ARROWS
+from gaitsim.render.ticks import format_round_length, round_step
 
 VIEWS = {"behind": (180.0, 18.0), "side": (-90.0, 7.0), "above": (180.0, 89.0)}
 """Azimuth from the body's heading and elevation of the camera, degrees."""
@@ -72,7 +72,7 @@ def draw_path(
     codes[row, column] = ord(ARROWS[round(turned / (np.pi / 4)) % len(ARROWS)])
     inks[row, column] = BODY
     step = round_step(columns / 4 * WIDE / scale)
-    words = f"{'─' * max(int(step * scale / WIDE), 1)} {format_length(step)}"
+    words = f"{'─' * max(int(step * scale / WIDE), 1)} {format_round_length(step)}"
     if len(words) <= columns:
         codes[-1, : len(words)] = [ord(sign) for sign in words]
         inks[-1, : len(words)] = SCALE

@@ -12,7 +12,8 @@ from gaitsim.render.terminal.braille import Dots
 if TYPE_CHECKING:
     from gaitsim.study.compare_runs import ComparedRun
 
-# A few very low scores, such as those of a first generation, would flatten the rest of the curves.
+# A few very low scores, for example in the first generations, would flatten the rest of the
+# curves.
 OUTLIERS = 0.05  # maximum share of points left out below the axis
 PRESSED = 4.0  # minimum distance of such points below the others, in heights of the others
 HUGE = 1e300  # limit of values, so that the difference of two is finite
@@ -29,7 +30,7 @@ class Series:
         y: (points,); values that are not finite leave gaps.
         stages: ascending indices of the points at which the later stages begin. The line is
             broken there, and each stage is smoothed separately, as its fitness may differ.
-        incomparable: whether the values cannot be compared with those of the other curves. The
+        incomparable: whether the values cannot be compared with the other curves. The
             curve is then drawn faint, each stage on its own scale.
     """
 
@@ -141,7 +142,7 @@ class Frame:
     below: bool = False
 
     def dots(self, x: NDArray[Any], y: NDArray[Any] | None, picture: Dots) -> NDArray[np.float64]:
-        """Return the dots of points, (n, 2); without y they are spread over the full height."""
+        """Return the dots (n, 2) of points; without y they are spread over the full height."""
         height, width = picture.shape
         down = np.linspace(0, 1, len(x)) if y is None else 1 - self.y.share(y)
         return np.stack([self.x.share(x) * (width - 1), down * (height - 1)], axis=1)

@@ -142,7 +142,7 @@ def points_in_view(series: Sequence[Series], view: View) -> list[Series]:
 
 
 def _points(series: Series, frame: Frame, dots: Dots) -> NDArray[np.float64]:
-    """Return the dots of the points of a series, (n, 2)."""
+    """Return the dots (n, 2) of the points of a series."""
     if not series.incomparable:
         return frame.dots(series.x, series.y, dots)
     found = []
@@ -156,7 +156,7 @@ def _points(series: Series, frame: Frame, dots: Dots) -> NDArray[np.float64]:
 def _mark(
     codes: NDArray[np.uint32], inks: Inks, series: Series, frame: Frame, index: int, count: int
 ) -> None:
-    """Write the markers of a series, beside those of the other series if there is space."""
+    """Write the markers of a series, away from markers of other series if there is space."""
     rows, columns = codes.shape
     at = np.isfinite(series.y)
     x, y = frame.x.share(series.x[at]), frame.y.share(series.y[at])

@@ -23,7 +23,7 @@ _MOVED = 1e-9  # relative tolerance between the recorded and the replayed score
 
 @dataclass(frozen=True)
 class Passage:
-    """A part of an explanation: a table with texts above and below it.
+    """A part of an explanation: a table with text above and below it.
 
     Attributes:
         title: heading; '' for none.
@@ -47,7 +47,7 @@ class Passage:
 def explanation(
     individual: Individual, history: Mapping[str, NDArray[np.float64]]
 ) -> Iterator[Passage]:
-    """Yield the terms of the score over time and over the generations, and a summary.
+    """Yield the terms of the score over time and by generation, and a summary.
 
     Raises:
         PluginError: the body or the fitness fails.
@@ -86,7 +86,7 @@ def compare_with_twin(individual: Individual, twin: Individual) -> Passage:
 
 
 def compare_engines(individual: Individual, other: Individual) -> Passage:
-    """Compare a gait in its own physics engine with the same gait in another engine.
+    """Compare a gait in its own physics engine with the same gait in a different engine.
 
     Raises:
         PluginError: a body cannot be drawn or measured.

@@ -57,7 +57,7 @@ def strip(
     wider = min(max(steps // frames, 1), WIDEST)
     if wider > 1:  # a short motion
         touching, frame, frames, each = touching.repeat(wider, 0), frame * wider, frames * wider, 1
-    rate = frame_rate * max(wider, 1) / each  # steps a second
+    rate = frame_rate * max(wider, 1) / each  # steps per second
     count = -(-frames // each)
     at = frame // each
     start = max(0, min(at - steps // 2, count - steps))
@@ -106,7 +106,7 @@ def _write_time(
 
 
 def _shares(touching: NDArray[np.bool_], each: int) -> NDArray[np.float64]:
-    """Return the share of each `each` frames with ground contact, (steps, feet)."""
+    """Return the share (steps, feet) of frames with ground contact in steps of `each` frames."""
     if each == 1:
         return touching.astype(np.float64)
     starts = np.arange(0, len(touching), each)

@@ -36,7 +36,7 @@ _MOST_BAR = 3  # maximum columns per level in the colour scale
 class HeatMap:
     """A map of an archive along one or two axes.
 
-    The colour of a cell is that of its best elite.
+    The colour of a cell shows the score of its best elite.
 
     Args:
         view: the archive.
@@ -134,7 +134,7 @@ class HeatMap:
 
         Args:
             cursor: cell at the cursor, which is marked on the axes as well.
-            marks: character, one column wide, to write on each of some cells.
+            marks: characters, one column wide, to write on cells.
         """
         area = self._area
         codes = np.full((area.rows, area.columns), SPACE, dtype=np.uint32)

@@ -57,7 +57,7 @@ class Area:
 
     @cached_property
     def numbers(self) -> list[tuple[float, str]]:
-        """The numbers along the vertical axis, as values and texts."""
+        """The numbers along the vertical axis, as values and strings."""
         most = max(min(self.height // 3, 6), 2)
         return numbers_along(self.ends[1], most) if len(self.ends) > 1 else []
 
@@ -73,6 +73,6 @@ def dots_of(cells: int, room: int) -> NDArray[np.intp]:
 
 
 def numbers_along(ends: NDArray[np.float64], most: int) -> list[tuple[float, str]]:
-    """Return at most `most` round numbers between two ends, as values and texts."""
+    """Return at most `most` round numbers between two ends, as values and strings."""
     values = ticks(float(ends[0]), float(ends[1]), most)
     return list(zip(values.tolist(), labels(values), strict=True))

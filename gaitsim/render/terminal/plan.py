@@ -120,7 +120,7 @@ def next_leg(plan: Plan, leg: str, forward: int, left: int) -> str:
 
 
 def to_cells(plan: Plan, points: Points, size: tuple[int, int]) -> Points:
-    """Return the columns and rows of points, (…, 2), with the heading up and space for labels."""
+    """Return the columns and rows (…, 2) of points, with the heading up and space for labels."""
     columns, rows = size
     every = np.concatenate([plan.segments.reshape(-1, 2), plan.feet])
     low, high = every.min(axis=0), every.max(axis=0)
@@ -141,7 +141,7 @@ def _front(plan: Plan) -> Points:
 
 
 def _labels(plan: Plan, size: tuple[int, int]) -> NDArray[np.intp]:
-    """Return the cells where labels on the right begin and labels on the left end, (legs, 2)."""
+    """Return the cells (legs, 2) where labels on the right begin and labels on the left end."""
     at = np.rint(to_cells(plan, plan.feet, size)).astype(np.intp)
     at[:, 0] += np.where(plan.feet[:, 1] > 0, -ROOM + 1, ROOM)
     columns, rows = size

@@ -11,7 +11,8 @@ from gaitsim.gait.trunk import heading, trunk
 from gaitsim.render.scene.camera import Camera
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import HIGH, SPACE, WIDE, Inks, cells, empty
-from gaitsim.render.ticks import labels, round_step
+from gaitsim.render.terminal.text import number
+from gaitsim.render.ticks import UNITS, format_round_length, labels, round_step
 
 LEAST = 24, 6  # minimum columns and rows of a picture with annotations
 BAR = 6  # minimum columns of a scale bar
@@ -19,7 +20,6 @@ LEAST_BAR = 1e-5  # metres; every body is larger
 APART = 3  # minimum rows between two ticks of altitude
 STEEP = 0.9  # sine of the camera's elevation above which altitude is not visible
 ARROWS = "↑↖←↙↓↘→↗"  # headings seen from above, with the initial heading up
-UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
 
 Codes = NDArray[np.uint32]
 
@@ -49,7 +49,7 @@ def annotate(
 
     texts = []
     if clip.flies:
-        texts.append(f"altitude {_number(pose.middle[2] + clip.floor)} m")
+        texts.append(f"altitude {number(pose.middle[2] + clip.floor, 2)} m")
         if abs(float(eye.ahead[2])) < STEEP:
             for row, word in _altitudes(eye, clip, pose, rows - 1):
                 write(row, 0, _signs(word))
@@ -74,12 +74,6 @@ def headings(skeleton: Skeleton) -> Floats | None:
     return heading(trunk(skeleton))
 
 
-def format_length(metres: float) -> str:
-    """Format a round length in the largest unit in which it is 1 or more, such as '20 cm'."""
-    size, unit = next((one for one in UNITS if metres >= one[0] * 0.999), UNITS[-1])
-    return f"{metres / size:g} {unit}"
-
-
 def _bar(eye: Camera, widest: int) -> list[int]:
     """Return a bar of a round length at the camera's target, followed by that length.
 
@@ -94,11 +88,11 @@ def _bar(eye: Camera, widest: int) -> list[int]:
     dots = empty(width // WIDE + 1, 1)
     dots[2, : width + 1] = 1
     dots[1:, [0, width]] = 1
-    return [*cells(dots)[0][0].tolist(), *_signs(" " + format_length(metres))]
+    return [*cells(dots)[0][0].tolist(), *_signs(" " + format_round_length(metres))]
 
 
 def _altitudes(eye: Camera, clip: Clip, pose: Pose, rows: int) -> list[tuple[int, str]]:
-    """Return the rows and texts of an axis of altitude at the body, which a mark shows."""
+    """Return the rows and labels of an altitude axis, with a mark at the body's altitude."""
     place, height = pose.middle, int(2 * eye.centre[1]) + 1
     scale = float(eye.scale_at(eye.project(place)[1])) * max(float(eye.up[2]), 0.1)
     step = round_step(APART * HIGH / scale)
@@ -119,10 +113,6 @@ def _altitudes(eye: Camera, clip: Clip, pose: Pose, rows: int) -> list[tuple[int
     if 0 < mark < rows:
         found[mark] = " " * wide + "▸"
     return [(0, unit.rjust(wide)), *found.items()]
-
-
-def _number(value: float) -> str:
-    return f"{value:z.2f}".replace("-", "−")
 
 
 def _signs(word: str) -> list[int]:

@@ -1,4 +1,4 @@
-"""Text for terminals: numbers, and texts of plugins, files and users made safe to print."""
+"""Text for terminals: numbers, and strings of plugins, files and users made safe to print."""
 
 import unicodedata
 
@@ -12,7 +12,7 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def visible(text: str) -> str:
-    """Return a text on one line, with the characters that could control the terminal escaped."""
+    """Return text on one line, with the characters that could control the terminal escaped."""
     if text.isprintable():
         return text
     return "".join(
@@ -27,5 +27,5 @@ def _escape(char: str) -> str:
 
 
 def visible_lines(text: str) -> str:
-    """Return a text with control characters escaped, as in `visible`, except line breaks."""
+    """Return text with all control characters escaped like in `visible`, except line breaks."""
     return "\n".join(map(visible, text.split("\n")))

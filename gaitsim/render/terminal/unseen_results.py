@@ -11,7 +11,7 @@ from gaitsim.render.terminal.text import number
 
 
 def world_results(found: Judgement) -> Iterator[Passage]:
-    """Yield the distribution of the results over worlds, and the conditions that hurt."""
+    """Yield the distribution of the results across worlds, and the conditions that reduce them."""
     shares = {"best": 1.0, "upper quartile": 0.75, "median": 0.5, "lower quartile": 0.25}
     results = {
         "nominal world": found.nominal.result,
@@ -46,8 +46,8 @@ def world_results(found: Judgement) -> Iterator[Passage]:
 
 def _harmful_conditions(found: Judgement) -> Passage:
     if not found.effects:
-        return Passage(notes=("No condition hurts beyond chance.",))
-    less = f"loss {found.unit}".rstrip()
+        return Passage(notes=("No condition has an effect beyond chance.",))
+    loss = f"loss {found.unit}".rstrip()
     rows = tuple(
         (
             one.condition,
@@ -59,31 +59,30 @@ def _harmful_conditions(found: Judgement) -> Passage:
         for one in found.effects
         for inside in [one.within(found.conditions[one.condition])]
     )
-    numbers = (less, "falls there", "explains")
+    numbers = (loss, "falls in range", "variance explained")
     return Passage(
-        "What hurts",
-        columns=("condition", "where", *numbers),
+        "Sensitive to",
+        columns=("condition", "worst range", *numbers),
         rows=rows,
         numbers=numbers,
-        notes=(
-            "Explains: share of the variance over worlds. No other condition hurts beyond chance.",
-        ),
+        notes=("No other condition has an effect beyond chance.",),
     )
 
 
 def summary_line(found: Judgement) -> str:
     """Return a summary on one line, such as 'In 100 unseen worlds: median 1.92 m, …'."""
     unit = f" {found.unit}".rstrip()
-    hurts = f"; {spaced(found.effects[0].condition)} hurts most" if found.effects else ""
+    condition = spaced(found.effects[0].condition) if found.effects else ""
+    worst = f"; most sensitive to {condition}" if condition else ""
     worlds = f"{len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}"
     return (
         f"In {worlds}: median {format_or_dash(found.median, 2)}{unit}, worst tenth "
-        f"{format_or_dash(found.worst_tenth, 2)}{unit}, {format_falls(found)}{hurts}"
+        f"{format_or_dash(found.worst_tenth, 2)}{unit}, {format_falls(found)}{worst}"
     )
 
 
 def format_strongest(found: Judgement) -> str:
-    """Return the condition that hurts most and its range, as 'friction below 0.6', or a dash."""
+    """Return the most harmful condition and range, such as 'friction below 0.6', or a dash."""
     if not found.effects:
         return "–"
     return f"{found.effects[0].condition} {format_range(found.effects[0], found)}"
@@ -95,7 +94,7 @@ def format_falls(found: Judgement) -> str:
 
 
 def format_range(effect: Effect, found: Judgement) -> str:
-    """Return the range in which a condition hurts, such as 'below −1° or above 1°'."""
+    """Return the harmful range of a condition, such as 'below −1° or above 1°'."""
     least, most = found.ranges[effect.condition]
     unit = found.units[effect.condition]
     words = []

@@ -1,4 +1,4 @@
-// The map of an archive: the best score in each cell of two axes, over all other axes.
+// The map of an archive: the best score in each cell of two axes, across all other axes.
 
 const EMPTY = -1;
 const MARGIN = { left: 58, right: 12, top: 10, bottom: 44 };

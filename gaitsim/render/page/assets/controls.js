@@ -100,7 +100,7 @@ class Controls {
 }
 
 /**
- * Listen to keys anywhere on the page, except those that the focused control uses itself.
+ * Listen to keys anywhere on the page, except keys that the focused control uses itself.
  * @param {object} does actions as in Controls, and step(seconds), faster(steps), reset(), help()
  */
 function listenToKeys(does) {

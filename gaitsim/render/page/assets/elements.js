@@ -1,4 +1,4 @@
-// Elements of the page and their texts. Texts are always set as text, never as markup.
+// Elements of the page. Their text is always set as text, never as markup.
 
 /**
  * Return an element.

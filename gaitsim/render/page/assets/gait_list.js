@@ -89,7 +89,7 @@ function notesOf({ gaits, made, axes, count, body }) {
   const degrees = (angle) => numeral((angle * 180) / Math.PI, 2);
   const words = [];
   if (axes.length > 2)
-    words.push("A cell of the map shows the best gait over all the other axes.");
+    words.push("A cell of the map shows the best gait across all other axes.");
   if (!body)
     words.push("The page cannot move this body, which lacks joint angles or links to move.");
   else {
@@ -100,7 +100,7 @@ function notesOf({ gaits, made, axes, count, body }) {
     words.push(
       gaits.form === "waves"
         ? `Joint angles as commanded, within ${gaits.error.toExponential(1)} rad of gaitsim's, ` +
-            `measured over all ${count} gaits.`
+            `the largest difference in all ${count} gaits.`
         : `One stride of each gait as commanded, repeated, with joint angles within ` +
             `${degrees(gaits.error)}° of gaitsim's.`,
     );

@@ -175,7 +175,7 @@ class Player {
   }
 
   /**
-   * Update the time; while playing only ten times a second, as texts cost more than pictures.
+   * Update the time; while playing only ten times a second, as text takes longer to update than the picture.
    * @param {number} now s
    */
   _showTime(now) {

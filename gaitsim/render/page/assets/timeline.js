@@ -217,7 +217,7 @@ function stances(recording, foot) {
 }
 
 /**
- * Shorten a text to fit a width.
+ * Shorten text to fit a width.
  * @param {CanvasRenderingContext2D} pen
  * @param {string} text
  * @param {number} width pixels
