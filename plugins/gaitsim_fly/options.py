@@ -100,14 +100,22 @@ class FlyOptions(Organism):
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
 
     position_scale: float = option(
-        2.0, "distance at which an input of the network reaches 1", unit="m", ge=1e-3, le=1e6
+        2.0,
+        "scale of the position inputs: the distance that becomes an input of 1",
+        unit="m",
+        ge=1e-3,
+        le=1e6,
     )
     velocity_scale: float = option(
-        5.0, "speed at which an input of the network reaches 1", unit="m/s", ge=1e-3, le=1e6
+        5.0,
+        "scale of the velocity inputs: the speed that becomes an input of 1",
+        unit="m/s",
+        ge=1e-3,
+        le=1e6,
     )
     spin_scale: float = option(
         10.0,
-        "angular speed at which an input of the network reaches 1",
+        "scale of the angular velocity inputs: the angular speed that becomes an input of 1",
         unit="rad/s",
         ge=1e-3,
         le=1e6,

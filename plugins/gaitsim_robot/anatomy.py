@@ -122,7 +122,8 @@ def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -
         lower, upper = model.jnt_range[joint.id]
         if model.jnt_limited[joint.id] and not lower <= angle <= upper:
             raise GaitsimError(
-                f"the angle {math.degrees(angle):.4g}° of joint {name!r} is outside its limits",
+                f"the stance angle {math.degrees(angle):.4g}° of joint {name!r} is outside the "
+                "joint's limits",
                 key="stance",
                 allowed=f"{math.degrees(lower):.4g}° to {math.degrees(upper):.4g}°",
             )

@@ -202,7 +202,7 @@ def _with_counterparts(legs: list[Limb]) -> list[Limb]:
 def _are_arms(limbs: Sequence[Limb], height: float) -> bool:
     """Return whether the limbs are two arms.
 
-    Arms have seven joints or more, no soles, and shoulders above `height`, m.
+    Arms have at least seven joints, no soles, and shoulders above `height`, m.
     """
     return len(limbs) == 2 and all(
         len(one.joints) > 6 and not one.sole.any() and one.chain.anchors[0, 2] > height

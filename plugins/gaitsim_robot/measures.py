@@ -45,7 +45,7 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
         "cost of transport": Measure(
             ratio(energy, motion["weight"] * displacement, math.inf),
             "",
-            "work over weight times displacement",
+            "work divided by weight times displacement",
         ),
         "mean power": Measure(
             ratio(energy, lasted), "W", "work of the servos divided by the time until the fall"

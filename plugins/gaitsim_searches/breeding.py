@@ -22,7 +22,7 @@ def simulated_binary(
     Args:
         parents: genomes of the parents, (2, pairs, genes).
         crossed: genes to cross, (pairs, genes); children inherit the other genes unchanged.
-        eta: distribution index; larger values place children nearer to their parents.
+        eta: distribution index; larger values keep children closer to their parents.
         space: bounds of the genes.
         rng: source of randomness.
 

@@ -120,7 +120,7 @@ class DifferentialEvolution(Search):
         return genomes[best], genomes[one], everyone[other]
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Replace genomes by trials that are no worse; remember F and CR of better trials."""
+        """Replace genomes by trials with scores at least as high; update the memory of F and CR."""
         genomes, scores = state["genomes"], state["scores"]
         if not len(genomes):
             return self.rescored(state, results, context)

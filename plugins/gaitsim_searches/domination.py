@@ -14,7 +14,7 @@ def front_ranks(costs: NDArray[np.float64]) -> NDArray[np.int64]:
     Front 1 holds the individuals that are not dominated once front 0 is removed, and so on.
 
     Args:
-        costs: costs, (individuals, objectives); all ∞ for an individual that failed.
+        costs: costs, (individuals, objectives); all ∞ for a failed individual.
 
     Returns:
         (individuals,) int64, from 0.

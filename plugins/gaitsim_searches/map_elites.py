@@ -60,7 +60,10 @@ class MapElites(Search):
         le=10,
     )
     line_sigma: float = option(
-        0.2, "standard deviation of the step to another elite, as a share of the way", ge=0, le=10
+        0.2,
+        "standard deviation of the step towards another elite, as a share of the distance",
+        ge=0,
+        le=10,
     )
     flips: float = option(1.0, "mean number of bits that isotropic and line variation flip", gt=0)
     step: float = option(0.2, "initial step size of an emitter, in widths", gt=0, le=10)
@@ -233,16 +236,16 @@ class MapElites(Search):
         """Return why a state does not fit the axes, cells or genes, or ''."""
         names = bytes(state["axes"]).decode(errors="replace").split("\0")
         if names != list(self.axes):
-            return f"its archive has other axes: {', '.join(names)}"
+            return f"its archive has different axes: {', '.join(names)}"
         ranges = np.array(list(self.axes.values()), float)
         if not np.array_equal(state["ranges"], ranges):
-            return "its archive has other ranges of the axes"
+            return "its archive has different ranges of the axes"
         counts, centroids = state["counts"], state["centroids"]
         cells = tuple(map(int, counts)) if len(counts) else len(centroids)
         if cells != self.cells:
-            return f"its archive has other cells: {cells}"
+            return f"its archive has different cells: {cells}"
         if not context.space.contains(state["genomes"]):
-            return "its archive is of a body with other genes or other bounds"
+            return "its archive is of a body with different genes or bounds"
         archive, total = Archive.from_state(state), _tessellation(state).total
         complete = len(counts) > 0 or (
             centroids.shape == (total, len(names)) and bool(np.isfinite(centroids).all())

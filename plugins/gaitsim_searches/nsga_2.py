@@ -26,8 +26,8 @@ class Nsga2(Search):
     Deb, Pratap, Agarwal and Meyarivan 2002, "A fast and elitist multiobjective genetic algorithm:
     NSGA-II". Parents are the winners of binary tournaments by front, then by crowding. Parents and
     children are sorted into fronts together, and the best fronts survive; the last one keeps its
-    least crowded individuals. Children that duplicate an existing genome are replaced by others. An
-    individual that failed is dominated by all others. Defaults are those of pymoo 0.6.
+    least crowded individuals. Children that duplicate an existing genome are replaced by others. A
+    failed individual is dominated by all others. Defaults are those of pymoo 0.6.
 
     State: `genomes` (survivors, genes) with their `scores`, `values` (survivors, objectives),
     `ranks` of fronts and `crowding`; `reference` (objectives,), the reference point of the
@@ -51,8 +51,8 @@ class Nsga2(Search):
     )
     crossover_eta: float = option(
         15.0,
-        "distribution index of the crossover of real genes; larger values place children nearer "
-        "to their parents",
+        "distribution index of the crossover of real genes; larger values keep children closer to "
+        "their parents",
         ge=0,
         le=1000,
     )
@@ -159,7 +159,7 @@ class Nsga2(Search):
         return self._survivors(results.genomes, results.scores, values, state, len(results.genomes))
 
     def mismatch(self, state: State, context: Context) -> str:
-        """Return why a state has other objectives or an array of the wrong shape, or ''."""
+        """Return why a state has different objectives or an array of the wrong shape, or ''."""
         expected, found = self._signature(), state["objectives"]
         if np.array_equal(expected, found):
             count = len(state["genomes"])
@@ -219,7 +219,7 @@ class Nsga2(Search):
     def _values(self, results: Results) -> NDArray[np.float64]:
         """Return the values of the objectives, (individuals, objectives).
 
-        All are NaN for an individual that failed or has a value that is not finite.
+        All are NaN for a failed individual, or one with a value that is not finite.
         """
         columns = [
             results.scores if name == SCORE else results.values[name] for name in self.objectives
@@ -229,13 +229,13 @@ class Nsga2(Search):
         return np.where(failed[:, None], np.nan, values)
 
     def _costs(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the costs to minimise; ∞ for an individual that failed."""
+        """Return the costs to minimise; ∞ for a failed individual."""
         signs = [1.0 if direction == "min" else -1.0 for direction in self.objectives.values()]
         costs = values * signs
         return np.where(np.isnan(costs), np.inf, costs)
 
     def _with_reference(self, state: State, values: NDArray[np.float64]) -> State:
-        """Return the state with a reference point that is no better than any of these values."""
+        """Return the state with a reference point at least as bad as all of these values."""
         known = np.concatenate([state["reference"][None], values])
         known = known[np.isfinite(known).all(axis=1)]
         if not len(known):

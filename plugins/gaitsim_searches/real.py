@@ -13,7 +13,7 @@ def real_space(space: GenomeSpace) -> RealSpace:
     """Return the space with the type `RealSpace`.
 
     Raises:
-        PluginError: the space is of another kind.
+        PluginError: the space is of a different kind.
     """
     if not isinstance(space, RealSpace):
         raise PluginError(

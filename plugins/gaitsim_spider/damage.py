@@ -24,7 +24,7 @@ class Legs(NamedTuple):
     Attributes:
         lengths: lengths of coxa, femur and tibia, (8, 3) float32, m.
         shares: shares of coxa, femur and tibia in the mass of the whole body, (8, 3) float32.
-        hips: first moment of the legs' masses, if all are at the hips, over the mass of the whole
+        hips: first moment of the legs' masses, if all are at the hips, divided by the mass of the
             body, (3,) float32, m; exactly 0 for an intact body, whose hips cancel in pairs.
     """
 

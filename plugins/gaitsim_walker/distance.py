@@ -97,7 +97,7 @@ def _rms(values: Array) -> Array:
 
 
 def _unevenness(motion: Motion) -> Array:
-    """Return the root mean square load on all feet over its mean, minus 1, (population,).
+    """Return the root mean square load on all feet divided by its mean, minus 1, (population,).
 
     It is 0 at rest, and large for a body that leaps. Frames after a fall, whose load is 0, are
     ignored.

@@ -37,7 +37,7 @@ def measures(motion: Motion, plan: Plan) -> Mapping[str, Measure]:
         "cost of transport": Measure(
             _ratio(energy, motion["weight"] * np.abs(forward)),
             "",
-            "work over weight times displacement",
+            "work divided by weight times displacement",
         ),
         "pitch range": Measure(np.ptp(pitch, axis=1), "°", "range of the torso's pitch"),
         BODY_HEIGHT: Measure(

@@ -143,7 +143,7 @@ def test_a_standing_pose_can_be_given_by_joint_angles():
     with pytest.raises(GaitsimError, match="FL_nee") as failure:
         found(QUADRUPED, stance={"FL_nee": -2.0})
     assert failure.value.remedy == "did you mean 'FL_knee'?"
-    with pytest.raises(GaitsimError, match="outside its limits"):
+    with pytest.raises(GaitsimError, match="outside the joint's limits"):
         found(QUADRUPED, stance={"FL_knee": 1.0})
 
 

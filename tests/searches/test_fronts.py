@@ -12,7 +12,7 @@ from gaitsim_searches.domination import crowding, front_ranks
 from gaitsim_searches.hypervolume import hypervolume
 
 SHAPES = st.tuples(st.integers(1, 14), st.integers(2, 4))
-# Few different values cause many ties and duplicates. ∞ is the cost of an individual that failed.
+# Few different values cause many ties and duplicates. ∞ is the cost of a failed individual.
 COSTS = SHAPES.flatmap(
     lambda shape: arrays(np.float64, shape, elements=st.sampled_from([0.0, 1.0, 2.0, 3.0, np.inf]))
 )

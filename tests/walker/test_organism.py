@@ -186,7 +186,7 @@ def test_cpg_starts_standing_and_settles_on_the_sine_encoding():
     plan = PLANS[4]
     genes = groups(plan, alternating=False, fastest=2.5)
     slow, full = (commands(plan, genome, genes, name, 601)[0] for name in ("cpg", "sine"))
-    assert np.abs(slow[1] - slow[0]).max() < 0.02  # at 60 frames a second
+    assert np.abs(slow[1] - slow[0]).max() < 0.02  # at 60 frames per second
     assert slow[-60:] == pytest.approx(full[-60:], abs=1e-6)
 
 

@@ -10,9 +10,9 @@
  * @property {Vector} limits - limits of flap, pitch and sweep, rad
  * @property {number} dt - time step of the simulation, s
  * @property {number} steps - time steps between commands
- * @property {number} positionScale - distance at which an input reaches 1, m
- * @property {number} velocityScale - speed at which an input reaches 1, m/s
- * @property {number} spinScale - angular speed at which an input reaches 1, rad/s
+ * @property {number} positionScale - distance that becomes an input of 1, m
+ * @property {number} velocityScale - speed that becomes an input of 1, m/s
+ * @property {number} spinScale - angular speed that becomes an input of 1, rad/s
  */
 
 const BODY_INPUTS = 12; // number of inputs before the wing angles

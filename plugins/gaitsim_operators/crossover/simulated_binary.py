@@ -21,7 +21,7 @@ class SimulatedBinary(Crossover):
 
     eta: float = option(
         15.0,
-        "distribution index; larger values place children nearer to their parents",
+        "distribution index; larger values keep children closer to their parents",
         ge=0,
         le=1000,
     )

@@ -36,12 +36,15 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
                 continue
             name = child.get("file", "")
             path = files.find(name)
-            if path is None or str(path) in seen:
-                problem = "is missing" if path is None else "is included twice"
+            if path is None:
                 raise RobotError(
-                    f"the included file {name!r} {problem}",
+                    f"the included file {name!r} does not exist",
                     where=where,
                     allowed="a path relative to the robot's file",
+                )
+            if str(path) in seen:
+                raise RobotError(
+                    f"the file {name!r} is included twice", where=where, allowed="each file once"
                 )
             seen.add(str(path))
             part = parse(files.read(path, MODEL_BYTES), str(path))
@@ -67,7 +70,7 @@ def resolve_files(root: Element, files: Files, where: str, repairs: list[str]) -
     Afterwards, the document refers only to the returned files.
 
     Raises:
-        RobotError: a mesh is outside the allowed folders, or the document attaches another model.
+        RobotError: a mesh is outside the allowed folders, or the document attaches a model.
     """
     _drop_unsupported(root, where, repairs)
     strip, folder = _compiler(root)
@@ -118,7 +121,7 @@ def _drop_unsupported(root: Element, where: str, repairs: list[str]) -> None:
     for element in root.iter():
         if (element.tag == "model" and element.get("file")) or element.tag == "attach":
             raise RobotError(
-                "the file attaches another model, which gaitsim does not support",
+                "the file attaches a separate model, which gaitsim does not support",
                 where=where,
                 remedy="save the compiled model with MuJoCo (`mj_saveLastXML`), and use that file",
             )
