@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from gaitsim.sharing.checking import verify_code as verify_code
 
 # Imported at first use: `gaitsim --help` needs none of these modules, nor NumPy.
-_PLACES = {
+_MODULES = {
     "BitSpace": "gaitsim.contracts",
     "Challenge": "gaitsim.sharing.challenge",
     "Comparison": "gaitsim.comparing",
@@ -90,12 +90,12 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _PLACES:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(_PLACES[name]), name)
+    return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_PLACES})
+    return sorted({*globals(), *_MODULES})

@@ -166,7 +166,7 @@ class Search(ReprMixin, Iterator[Generation]):
         if self.path is None:
             raise RunError(
                 "this search is not recorded",
-                remedy="give evolve() a folder, such as out='runs/mine'",
+                remedy="pass evolve() a folder, such as out='runs/mine'",
             )
         return Run(self.path)
 
@@ -349,8 +349,8 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         """Return a search that continues the run, exactly as if it had never stopped.
 
         Args:
-            generations: last generation to evolve, counted from the start of the run; None as
-                planned.
+            generations: last generation to evolve, counted from the start of the run; None for the
+                planned one.
             fitness: function or object as for `evolve`; a different one starts a stage.
             body: function or object as for `evolve`; a different one starts a stage.
             space: genome space of a body that is a function.

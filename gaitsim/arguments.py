@@ -1,4 +1,4 @@
-"""Arguments shared by the functions of the Python API: their checks, and options made from them."""
+"""Arguments shared by the functions of the Python API: checks, and conversion to options."""
 
 import warnings
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ def check_workers(workers: Any) -> None:
     whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
     if workers is not None and not (whole and workers >= 1):
         raise GaitsimError(
-            f"{workers!r} is not a number of workers",
+            f"invalid number of workers: {workers!r}",
             where="workers",
             allowed="a whole number, 1 or more, or None for the body's default",
         )
@@ -31,7 +31,9 @@ def warn(text: str) -> None:
 
 
 def as_overrides(set: Any, short: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of `set` and those of `short` that are not None, by key.
+    """Return the options of `set`, and those of `short` that are not None, by key.
+
+    An option in `set` overrides the same option in `short`.
 
     Raises:
         GaitsimError: `set` is not a mapping.

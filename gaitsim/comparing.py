@@ -110,5 +110,5 @@ def compare(
 def _check_count(name: str, value: Any, least: int) -> None:
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
         raise GaitsimError(
-            f"{value!r} is not a number of {name}", where=name, allowed=f"a whole number ≥ {least}"
+            f"invalid number of {name}: {value!r}", where=name, allowed=f"a whole number ≥ {least}"
         )

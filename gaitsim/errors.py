@@ -1,4 +1,4 @@
-"""Errors that users and plugin authors can cause and correct."""
+"""Errors that users and plugin authors can cause and correct, and functions that create them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
@@ -41,7 +41,7 @@ class GaitsimError(Exception):
                 lines.append(f"  {label + ':':<9}{text}")
         return "\n".join(lines)
 
-    def then(self, remedy: str) -> None:
+    def add_remedy(self, remedy: str) -> None:
         """Append a remedy to the existing one, if any."""
         self.remedy = f"{self.remedy}; then {remedy}" if self.remedy else remedy
 

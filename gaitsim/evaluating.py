@@ -1,4 +1,4 @@
-"""Scores of genomes for any optimiser: `gaitsim.evaluate`."""
+"""Evaluate genomes for any optimiser: `gaitsim.evaluate`."""
 
 import threading
 from pathlib import Path
@@ -54,7 +54,7 @@ def evaluate(
         experiment = load_experiment(str(experiment), None, ARGUMENTS)
     whole = isinstance(generation, int | np.integer) and not isinstance(generation, bool)
     if not whole or generation < 1:
-        what = f"{generation!r} is not the number of a generation"
+        what = f"invalid generation: {generation!r}"
         raise GaitsimError(what, where="generation", allowed="a whole number, 1 or more")
     space = experiment.space()  # called once, as it may be slow
     given = _genomes(experiment, space, genomes)
@@ -77,25 +77,25 @@ def _genomes(experiment: Experiment, space: GenomeSpace, given: ArrayLike) -> Ge
     except ValueError:  # lists of different lengths
         array = np.empty(0, object)
     if array.dtype.kind not in "fiub":
-        raise _refused(experiment, "the genomes are not real numbers")
+        raise _invalid_genomes(experiment, "the genomes are not real numbers")
     if array.ndim == 1:
         array = array[None]
     if array.ndim != 2 or array.shape[1] != space.genes or not len(array):
         what = f"the genomes have the shape {np.shape(given)}"
         turned = np.shape(given)[:1] == (space.genes,) and np.ndim(given) == 2
-        raise _refused(experiment, what, "transpose them" if turned else "")
+        raise _invalid_genomes(experiment, what, "transpose them" if turned else "")
     if not np.isfinite(array).all():
         individual, gene = np.argwhere(~np.isfinite(array))[0]
         value = array[individual, gene]
         label = f"gene {gene + 1}, {space.labels[gene]!r},"
-        raise _refused(experiment, f"{label} of individual {individual} is {value}")
+        raise _invalid_genomes(experiment, f"{label} of individual {individual} is {value}")
     found = np.ascontiguousarray(array, space.dtype)
     if space.dtype.kind != "f" and not np.array_equal(found, array):
-        raise _refused(experiment, f"the genomes are not all of dtype {space.dtype}")
+        raise _invalid_genomes(experiment, f"the genomes are not all of dtype {space.dtype}")
     return found
 
 
-def _refused(experiment: Experiment, what: str, remedy: str = "") -> GaitsimError:
+def _invalid_genomes(experiment: Experiment, what: str, remedy: str = "") -> GaitsimError:
     allowed = f"(population, genes), finite: {expected_genomes(experiment)}"
     return GaitsimError(what, where="genomes", allowed=allowed, remedy=remedy)
 

@@ -14,14 +14,14 @@ from gaitsim.individual import Individual
 from gaitsim.render.notebook import RunViews
 from gaitsim.runs.snapshot import RunSnapshot
 
-Of = Literal["individual", "individuals", "run"]
+Input = Literal["individual", "individuals", "run"]
 _ONE = ("--generation", "--member", "--damage", "--world", "--engine")
-CHOOSES: Mapping[Of, tuple[str, ...]] = {
+INPUT_FLAGS: Mapping[Input, tuple[str, ...]] = {
     "individual": _ONE,
     "individuals": (*_ONE, "--generations"),
     "run": (),
 }
-"""The options that choose the individuals and change their body, for each kind of input."""
+"""The flags that choose the individuals and change their body, for each kind of input."""
 
 
 @dataclass(frozen=True)
@@ -49,25 +49,25 @@ class Format:
     """A format of `gaitsim export`.
 
     Attributes:
-        stem: the beginning of a default file name.
-        ending: the end of a default file name; '' for a folder.
-        of: kind of input: one individual, several individuals or a whole run.
+        stem: beginning of a default file name.
+        ending: extension of a default file name, with its dot; '' for a folder.
+        input: kind of input: one individual, several individuals or a whole run.
         write: function that writes the file and returns a description of its content.
-        options: flags that the format accepts besides those in `CHOOSES`.
-        counts: plural noun for the items in the progress bar; '' if writing is quick.
+        options: flags that the format accepts besides those in `INPUT_FLAGS`.
+        items: plural noun for the items in the progress bar; '' if writing is quick.
     """
 
     stem: str
     ending: str
-    of: Of
+    input: Input
     write: Writer
     options: tuple[str, ...] = ()
-    counts: str = ""
+    items: str = ""
 
     @property
-    def takes(self) -> tuple[str, ...]:
+    def flags(self) -> tuple[str, ...]:
         """All flags that the format accepts."""
-        return (*CHOOSES[self.of], *self.options)
+        return (*INPUT_FLAGS[self.input], *self.options)
 
 
 def _write_gait(format: str, subject: Subject, path: Path, options: Options) -> Exported:
@@ -113,14 +113,14 @@ FORMATS: Mapping[str, Format] = {
         for name, ending in ENDINGS.items()
     },
     "html": Format("page", ".html", "individuals", _write_page),
-    "atlas": Format("atlas", ".html", "run", _write_atlas, counts="gaits"),
+    "atlas": Format("atlas", ".html", "run", _write_atlas, items="gaits"),
     "glb": Format("body", ".glb", "individual", _write_glb),
-    "tensorboard": Format("tensorboard", "", "run", _write_events, counts="generations"),
+    "tensorboard": Format("tensorboard", "", "run", _write_events, items="generations"),
 }
 """All formats by name, in the order of `gaitsim.choices.ExportFormat`."""
 
 BY_ENDING = tuple(name for name, format in FORMATS.items() if format.ending == f".{name}")
-"""The formats that can be chosen by a file's extension."""
+"""The formats that a file's extension can choose."""
 
 
 def check_flags(format: str, given: Iterable[str]) -> None:
@@ -129,7 +129,7 @@ def check_flags(format: str, given: Iterable[str]) -> None:
     Raises:
         GaitsimError: a flag is not accepted by this format.
     """
-    refuse_options(format, given, {name: one.takes for name, one in FORMATS.items()})
+    refuse_options(format, given, {name: one.flags for name, one in FORMATS.items()})
 
 
 def default_name(format: str, subject: Subject) -> str:
@@ -186,7 +186,7 @@ def export(
 
 def _subject(exported: Individual | RunViews, format: str) -> Subject:
     """Return the input of an export; a format for individuals takes a run's champion."""
-    of_run = FORMATS[format].of == "run"
+    of_run = FORMATS[format].input == "run"
     if isinstance(exported, RunViews):
         run = exported.snapshot
         return Subject(run) if of_run else Subject(run, (run.individual(),))

@@ -1,4 +1,4 @@
-"""Individuals: a genome with its score, and the motion of its body."""
+"""Individuals: genomes with their scores, and the motion of their bodies."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -42,8 +42,8 @@ class Near:
     """The best member of a front or archive near given values, by axis.
 
     The distance of a member is its largest distance along an axis, as a share of the axis. All
-    members within `WITHIN` of the smallest distance count as near; the one with the highest score
-    is chosen.
+    members within `NEAR_TOLERANCE` of the smallest distance count as near; the one with the
+    highest score is chosen.
     """
 
     values: Mapping[str, float]
@@ -52,13 +52,13 @@ class Near:
         return ", ".join(f"{name}={value:g}" for name, value in self.values.items())
 
 
-WITHIN = 0.05
+NEAR_TOLERANCE = 0.05  # share of an axis
 
 Which = int | Member | None
 """An individual of a run: the best of a generation, a member, or the best of all."""
 
-Asked = Which | Near
-"""An individual of a run as requested by a user."""
+Choice = Which | Near
+"""An individual of a run, as chosen by a user."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,21 +105,22 @@ class Individual(ReprMixin):
     def title(self) -> str:
         """A description of where the individual comes from and how its body was changed."""
         if not self.generation:
-            return f"{self.source} on the {self.experiment.entries['organism'].name}{self._changed}"
-        best = f"best of generation {self.generation}{self._changed}"
+            body = self.experiment.entries["organism"].name
+            return f"{self.source} on the {body}{self._changes_text}"
+        best = f"best of generation {self.generation}{self._changes_text}"
         return f"{self.source or self.experiment.name}, {best if self.best_of else self.label}"
 
     @property
     def label(self) -> str:
         """The name of the individual within its run, such as 'member 3 of generation 12'."""
-        generation = f"generation {self.generation}{self._changed}"
+        generation = f"generation {self.generation}{self._changes_text}"
         return generation if self.member is None else f"{self.member} of {generation}"
 
     @property
     def stem(self) -> str:
         """The part of a file name for the individual, such as 'generation-12-member-3'."""
         member = "" if self.member is None else f"-member-{self.member.number}"
-        changes = "".join(c if c.isalnum() or c in "-." else "-" for c in self._changed[1:])
+        changes = "".join(c if c.isalnum() or c in "-." else "-" for c in self._changes_text[1:])
         return f"generation-{self.generation}{member}{changes[:100]}"
 
     @property
@@ -133,7 +134,7 @@ class Individual(ReprMixin):
         return dict(getattr(self.experiment.organism, WORLD, {}))
 
     @property
-    def _changed(self) -> str:
+    def _changes_text(self) -> str:
         """Damage, conditions of the world and other changes, each preceded by a comma."""
         other = (
             f"{key.removeprefix('organism.')} {brief(value)}"
@@ -145,7 +146,7 @@ class Individual(ReprMixin):
 
     @property
     def best_of(self) -> int | None:
-        """The generation that it is the best of; None for a member or a gait from a file."""
+        """The generation whose best individual this is; None for a member or a gait from a file."""
         return self.generation or None if self.member is None else None
 
     @property
@@ -163,7 +164,7 @@ class Individual(ReprMixin):
         if self.played is not None:
             return self.played
         if self.genome is None:
-            raise ValueError("an individual has a genome or a motion")
+            raise ValueError("an individual needs a genome or a motion")
         with plugin_errors(self.experiment.entries["organism"], "moving the champion"):
             return self.experiment.organism.move(self.genome[None].copy())
 

@@ -67,7 +67,7 @@ def gene_count(sizes: Sequence[int]) -> int:
     Raises:
         ValueError: there are fewer than two layers, or a layer is empty.
     """
-    return sum(to * (come + 1) for come, to in pairwise(_checked(sizes)))
+    return sum(fan_out * (fan_in + 1) for fan_in, fan_out in pairwise(_checked(sizes)))
 
 
 def gene_labels(sizes: Sequence[int]) -> tuple[str, ...]:
@@ -78,10 +78,10 @@ def gene_labels(sizes: Sequence[int]) -> tuple[str, ...]:
     """
     return tuple(
         label
-        for layer, (come, to) in enumerate(pairwise(_checked(sizes)), 1)
+        for layer, (fan_in, fan_out) in enumerate(pairwise(_checked(sizes)), 1)
         for label in (
-            *(f"W{layer}[{i},{j}]" for i in range(to) for j in range(come)),
-            *(f"b{layer}[{i}]" for i in range(to)),
+            *(f"W{layer}[{i},{j}]" for i in range(fan_out) for j in range(fan_in)),
+            *(f"b{layer}[{i}]" for i in range(fan_out)),
         )
     )
 
@@ -114,19 +114,18 @@ class Network:
                 f"{len(self.weights)} layers of weights and {len(self.biases)} of biases: "
                 "expected equal numbers, at least one"
             )
-        come: int | None = None
+        inputs: int | None = None
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True), 1):
             shape = weight.shape
-            if len(shape) < 2 or come not in (None, shape[-1]):
+            if len(shape) < 2 or inputs not in (None, shape[-1]):
                 raise ValueError(
-                    f"W{layer} has the shape {shape}, expected (…, to, from) with "
-                    f"from = {come or 'inputs'}"
+                    f"W{layer} has shape {shape}; expected (…, to, {inputs or 'from'})"
                 )
             if bias.shape != shape[:-1]:
                 raise ValueError(
-                    f"b{layer} has the shape {bias.shape}, expected {shape[:-1]} to match W{layer}"
+                    f"b{layer} has shape {bias.shape}; expected {shape[:-1]} to match W{layer}"
                 )
-            come = shape[-2]
+            inputs = shape[-2]
 
     @property
     def sizes(self) -> tuple[int, ...]:
@@ -161,13 +160,13 @@ class Network:
         row = _floating(genes)
         if row.ndim == 0 or row.shape[-1] != count:
             raise ValueError(
-                f"genes have the shape {row.shape}, expected (…, genes) with {count} genes "
-                f"for layers of {'-'.join(map(str, sizes))}"
+                f"genes have shape {row.shape}; expected (…, {count}) for layers of "
+                f"{'-'.join(map(str, sizes))}"
             )
         weights, biases, first = [], [], 0
-        for come, to in pairwise(sizes):
-            middle, last = first + to * come, first + to * (come + 1)
-            weights.append(row[..., first:middle].reshape(*row.shape[:-1], to, come))
+        for fan_in, fan_out in pairwise(sizes):
+            middle, last = first + fan_out * fan_in, first + fan_out * (fan_in + 1)
+            weights.append(row[..., first:middle].reshape(*row.shape[:-1], fan_out, fan_in))
             biases.append(row[..., middle:last])
             first = last
         return cls(tuple(weights), tuple(biases), activation, output)
@@ -194,10 +193,10 @@ class Network:
         gains.append(2.0 if "relu" in output else 1.0)
         return cls(
             tuple(
-                rng.normal(0.0, np.sqrt(gain / come), (to, come))
-                for (come, to), gain in zip(layers, gains, strict=True)
+                rng.normal(0.0, np.sqrt(gain / fan_in), (fan_out, fan_in))
+                for (fan_in, fan_out), gain in zip(layers, gains, strict=True)
             ),
-            tuple(np.zeros(to) for _, to in layers),
+            tuple(np.zeros(fan_out) for _, fan_out in layers),
             activation,
             output,
         )
@@ -232,14 +231,11 @@ class Network:
             ValueError: the inputs or targets do not match the network.
         """
         layers = self._layers(inputs)
-        wanted, outputs = _floating(targets), layers[-1]
-        if wanted.ndim < 2 or wanted.shape[-2:] != outputs.shape[-2:]:
-            raise ValueError(
-                f"targets have the shape {wanted.shape}, expected (…, outputs, samples) = "
-                f"{outputs.shape}"
-            )
-        off = outputs - wanted
-        delta = 2 * off / (off.shape[-2] * off.shape[-1])
+        desired, outputs = _floating(targets), layers[-1]
+        if desired.ndim < 2 or desired.shape[-2:] != outputs.shape[-2:]:
+            raise ValueError(f"targets have shape {desired.shape}; expected {outputs.shape}")
+        residual = outputs - desired
+        delta = 2 * residual / (residual.shape[-2] * residual.shape[-1])
         by_weights: list[Floats] = []
         by_biases: list[Floats] = []
         for layer in reversed(range(len(self.weights))):
@@ -249,17 +245,14 @@ class Network:
             by_biases.insert(0, delta.sum(axis=-1))
             if layer:
                 delta = self.weights[layer].swapaxes(-1, -2) @ delta
-        error: Floats = np.mean(off * off, axis=(-2, -1))
+        error: Floats = np.mean(residual * residual, axis=(-2, -1))
         return error, _flat(by_weights, by_biases)
 
     def _layers(self, inputs: ArrayLike) -> list[Floats]:
         """Return the output of each layer, inputs first, each (…, to, samples)."""
         a = _floating(inputs)
         if a.ndim < 2 or a.shape[-2] != self.sizes[0]:
-            raise ValueError(
-                f"inputs have the shape {a.shape}, expected (…, inputs, samples) with "
-                f"{self.sizes[0]} inputs"
-            )
+            raise ValueError(f"inputs have shape {a.shape}; expected (…, {self.sizes[0]}, samples)")
         layers = [a]
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             a = activation(self._code(layer), weight @ a + bias[..., None])

@@ -1,8 +1,8 @@
 """Open untrusted files.
 
 A pipe blocks its reader, a device may be endless, a link may lead out of a folder, and a file may
-exceed the memory. So files are opened without blocking and without following links, checked through
-their descriptor, and rejected unless they are regular files of bounded size.
+exceed the memory. Therefore files are opened without blocking and without following links, checked
+through their descriptor, and rejected unless they are regular files of bounded size.
 """
 
 import errno
@@ -33,18 +33,18 @@ def open_descriptor(path: Path, flags: int, *, follow: bool = False) -> int:
         descriptor = os.open(path, flags | _FLAGS | (0 if follow else _NO_FOLLOW), 0o644)
     except OSError as error:
         if error.errno == errno.ELOOP and not follow:
-            raise _refused(errno.ELOOP, "it is a symbolic link", path) from None
+            raise _file_error(errno.ELOOP, "it is a symbolic link", path) from None
         if error.errno == errno.ENXIO:  # a socket, or a pipe without a reader
-            raise _refused(errno.EINVAL, "it is not a regular file", path) from None
+            raise _file_error(errno.EINVAL, "it is not a regular file", path) from None
         raise
     try:
         status = os.fstat(descriptor)
         if stat.S_ISDIR(status.st_mode):
-            raise _refused(errno.EISDIR, os.strerror(errno.EISDIR), path)
+            raise _file_error(errno.EISDIR, os.strerror(errno.EISDIR), path)
         if not stat.S_ISREG(status.st_mode):
-            raise _refused(errno.EINVAL, "it is not a regular file", path)
+            raise _file_error(errno.EINVAL, "it is not a regular file", path)
         if flags & (os.O_WRONLY | os.O_RDWR) and status.st_nlink > 1:
-            raise _refused(errno.EMLINK, "it has several names (hard links)", path)
+            raise _file_error(errno.EMLINK, "it has several names (hard links)", path)
     except BaseException:
         os.close(descriptor)
         raise
@@ -94,8 +94,8 @@ def _size(file: BinaryIO) -> int:
 
 
 def _too_large(path: Path, size: str, largest: int) -> OSError:
-    return _refused(errno.EFBIG, f"it is too large: {size} bytes, at most {largest:,}", path)
+    return _file_error(errno.EFBIG, f"it is too large: {size} bytes, at most {largest:,}", path)
 
 
-def _refused(number: int, reason: str, path: Path) -> OSError:
+def _file_error(number: int, reason: str, path: Path) -> OSError:
     return OSError(number, reason, str(path))

@@ -16,11 +16,11 @@ from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
 from gaitsim.runs.start import kept_individual
 
 PRESET = "fly-steer-hover"  # the default experiment
-SHOWN = 3.0  # seconds of recent motion kept in full
-PLACES = 10.0  # rate at which points of the path are kept, Hz
-LONGEST_PATH = 6000  # points of the path, at most
-BEHIND = 1.0  # seconds simulated at once, at most; a longer gap was a pause of the program
-SPEED_OVER = 0.25  # seconds over which speeds are averaged
+RECENT = 3.0  # seconds of recent motion kept in full
+PATH_RATE = 10.0  # rate at which points of the path are kept, Hz
+MOST_PATH_POINTS = 6000  # points of the path, at most
+MOST_CATCH_UP = 1.0  # seconds simulated at once, at most; a longer gap was a pause of the program
+SPEED_WINDOW = 0.25  # seconds over which speeds are averaged
 SHARES = "shares"  # channel of a steered motion, (1, frames, commands)
 
 
@@ -64,7 +64,7 @@ def steered_bodies() -> list[str]:
 
 
 def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[str, Genomes]:
-    """Return the controller of each command of a body, (genes,), by command name.
+    """Return the genome of the controller of each command, of shape (genes,), by command name.
 
     Args:
         experiment: experiment of the body.
@@ -79,9 +79,9 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
     names = [command.name for command in commands_of(experiment)]
     if not names:
         bodies = steered_bodies()
-        how = " with these options" if entry.name in bodies else ""
+        options = " with these options" if entry.name in bodies else ""
         raise GaitsimError(
-            f"the body {entry.name!r}{how} cannot be steered: it has no commands",
+            f"the body {entry.name!r}{options} cannot be steered: it has no commands",
             where=f"experiment {experiment.name}",
             allowed=f"a body with commands: {', '.join(bodies) or 'none is installed'}",
             remedy=f"use the preset {PRESET}",
@@ -96,7 +96,7 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
     with plugin_errors(entry, "reading its controllers"):
         found = dict(experiment.organism.controllers())
     for name, reference in replaced.items():
-        found[name] = _kept(experiment, reference, f"--controller {name}={reference}")
+        found[name] = _controller_genome(experiment, reference, f"--controller {name}={reference}")
     missing = [name for name in names if name not in found]
     if missing:
         raise GaitsimError(
@@ -109,34 +109,34 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
     return {name: found[name] for name in names}
 
 
-def _kept(experiment: Experiment, reference: str, where: str) -> Genomes:
+def _controller_genome(experiment: Experiment, reference: str, where: str) -> Genomes:
     """Return the genome, (genes,), of a saved individual after checking that it fits the body."""
     try:
-        kept = kept_individual(reference)
+        saved = kept_individual(reference)
     except GaitsimError as error:
         error.where = where if error.where in ("", "--from") else error.where
         raise
-    wrong = genome_mismatch(experiment, kept.genome[None], kept.experiment, "the genome")
+    wrong = genome_mismatch(experiment, saved.genome[None], saved.experiment, "the genome")
     if wrong:
         raise GaitsimError(
             f"{wrong}; it cannot control this body",
             where=where,
             allowed=expected_genomes(experiment),
-            remedy="give an individual of the same body, with the same options for its genome",
+            remedy="choose an individual of the same body, with the same options for its genome",
         )
-    return kept.genome
+    return saved.genome
 
 
-def drive_of() -> "Drive":
+def default_drive() -> "Drive":
     """Return the body of the default preset at its start, with the controllers of its package.
 
     Raises:
         GaitsimError: the preset is not installed, or the body fails.
     """
-    return drive_with(load_experiment(PRESET), {})
+    return create_drive(load_experiment(PRESET), {})
 
 
-def drive_with(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":
+def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":
     """Return an experiment's body at its start, with the controllers of `controllers_of`.
 
     Raises:
@@ -150,7 +150,7 @@ class Drive:
 
     Args:
         experiment: experiment of the body.
-        controllers: genome of the controller, (genes,), by command name.
+        controllers: genome of the controller of each command, of shape (genes,), by name.
 
     Attributes:
         commands: commands of the body; the first one is active at the start.
@@ -172,13 +172,13 @@ class Drive:
         Raises:
             GaitsimError: a controller does not fit, or the body fails.
         """
-        with plugin_errors(self._entry, "getting ready to be steered"):
+        with plugin_errors(self._entry, "preparing to be steered"):
             steered: object = self._organism.steer(self._controllers)
         if not isinstance(steered, Steered):
             raise contract_error(
                 self._entry, f"returned a {type(steered).__name__} from steer()", "a Steered"
             )
-        with plugin_errors(self._entry, "saying its frame rate"):
+        with plugin_errors(self._entry, "giving its frame rate"):
             self.frame_rate = float(steered.frame_rate)
         if not 0 < self.frame_rate < np.inf:
             raise contract_error(
@@ -189,9 +189,9 @@ class Drive:
         self.ending = ""
         self.shares = np.eye(len(self.commands))[0]
         self._frames, self._lag = 0, 0.0
-        self._latest: deque[NDArray[np.float64]] = deque(maxlen=int(SHOWN * self.frame_rate) + 1)
+        self._latest: deque[NDArray[np.float64]] = deque(maxlen=int(RECENT * self.frame_rate) + 1)
         self._centres: deque[NDArray[np.float64]] = deque(maxlen=self._latest.maxlen)
-        self._path: deque[NDArray[np.float64]] = deque(maxlen=LONGEST_PATH)
+        self._path: deque[NDArray[np.float64]] = deque(maxlen=MOST_PATH_POINTS)
         self._first: Skeleton | None = None
         self._simulate(1)
 
@@ -201,7 +201,7 @@ class Drive:
         return self._frames / self.frame_rate
 
     def choose(self, name: str) -> None:
-        """Activate a command, by its name, from the next frame."""
+        """Activate the command with this name from the next frame."""
         self.command = next(command for command in self.commands if command.name == name)
 
     def advance_to(self, seconds: float) -> None:
@@ -216,7 +216,7 @@ class Drive:
             GaitsimError: the body fails.
         """
         behind = int((seconds - self._lag) * self.frame_rate) - self._frames
-        most = int(BEHIND * self.frame_rate)
+        most = int(MOST_CATCH_UP * self.frame_rate)
         if behind > most:
             self._lag += (behind - most) / self.frame_rate
             behind = most
@@ -231,7 +231,7 @@ class Drive:
         if self._first is None:
             self._first, self.size = skeleton, size(skeleton)
         flown = _until_ground(skeleton)
-        every = max(round(self.frame_rate / PLACES), 1)
+        every = max(round(self.frame_rate / PATH_RATE), 1)
         for frame in range(flown):
             self._latest.append(np.asarray(skeleton.segments[frame], dtype=np.float64))
             self._centres.append(np.asarray(skeleton.path[frame], dtype=np.float64))
@@ -248,7 +248,7 @@ class Drive:
             self.ending = f"It hit the ground after {self.seconds:.1f} s."
 
     def _check(self, motion: Motion, skeleton: Skeleton, frames: int) -> None:
-        """Check that the body fulfilled its contract when it advanced."""
+        """Check that the frames fulfil the contract of a steered body."""
         wrong = ""
         if len(skeleton.segments) != frames:
             wrong = f"advanced {len(skeleton.segments)} frames instead of {frames}"
@@ -284,7 +284,7 @@ class Drive:
     @property
     def velocity(self) -> NDArray[np.float64]:
         """Mean velocity over the last quarter of a second, (3,) m/s."""
-        frames = min(int(SPEED_OVER * self.frame_rate), len(self._centres) - 1)
+        frames = min(int(SPEED_WINDOW * self.frame_rate), len(self._centres) - 1)
         if not frames:
             return np.zeros(3)
         moved = self._centres[-1] - self._centres[-1 - frames]

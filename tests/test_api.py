@@ -22,15 +22,15 @@ from gaitsim.runs.writer import RunWriter
 
 
 @pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> gs.Search:
-    """Return a finished, recorded search of a spider."""
-    out = tmp_path_factory.mktemp("runs") / "walked"
+def evolved_search(tmp_path_factory: pytest.TempPathFactory) -> gs.Search:
+    """Return a finished, recorded search for a gait of the spider."""
+    out = tmp_path_factory.mktemp("runs") / "evolved_search"
     search = gs.evolve("spider", generations=4, population=24, seed=2, out=out)
     assert [generation.number for generation in search] == [1, 2, 3, 4]
     return search
 
 
-def test_importing_it_imports_nothing_else() -> None:
+def test_importing_gaitsim_imports_nothing_else() -> None:
     script = (
         "import sys; import gaitsim; before = set(sys.modules); dir(gaitsim); "
         "print({'numpy', 'pydantic', 'numba', 'matplotlib', 'typer'} & before)"
@@ -41,7 +41,7 @@ def test_importing_it_imports_nothing_else() -> None:
     assert found.stdout.strip() == "set()"
 
 
-def test_every_public_name_is_there() -> None:
+def test_every_public_name_exists() -> None:
     assert set(gs.__all__) <= set(dir(gs))
     assert all(getattr(gs, name).__name__ == name for name in gs.__all__)
     with pytest.raises(AttributeError, match="no attribute 'evovle'"):
@@ -50,7 +50,7 @@ def test_every_public_name_is_there() -> None:
 
 @pytest.mark.slow
 def test_a_loop_records_the_run_that_the_command_records(
-    tmp_path: Path, walked: gs.Search, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, evolved_search: gs.Search, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     arguments = "run spider --generations 4 --population 24 --seed 2 --out commanded"
@@ -60,12 +60,12 @@ def test_a_loop_records_the_run_that_the_command_records(
         capture_output=True,
         timeout=120,
     )
-    assert gs.load("commanded").fingerprint() == walked.run.fingerprint()
+    assert gs.load("commanded").fingerprint() == evolved_search.run.fingerprint()
     # An unrecorded search evolves the same generations.
     unrecorded = list(gs.evolve("spider", generations=4, population=24, seed=2, workers=1))
-    assert walked.last is not None
-    assert np.array_equal(unrecorded[-1].genomes, walked.last.genomes)
-    assert np.array_equal(unrecorded[-1].scores, walked.last.scores)
+    assert evolved_search.last is not None
+    assert np.array_equal(unrecorded[-1].genomes, evolved_search.last.genomes)
+    assert np.array_equal(unrecorded[-1].scores, evolved_search.last.scores)
 
 
 def test_an_experiment_is_a_name_a_path_or_an_object(tmp_path: Path) -> None:
@@ -99,7 +99,7 @@ def test_options_are_set_by_values_of_python() -> None:
     assert experiment.mutation.model_dump()["rate"] == 0.25
 
 
-def test_mistakes_are_reported_before_the_loop() -> None:
+def test_invalid_arguments_are_reported_before_the_loop() -> None:
     with pytest.raises(gs.GaitsimError, match="did you mean 'spider'"):
         gs.evolve("spidr")
     with pytest.raises(gs.GaitsimError, match="2 problems"):
@@ -111,24 +111,27 @@ def test_mistakes_are_reported_before_the_loop() -> None:
 
 
 @pytest.mark.parametrize("given", [["mutation.rate=.1"], "mutation.rate=.1", 3])
-def test_options_that_are_not_a_mapping_are_refused(given: Any, walked: gs.Search) -> None:
-    for begin in (lambda: gs.evolve("spider", set=given), lambda: walked.run.resume(set=given)):
+def test_options_that_are_not_a_mapping_are_rejected(given: Any, evolved_search: gs.Search) -> None:
+    for begin in (
+        lambda: gs.evolve("spider", set=given),
+        lambda: evolved_search.run.resume(set=given),
+    ):
         with pytest.raises(gs.GaitsimError, match=r'such as \{"mutation.rate": 0.1\}'):
             begin()
 
 
 @pytest.mark.parametrize("given", [0, -1, 1.5, "2", True])
-def test_an_invalid_number_of_workers_is_refused(
-    given: Any, walked: gs.Search, tmp_path: Path
+def test_an_invalid_number_of_workers_is_rejected(
+    given: Any, evolved_search: gs.Search, tmp_path: Path
 ) -> None:
     with pytest.raises(gs.GaitsimError, match="a whole number, 1 or more"):
         gs.evolve("spider", workers=given, out=tmp_path / "refused")
     with pytest.raises(gs.GaitsimError, match="a whole number, 1 or more"):
-        walked.run.resume(workers=given)
+        evolved_search.run.resume(workers=given)
     assert not list(tmp_path.iterdir())
 
 
-def test_leaving_a_loop_frees_the_workers_and_the_run(tmp_path: Path) -> None:
+def test_leaving_a_loop_stops_the_workers_and_unlocks_the_run(tmp_path: Path) -> None:
     out = tmp_path / "left"
     before = set(threading.enumerate())
     for generation in gs.evolve("spider", population=40, seed=1, workers=3, out=out):
@@ -142,7 +145,7 @@ def test_leaving_a_loop_frees_the_workers_and_the_run(tmp_path: Path) -> None:
         assert writer.last.number == 3
 
 
-def test_workers_do_not_import_the_script_that_runs(tmp_path: Path) -> None:
+def test_workers_do_not_import_the_running_script(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(f"""
 import gaitsim as gs
@@ -171,7 +174,7 @@ ISLANDS: dict[str, Any] = {
 """Two small islands, each evolved by a worker."""
 
 
-def test_an_error_in_a_loop_leaves_a_run_that_resumes(tmp_path: Path) -> None:
+def test_a_run_resumes_after_an_error_in_the_loop(tmp_path: Path) -> None:
     out = tmp_path / "left"
     search = gs.evolve("spider", generations=4, population=24, seed=2, out=out)
 
@@ -186,7 +189,7 @@ def test_an_error_in_a_loop_leaves_a_run_that_resumes(tmp_path: Path) -> None:
     assert list(search) == []
 
 
-def test_a_search_that_is_kept_continues() -> None:
+def test_a_search_continues_after_its_loop() -> None:
     search = gs.evolve("spider", generations=4, population=8)
     for generation in search:
         if generation.number == 2:
@@ -196,13 +199,15 @@ def test_a_search_that_is_kept_continues() -> None:
     search.close()
 
 
-def test_a_run_resumes_from_python_to_the_same_bits(tmp_path: Path, walked: gs.Search) -> None:
+def test_a_run_resumed_in_python_is_bit_identical(
+    tmp_path: Path, evolved_search: gs.Search
+) -> None:
     out = tmp_path / "halves"
     for _ in gs.evolve("spider", generations=2, population=24, seed=2, out=out):
         pass
     numbers = [generation.number for generation in gs.load(out).resume(4)]
     assert numbers == [3, 4]
-    again, whole = gs.load(out), walked.run
+    again, whole = gs.load(out), evolved_search.run
     for name, values in whole.history.items():
         assert name == "seconds" or np.array_equal(values, again.history[name]), name
     assert again.fingerprint() == whole.fingerprint()
@@ -238,8 +243,8 @@ def test_a_hand_edit_is_a_warning_when_the_run_resumes(tmp_path: Path) -> None:
         assert [generation.number for generation in gs.load(out).resume(3)] == [3]
 
 
-def test_the_champion_is_the_best_of_all(walked: gs.Search) -> None:
-    run, kept = walked.run, walked.champion
+def test_the_champion_is_the_best_of_all(evolved_search: gs.Search) -> None:
+    run, kept = evolved_search.run, evolved_search.champion
     assert kept is not None
     champion = run.champion
     assert champion.score == kept.score == run.history["best"].max()
@@ -256,8 +261,8 @@ def test_the_champion_is_the_best_of_all(walked: gs.Search) -> None:
         run.replay(world={"ice": 1.0})
 
 
-def test_pictures(walked: gs.Search, tmp_path: Path) -> None:
-    run = walked.run
+def test_pictures_show_individuals(evolved_search: gs.Search, tmp_path: Path) -> None:
+    run = evolved_search.run
     picture = gs.picture(run.champion, 1.0, size=(160, 90))
     assert isinstance(picture, Image.Image)
     assert picture.size == (160, 90)
@@ -272,34 +277,44 @@ def test_pictures(walked: gs.Search, tmp_path: Path) -> None:
         run.video("walk.mp5")
 
 
-def test_plots_are_figures_that_notebooks_show(walked: gs.Search) -> None:
-    figure = walked.run.plot()
+def test_plots_are_figures_that_notebooks_show(evolved_search: gs.Search) -> None:
+    figure = evolved_search.run.plot()
     assert isinstance(figure, Figure)
     assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
-    several = walked.run.plot("channel", channel="pose", generations=[1, 4], components=["x"])
+    several = evolved_search.run.plot(
+        "channel", channel="pose", generations=[1, 4], components=["x"]
+    )
     drawn = [len(line.get_xdata()) for line in several.axes[0].lines]  # type: ignore[arg-type]
     assert drawn.count(300) == 2
     with pytest.raises(gs.GaitsimError, match="did you mean 'footfall'"):
-        walked.run.plot("footfal")
+        evolved_search.run.plot("footfal")
 
 
-def test_reprs_are_short_lines(walked: gs.Search) -> None:
-    assert walked.last is not None
-    best = walked.last.scores.max()
-    assert repr(walked.last).startswith(f"Generation(number=4, best={best:.4g}, mean=")
-    assert repr(walked.experiment).startswith("Experiment(name='spider', seed=2, population=24, ")
-    assert "generation=4" in repr(walked.run)
-    assert repr(walked.champion).startswith("Individual(experiment='spider', generation=")
-    for thing in (walked, walked.last, walked.experiment, walked.run, walked.champion):
+def test_reprs_are_short_lines(evolved_search: gs.Search) -> None:
+    assert evolved_search.last is not None
+    best = evolved_search.last.scores.max()
+    assert repr(evolved_search.last).startswith(f"Generation(number=4, best={best:.4g}, mean=")
+    assert repr(evolved_search.experiment).startswith(
+        "Experiment(name='spider', seed=2, population=24, "
+    )
+    assert "generation=4" in repr(evolved_search.run)
+    assert repr(evolved_search.champion).startswith("Individual(experiment='spider', generation=")
+    for thing in (
+        evolved_search,
+        evolved_search.last,
+        evolved_search.experiment,
+        evolved_search.run,
+        evolved_search.champion,
+    ):
         assert len(repr(thing)) < 300
     console = Console(width=80, file=StringIO())
-    console.print(walked.last)
+    console.print(evolved_search.last)
     assert "'forward': " in console.file.getvalue()  # type: ignore[attr-defined]
 
 
-def test_tables_of_notebooks_are_escaped(walked: gs.Search, tmp_path: Path) -> None:
+def test_tables_of_notebooks_are_escaped(evolved_search: gs.Search, tmp_path: Path) -> None:
     evil = "<script>alert('x')</script>"
-    text = walked.experiment.to_toml().replace('description = "', f'description = "{evil}')
+    text = evolved_search.experiment.to_toml().replace('description = "', f'description = "{evil}')
     file = tmp_path / "evil.toml"
     file.write_text(text)
     experiment = load_experiment(str(file))
@@ -312,27 +327,27 @@ def test_tables_of_notebooks_are_escaped(walked: gs.Search, tmp_path: Path) -> N
     assert html.escape(evil) in experiment._repr_html_()
 
 
-def test_tables_hold_terms_and_measures(walked: gs.Search) -> None:
-    assert walked.last is not None
-    assert walked.champion is not None
-    assert "slip " in walked.last._repr_html_()
-    assert f"forward, m {walked.champion.measures['forward']:.4g}" in (
-        walked.champion._repr_html_()
+def test_tables_hold_terms_and_measures(evolved_search: gs.Search) -> None:
+    assert evolved_search.last is not None
+    assert evolved_search.champion is not None
+    assert "slip " in evolved_search.last._repr_html_()
+    assert f"forward, m {evolved_search.champion.measures['forward']:.4g}" in (
+        evolved_search.champion._repr_html_()
     )
 
 
-def test_a_generation_in_which_some_failed(walked: gs.Search) -> None:
+def test_failed_individuals_of_a_generation_have_reasons(evolved_search: gs.Search) -> None:
     from dataclasses import replace
 
-    assert walked.last is not None
-    evaluation = walked.last.evaluation
+    assert evolved_search.last is not None
+    evaluation = evolved_search.last.evaluation
     scores = np.full(24, -np.inf)
-    failed = replace(walked.last, evaluation=replace(evaluation, scores=scores))
+    failed = replace(evolved_search.last, evaluation=replace(evaluation, scores=scores))
     assert "failed=24" in repr(failed)
     assert "mean" not in repr(failed)
 
 
-def test_a_run_is_judged_in_unseen_worlds(tmp_path):
+def test_a_run_is_evaluated_in_unseen_worlds(tmp_path):
     options = {"population": 4, "generations": 1, "set": {"organism.duration": 0.5}}
     list(gs.evolve("walker", **options, out=tmp_path / "run"))
     found = gs.load(tmp_path / "run").in_worlds(5, ranges={"friction": (0.3, 0.6)}, workers=1)

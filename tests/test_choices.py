@@ -26,9 +26,9 @@ from gaitsim.render.terminal.view import NAMED
         (choices.ExportFormat, exporting.FORMATS),
     ],
 )
-def test_every_choice_exists_and_nothing_is_left_out(chosen, there):
+def test_choices_equal_the_implementations(chosen, there):
     assert get_args(chosen) == tuple(there)
 
 
-def test_an_imitator_learns_activations_that_networks_have():
+def test_networks_have_the_activations_of_imitators():
     assert set(get_args(choices.Activation)) <= set(network.ACTIVATIONS)

@@ -71,18 +71,18 @@ class Stick(gs.Organism):
 
 
 @pytest.fixture
-def elsewhere(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
-    """Return a function that forgets the given functions, as in another process."""
+def forget_functions(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """Return a function that makes this process forget given functions, like a new process."""
     return lambda: monkeypatch.setattr(python_entries, "_given", {})
 
 
-def evolved(search: gs.Search) -> gs.Generation:
+def run_to_end(search: gs.Search) -> gs.Generation:
     """Run a search, and return the last generation."""
     *_, last = search
     return last
 
 
-def swung(out: Path | None = None, generations: int = 6) -> gs.Search:
+def search_for_pendulum(out: Path | None = None, generations: int = 6) -> gs.Search:
     """Return a search for the pendulum."""
     return gs.evolve(
         body=pendulum,
@@ -96,22 +96,22 @@ def swung(out: Path | None = None, generations: int = 6) -> gs.Search:
 
 
 def test_a_function_that_returns_an_array_is_a_body_with_its_score() -> None:
-    last = evolved(gs.evolve(body=sphere, space=SPACE, generations=40, population=10))
+    last = run_to_end(gs.evolve(body=sphere, space=SPACE, generations=40, population=10))
     assert last.scores.max() > -1e-3
     assert np.array_equal(last.scores, sphere(last.genomes))
 
 
-def test_a_lambda_is_a_body_too() -> None:
-    by_name = evolved(gs.evolve(body=sphere, space=SPACE, generations=3, population=10))
-    short = evolved(
+def test_a_lambda_can_be_a_body() -> None:
+    by_name = run_to_end(gs.evolve(body=sphere, space=SPACE, generations=3, population=10))
+    short = run_to_end(
         gs.evolve(body=lambda genes: 1 * sphere(genes), space=SPACE, generations=3, population=10)
     )
     assert np.array_equal(short.scores, by_name.scores)
 
 
-def test_a_function_scores_a_body_of_a_package() -> None:
+def test_a_function_scores_a_body_from_a_package() -> None:
     search = gs.evolve("spider", fitness=height, generations=2, population=6, seed=1)
-    last = evolved(search)
+    last = run_to_end(search)
     again = gs.evaluate(search.experiment, last.genomes)
     assert list(last.evaluation.terms) == ["height"]
     assert np.array_equal(last.scores, again.scores)
@@ -120,21 +120,21 @@ def test_a_function_scores_a_body_of_a_package() -> None:
 
 
 def test_a_run_is_resumed_exactly_with_its_functions(
-    tmp_path: Path, elsewhere: Callable[[], None]
+    tmp_path: Path, forget_functions: Callable[[], None]
 ) -> None:
-    evolved(swung(tmp_path / "whole"))
-    evolved(swung(tmp_path / "part", generations=3))
-    elsewhere()
+    run_to_end(search_for_pendulum(tmp_path / "whole"))
+    run_to_end(search_for_pendulum(tmp_path / "part", generations=3))
+    forget_functions()
     part = gs.load(tmp_path / "part", fitness=upright, body=pendulum, space=SPACE)
-    evolved(part.resume(6))
+    run_to_end(part.resume(6))
     whole = gs.load(tmp_path / "whole")
     assert part.fingerprint() == whole.fingerprint()
     assert len(RunSnapshot(part.path).stages) == 1
     assert part.champion.terms == part.champion.replayed_terms
 
 
-def test_another_function_begins_a_stage(tmp_path: Path) -> None:
-    evolved(swung(tmp_path / "run", generations=2))
+def test_a_different_function_starts_a_stage(tmp_path: Path) -> None:
+    run_to_end(search_for_pendulum(tmp_path / "run", generations=2))
 
     def upright(motion: gs.Motion) -> Array:
         return np.asarray(motion["angle"][:, 0])
@@ -142,12 +142,12 @@ def test_another_function_begins_a_stage(tmp_path: Path) -> None:
     run = gs.load(tmp_path / "run")
     with pytest.raises(gs.GaitsimError, match="has changed"):
         gs.load(tmp_path / "run", fitness=upright)
-    last = evolved(run.resume(3, fitness=upright))
+    last = run_to_end(run.resume(3, fitness=upright))
     assert last.progress.stage == 2
     assert list(last.evaluation.terms) == ["upright"]
 
 
-def test_values_that_a_function_encloses_tell_it_from_another() -> None:
+def test_functions_differ_by_the_values_in_their_closures() -> None:
     def weighted(weight: float) -> Callable[[gs.Motion], Array]:
         def effort(motion: gs.Motion) -> Array:
             return np.asarray(-weight * motion["effort"])
@@ -163,27 +163,27 @@ def test_values_that_a_function_encloses_tell_it_from_another() -> None:
 
 
 def test_objects_of_classes_outside_packages_keep_their_options(
-    tmp_path: Path, elsewhere: Callable[[], None]
+    tmp_path: Path, forget_functions: Callable[[], None]
 ) -> None:
     search = gs.evolve(
         body=Stick(length=2.0), fitness=Weighted(weight=3.0), generations=2, population=6,
         out=tmp_path / "stick",
     )  # fmt: skip
-    last = evolved(search)
+    last = run_to_end(search)
     assert search.experiment.fitness == Weighted(weight=3.0)
     assert np.allclose(last.scores, -6 * last.genomes.sum(axis=1))
-    elsewhere()
+    forget_functions()
     run = gs.load(tmp_path / "stick", fitness=Weighted(), body=Stick())
     assert run.experiment.fitness == Weighted(weight=3.0)
-    assert evolved(run.resume(3, fitness=Weighted(weight=2.0))).progress.stage == 2
+    assert run_to_end(run.resume(3, fitness=Weighted(weight=2.0))).progress.stage == 2
 
 
-def test_other_processes_read_a_run_and_refuse_what_needs_its_functions(
-    tmp_path: Path, elsewhere: Callable[[], None], gaitsim: Any
+def test_without_its_functions_a_run_can_be_read_but_not_replayed(
+    tmp_path: Path, forget_functions: Callable[[], None], gaitsim: Any
 ) -> None:
     path = tmp_path / "runs/pendulum"
-    last = evolved(swung(path))
-    elsewhere()
+    last = run_to_end(search_for_pendulum(path))
+    forget_functions()
     run = gs.load(path)
     assert run.history["best"][-1] == last.scores.max()
     assert run.plot("fitness") is not None
@@ -198,9 +198,9 @@ def test_other_processes_read_a_run_and_refuse_what_needs_its_functions(
     ]
     for refuse in (
         lambda: run.champion,
-        lambda: evolved(run.resume(9)),
+        lambda: run_to_end(run.resume(9)),
         run.share,
-        lambda: evolved(gs.evolve(path / "experiment.toml", out=tmp_path / "again")),
+        lambda: run_to_end(gs.evolve(path / "experiment.toml", out=tmp_path / "again")),
     ):
         with pytest.raises(gs.GaitsimError, match="must be passed again"):
             refuse()
@@ -210,12 +210,12 @@ def test_other_processes_read_a_run_and_refuse_what_needs_its_functions(
     assert "Python code outside the run" in (path / "provenance.json").read_text()
 
 
-def test_only_the_score_is_missing_where_only_the_fitness_is(
-    tmp_path: Path, elsewhere: Callable[[], None]
+def test_without_its_fitness_function_a_run_can_be_replayed_but_not_scored(
+    tmp_path: Path, forget_functions: Callable[[], None]
 ) -> None:
     search = gs.evolve("spider", fitness=height, generations=1, population=6, out=tmp_path / "up")
-    evolved(search)
-    elsewhere()
+    run_to_end(search)
+    forget_functions()
     champion = gs.load(tmp_path / "up").champion
     assert champion.motion["feet"].shape[0] == 1
     assert champion.scored_terms == champion.terms
@@ -225,9 +225,9 @@ def test_only_the_score_is_missing_where_only_the_fitness_is(
     assert "fitness 'height'" in warnings[0]
 
 
-def test_nobody_could_verify_a_code_of_a_function(tmp_path: Path) -> None:
-    search = swung(tmp_path / "run", generations=2)
-    evolved(search)
+def test_runs_with_functions_cannot_be_shared_or_detached(tmp_path: Path) -> None:
+    search = search_for_pendulum(tmp_path / "run", generations=2)
+    run_to_end(search)
     with pytest.raises(gs.GaitsimError, match="cannot be verified"):
         search.run.share()
     with pytest.raises(gs.GaitsimError, match="another process"):
@@ -274,9 +274,11 @@ def renames(motion: gs.Motion, calls: list[int] = []) -> dict[str, Array]:  # no
         ("upright", "'upright' is not a function"),
     ],
 )
-def test_mistakes_in_a_fitness_name_it(fitness: Any, told: str) -> None:
+def test_errors_of_a_fitness_name_the_function(fitness: Any, told: str) -> None:
     with pytest.raises(gs.GaitsimError, match=told) as caught:
-        evolved(gs.evolve(body=pendulum, space=SPACE, fitness=fitness, generations=3, population=6))
+        run_to_end(
+            gs.evolve(body=pendulum, space=SPACE, fitness=fitness, generations=3, population=6)
+        )
     assert "report the error to its author" not in str(caught.value)
 
 
@@ -297,9 +299,9 @@ def clears(genomes: Genomes) -> Array:
         (Stick, None, "not an instance"),
     ],
 )
-def test_mistakes_in_a_body_name_it(body: Any, space: Any, told: str) -> None:
+def test_errors_of_a_body_name_the_function(body: Any, space: Any, told: str) -> None:
     with pytest.raises(gs.GaitsimError, match=told):
-        evolved(gs.evolve(body=body, space=space, generations=2, population=6))
+        run_to_end(gs.evolve(body=body, space=space, generations=2, population=6))
 
 
 def test_individuals_without_a_score_have_failed() -> None:
@@ -322,11 +324,11 @@ def test_functions_stay_in_this_process() -> None:
     with pytest.warns(
         UserWarning, match="3 workers are not used: they cannot receive the Python body 'sphere'"
     ):
-        evolved(search)
+        run_to_end(search)
 
 
 def test_genomes_are_scored_for_any_optimiser() -> None:
-    experiment = swung().experiment
+    experiment = search_for_pendulum().experiment
     genomes = experiment.space().random(5, np.random.default_rng(0))
     found = gs.evaluate(experiment, np.asfortranarray(genomes))
     assert np.array_equal(found.scores, sum(found.terms.values()))
@@ -345,7 +347,7 @@ def test_genomes_are_scored_for_any_optimiser() -> None:
         gs.evaluate("millipede", np.full(36, 0.5))
 
 
-def test_a_name_in_a_file_is_not_offered_as_code_to_paste() -> None:
+def test_a_remedy_contains_no_code_from_a_file() -> None:
     remedy = find_given("fitness", "python:f(print(6 * 7))@12345678").missing.remedy
     assert "fitness=…" in remedy
     assert "print" not in remedy

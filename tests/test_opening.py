@@ -18,7 +18,7 @@ def file(tmp_path):
     return path
 
 
-def make(kind, path, file):
+def create_special_file(kind, path, file):
     """Put something at `path` that is not a regular file."""
     match kind:
         case "a pipe":
@@ -43,7 +43,7 @@ KINDS = "a pipe", "a folder", "a socket", "a link", "a link to nothing", "a link
 @pytest.mark.parametrize("kind", KINDS)
 def test_only_a_regular_file_is_opened(tmp_path, file, monkeypatch, kind, flags):
     monkeypatch.chdir(tmp_path)  # paths of sockets are limited to about 100 characters
-    make(kind, path := tmp_path / "a", file)
+    create_special_file(kind, path := tmp_path / "a", file)
     with pytest.raises(OSError, match=r"not a regular file|symbolic link|Is a directory") as error:
         open_descriptor(path, flags)
     assert error.value.strerror
@@ -51,14 +51,14 @@ def test_only_a_regular_file_is_opened(tmp_path, file, monkeypatch, kind, flags)
     assert file.read_bytes() == b"12345"
 
 
-def test_a_link_that_a_user_names_is_followed_to_a_regular_file(tmp_path, file):
+def test_a_link_named_by_a_user_is_followed_to_a_regular_file(tmp_path, file):
     (tmp_path / "link").symlink_to(file)
     assert read_regular(tmp_path / "link", 9, follow=True) == b"12345"
     with pytest.raises(OSError, match="not a regular file"):
         read_regular(Path("/dev/zero"), 9, follow=True)
 
 
-def test_a_file_is_read_to_its_limit_and_not_beyond(file, monkeypatch):
+def test_a_file_is_read_up_to_its_limit(file, monkeypatch):
     assert read_regular(file, 5) == b"12345"
     for read in (read_regular, open_regular):
         with pytest.raises(OSError, match="too large: 5 bytes, at most 4"):
@@ -77,7 +77,7 @@ def test_a_hard_link_is_read_but_not_written(file):
         open_descriptor(file, os.O_RDWR)
 
 
-def test_a_refused_file_is_closed(tmp_path, file):
+def test_a_rejected_file_is_closed(tmp_path, file):
     def free():
         descriptor = open_descriptor(file, os.O_RDONLY)
         os.close(descriptor)

@@ -60,7 +60,7 @@ def metadata(wheel: Path):
         return message_from_string(archive.read(name).decode())
 
 
-def test_the_wheel_holds_the_packages_and_nothing_else(wheel: Path) -> None:
+def test_the_wheel_contains_only_the_packages(wheel: Path) -> None:
     found = {name for name in content(wheel) if ".dist-info/" not in name}
     files = {
         path.relative_to(package.parent).as_posix()
@@ -73,7 +73,7 @@ def test_the_wheel_holds_the_packages_and_nothing_else(wheel: Path) -> None:
     assert wheel.stat().st_size < 3 * MEGABYTE
 
 
-def test_the_wheel_holds_all_licences(wheel: Path) -> None:
+def test_the_wheel_contains_all_licences(wheel: Path) -> None:
     licences = {ROOT / "LICENSE"}
     licences |= {
         path for package in PACKAGES for path in package.rglob("*") if "LICENSE" in path.name
@@ -95,14 +95,14 @@ def test_the_metadata_describe_the_package(wheel: Path) -> None:
     assert set(re.findall(r"\]\((.*?)\)", text)) == set(re.findall(r"\]\((https?:.*?)\)", text))
 
 
-def test_one_version_everywhere(wheel: Path) -> None:
+def test_all_files_have_the_same_version(wheel: Path) -> None:
     version = metadata(wheel)["Version"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert citation["version"] == version
     assert wheel.name == f"gaitsim-{version}-py3-none-any.whl"
 
 
-def test_the_sdist_holds_the_sources_and_no_leftovers(sdist: Path) -> None:
+def test_the_sdist_contains_only_the_sources(sdist: Path) -> None:
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     assert {

@@ -18,7 +18,7 @@ def kite(puppet, puppets, monkeypatch):
     return puppet()
 
 
-def test_a_body_without_commands_is_refused_and_others_are_named(puppet):
+def test_a_body_without_commands_is_rejected_with_alternatives(puppet):
     with pytest.raises(GaitsimError, match="'puppet' cannot be steered"):
         controllers_of(puppet(), {})
 
@@ -33,7 +33,7 @@ def test_controllers_come_with_the_body_or_from_runs(kite, puppet_run):
     assert error.value.allowed == "stay, rise, sink"
 
 
-def test_controllers_that_are_missing_or_do_not_fit_are_reported(kite, puppets, monkeypatch):
+def test_missing_and_unsuitable_controllers_are_reported(kite, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Puppet, "controllers", lambda self: {"stay": np.zeros(3)})
     with pytest.raises(GaitsimError, match="no controller for the command 'rise'"):
         controllers_of(kite, {})
@@ -53,7 +53,7 @@ def test_a_flight_follows_the_clock_frame_by_frame_and_the_commands(kite):
     assert drive.turned == 0.0
 
 
-def test_after_a_pause_of_the_program_it_goes_on_where_it_was(kite):
+def test_after_a_pause_of_the_program_the_flight_continues_where_it_was(kite):
     drive = Drive(kite, controllers_of(kite, {}))
     drive.advance_to(3600.0)
     assert drive.seconds == pytest.approx(1.01)
@@ -61,7 +61,7 @@ def test_after_a_pause_of_the_program_it_goes_on_where_it_was(kite):
     assert drive.seconds == pytest.approx(1.51, abs=0.011)
 
 
-def test_the_ground_and_failures_end_a_flight_and_restart_begins_another(kite):
+def test_the_ground_and_failures_end_a_flight_and_restart_starts_a_new_one(kite):
     drive = Drive(kite, controllers_of(kite, {}))
     drive.choose("sink")
     for seconds in range(4):
@@ -94,7 +94,7 @@ def test_commands_and_bodies_of_other_types_are_reported(
 
 
 @pytest.mark.parametrize("rate", [0.0, np.nan])
-def test_a_frame_rate_that_cannot_be_is_reported(kite, monkeypatch, rate):
+def test_an_invalid_frame_rate_is_reported(kite, monkeypatch, rate):
     monkeypatch.setattr(Kite, "frame_rate", rate)
     with pytest.raises(ContractError, match="frame rate"):
         Drive(kite, CONTROLLERS)

@@ -16,9 +16,9 @@ from gaitsim.adaptation.settings import MOST_TRIALS, Settings
 from gaitsim.adaptation.transfer import intact_gaits
 from gaitsim.choices import GaitFormat
 from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.adaptation_report import report_to
+from gaitsim.cli.adaptation_report import write_report
 from gaitsim.cli.adaptation_view import View
-from gaitsim.cli.console import echo, notice, output, wrote
+from gaitsim.cli.console import echo, notice, output, report_files
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json, RunName, Workers
 from gaitsim.cli.progress_bar import Progress
@@ -159,47 +159,49 @@ def adapt(
     if report is not None or pairs:
         others = damage or interactive or measured or name or fresh or figure or json
         options = {"physics": physics, "pairs": pairs, "measure": measure or MEASURE}
-        report_to(run, None if others else report, given, workers=workers, **options)
+        write_report(run, None if others else report, given, workers=workers, **options)
         return
-    called = name or default_name(place, damaged)
-    if value is not None and not session_file(run.path, called).exists():
+    adaptation_name = name or default_name(place, damaged)
+    if value is not None and not session_file(run.path, adaptation_name).exists():
         raise GaitsimError(
-            f"the adaptation {called!r} has not proposed a gait yet",
+            f"there is no adaptation {adaptation_name!r}, and thus no proposed gait",
             where="--measured",
-            remedy="leave out --measured to get the first gait",
+            remedy="check --name, or leave out --measured to get the first gait",
         )
     words = damage_options(damaged) + ["--physics"] * physics + ["--interactive"] * interactive
     words += ["--name", name] if name else []
     try:
         with interruptible():
-            adaptation = _opened(
+            adaptation = _open(
                 run,
                 damaged,
                 place=place,
                 measure=measure,
                 settings=given,
-                name=called,
+                name=adaptation_name,
                 fresh=fresh,
                 workers=workers,
                 json=json,
             )
             view = View(adaptation, json)
             if place != "robot":
-                view.show(adaptation)
+                view.print_all(adaptation)
             elif interactive:
-                _ask(adaptation, view, called, format)
+                _ask(adaptation, view, adaptation_name, format)
             elif value is not None:
-                view.trial(adaptation.record(value))
+                view.print_trial(adaptation.record(value))
             if place == "robot" and not interactive and adaptation.proposal:
-                view.proposal(adaptation.proposal, _gait_file(adaptation, called, format))
+                view.print_proposal(
+                    adaptation.proposal, _gait_file(adaptation, adaptation_name, format)
+                )
                 if not json:
-                    record = command("adapt", run.path, "--name", called, "--measured")
+                    record = command("adapt", run.path, "--name", adaptation_name, "--measured")
                     output().print(f"  {record} NUMBER  # the measured value", style="dim")
             if adaptation.proposal is None:
-                view.end()
+                view.print_result()
             if figure is not None:
                 save(adaptation_figure(adaptation), figure)
-                view.figure(figure)
+                view.print_figure(figure)
     except KeyboardInterrupt:
         if interactive:
             echo("")  # ends the line of the question
@@ -226,7 +228,7 @@ def _check(place: Place, interactive: bool, measured: str | None, json: bool) ->
         raise GaitsimError(wrong, where=option, remedy=remedy)
 
 
-def _opened(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any) -> Adaptation:
+def _open(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any) -> Adaptation:
     gaits = intact_gaits(run, physics=options["place"] == "physics")
     log = "" if json else f"reading the {gaits:,} gaits of the atlas"
     with Progress("evaluating the atlas", "gaits", gaits, log=log) as progress:
@@ -237,11 +239,11 @@ def _opened(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: A
 
 def _ask(adaptation: Adaptation, view: View, name: str, format: GaitFormat) -> None:
     """Propose gaits and ask for their measured values, until the answer is empty."""
-    view.earlier()
+    view.print_earlier()
     prior = adaptation.prior
     unit = f", {prior.unit}" if prior.unit else ""
     while (proposal := adaptation.proposal) is not None:
-        view.proposal(proposal, _gait_file(adaptation, name, format))
+        view.print_proposal(proposal, _gait_file(adaptation, name, format))
         while True:
             echo(f"{prior.measure} of the robot{unit} (Enter to quit): ", end="")
             answer = sys.stdin.readline()
@@ -249,10 +251,11 @@ def _ask(adaptation: Adaptation, view: View, name: str, format: GaitFormat) -> N
                 echo(answer.rstrip("\n"))
             if not answer.strip():
                 count = len(adaptation.trials)
-                notice(f"{count} trials are saved. Repeat the command to continue.")
+                saved = "1 trial is saved" if count == 1 else f"{count} trials are saved"
+                notice(f"{saved}. Repeat the command to continue.")
                 return
             try:
-                view.trial(adaptation.record(_number(answer)))
+                view.print_trial(adaptation.record(_number(answer)))
                 break
             except GaitsimError as error:
                 notice(str(error))
@@ -279,9 +282,9 @@ def _gait_file(adaptation: Adaptation, name: str, format: GaitFormat) -> Path:
     """Write the proposed gait for the robot, and return the file."""
     proposal, prior = adaptation.proposal, adaptation.prior
     if proposal is None:
-        raise ValueError("the adaptation has ended")
+        raise ValueError("the adaptation has ended, so no gait is proposed")
     folder = exports_folder(prior.source)
     path = folder / f"{name}-trial-{proposal.number}.{format}"
     write_gait(gait_of(prior.individual(proposal.member)), path, format)
-    wrote(path)
+    report_files(path)
     return path

@@ -11,7 +11,7 @@ from gaitsim.adaptation.report_text import SUMMARY, TRIALS, summary, trials_tabl
 from gaitsim.adaptation.settings import Settings
 from gaitsim.adaptation.transfer import intact_gaits
 from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.console import echo, notice, report_files
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
@@ -21,15 +21,15 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.snapshot import RunSnapshot
 
 
-def report_to(
+def write_report(
     run: RunSnapshot, folder: Path | None, settings: Mapping[str, Any], **options: Any
 ) -> None:
     """Compute or continue a report on an atlas, and write its files.
 
     Args:
         run: the atlas.
-        folder: folder of the report; None if the command line gives none, or options that do not
-            fit a report.
+        folder: folder of the report; None if the command line lacks it, or has options that a
+            report does not support.
         settings: settings of the adaptations, fields of `Settings` by name.
         options: options of `make_report`.
 
@@ -38,20 +38,20 @@ def report_to(
     """
     if folder is None:
         raise GaitsimError(
-            "--pairs needs --report DIR, which covers all leg losses and takes few other options",
+            "--pairs needs --report, and a report supports only some of these options",
             where="--report",
             allowed="with --report: --pairs, --physics, --measure, --workers, and the options "
             "under 'How trials are chosen'",
         )
     try:
         with interruptible():
-            _write(_made(run, folder, settings, **options), run.path.resolve().name, folder)
+            _write(_compute(run, folder, settings, **options), run.path.resolve().name, folder)
     except KeyboardInterrupt:
-        notice("Stopped; finished damages are saved. Repeat the command to continue.")
+        notice("Stopped; finished adaptations are saved. Repeat the command to continue.")
         sys.exit(INTERRUPTED)
 
 
-def _made(run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any) -> Report:
+def _compute(run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any) -> Report:
     gaits = intact_gaits(run, physics=options["physics"])
     with ExitStack() as bars:
 
@@ -87,4 +87,4 @@ def _write(report: Report, name: str, folder: Path) -> None:
     write_bytes(folder / TRIALS, trials_table(report).encode())
     write_bytes(folder / SUMMARY, text.encode())
     echo(text.split("\n\n!")[0].rstrip())
-    wrote(folder)
+    report_files(folder)

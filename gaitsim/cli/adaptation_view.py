@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gaitsim.adaptation.adaptation import Adaptation
 from gaitsim.adaptation.trials import Proposal, Trial
-from gaitsim.cli.console import echo, output, print_json, wrote
+from gaitsim.cli.console import echo, output, print_json, report_files
 from gaitsim.gait import analyse_individual
 from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import command
@@ -30,38 +30,38 @@ class View:
         where = {"simulation": damage, "physics": f"{damage}, in physics", "robot": "your robot"}
         output().print(
             f"{prior.source}, {len(prior.performance):,} gaits on {where[session.place]}: "
-            f"{prior.measure}, {prior.best:.3g}{self._unit} for the best in the map",
+            f"{prior.measure}, {prior.best:.3g}{self._unit} for the best in the atlas",
             style="bold",
         )
 
-    def show(self, trials: Iterable[Trial]) -> None:
-        """Print the earlier trials, and new ones as they finish."""
-        self.earlier()
+    def print_all(self, trials: Iterable[Trial]) -> None:
+        """Print the earlier trials, and new trials as they finish."""
+        self.print_earlier()
         for trial in trials:
-            self.trial(trial)
+            self.print_trial(trial)
 
-    def earlier(self) -> None:
+    def print_earlier(self) -> None:
         """Print the trials so far."""
         for trial in self._adaptation.trials:
-            self.trial(trial)
+            self.print_trial(trial)
 
-    def trial(self, trial: Trial) -> None:
+    def print_trial(self, trial: Trial) -> None:
         """Print a trial."""
         if self._json:
             print_json({"trial": trial.number, **_without_number(trial)})
             return
-        echo(f"{self._expected(trial)}, measured {trial.measured:.3f}{self._unit}")
+        echo(f"{self._prediction(trial)}, measured {trial.measured:.3f}{self._unit}")
 
-    def proposal(self, proposal: Proposal, file: Path) -> None:
+    def print_proposal(self, proposal: Proposal, file: Path) -> None:
         """Print a gait to try, and its file."""
         if self._json:
             print_json(
                 {"proposal": proposal.number, **_without_number(proposal), "file": str(file)}
             )
             return
-        echo(f"{self._expected(proposal)}\n  play {file}")
+        echo(f"{self._prediction(proposal)}\n  play {file}")
 
-    def end(self) -> None:
+    def print_result(self) -> None:
         """Print why the adaptation has ended, its best gait, and commands to use it."""
         adaptation = self._adaptation
         best, gait, prior = adaptation.best, adaptation.gait, adaptation.prior
@@ -76,10 +76,10 @@ class View:
             print_json({**ended, **values, "share": share, "adaptation": path})
             return
         echo(f"Ended: {adaptation.ending}.")
-        called = "an unnamed gait" if name == "none" else f"a {name} in the atlas"
+        gait_words = "an unnamed gait" if name == "none" else f"a {name} in the atlas"
         output().print(
-            f"Best: member {best.member}, {called}: {best.measured:.3f}{self._unit}, "
-            f"{share:.0%} of the map's best",
+            f"Best: member {best.member}, {gait_words}: {best.measured:.3f}{self._unit}, "
+            f"{share:.0%} of the best in the atlas",
             style="bold",
         )
         damage = damage_options(adaptation.session.damage)
@@ -94,13 +94,13 @@ class View:
         for meaning, line in commands.items():
             output().print(f"  {line}  # {meaning}", style="dim")
 
-    def figure(self, file: Path) -> None:
+    def print_figure(self, file: Path) -> None:
         """Report the file of a plot."""
-        wrote(file)
+        report_files(file)
         if not self._json:
             echo(file)
 
-    def _expected(self, one: Proposal) -> str:
+    def _prediction(self, one: Proposal) -> str:
         return (
             f"trial {one.number:>2}  member {one.member:>6}  expected {one.expected:6.3f} ± "
             f"{one.deviation:.3f}{self._unit}"

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.console import echo, output, print_json, wrote
+from gaitsim.cli.console import echo, output, print_json, report_files
 from gaitsim.cli.gait_view import print_gait
 from gaitsim.cli.judging import check_worlds, judge_shown
 from gaitsim.cli.options import (
@@ -20,16 +20,15 @@ from gaitsim.cli.options import (
     Worlds,
     WorldSeed,
 )
-from gaitsim.cli.parsing import asked_body, which
+from gaitsim.cli.parsing import not_combinable, parse_body_changes, parse_individual
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
-from gaitsim.errors import GaitsimError
 from gaitsim.gait import analyse_individual, on_twin
 from gaitsim.gait.changed import in_engine
 from gaitsim.gait.files.reader import individual_of, read_gait
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
-from gaitsim.individual import Asked, Individual, Member
+from gaitsim.individual import Choice, Individual, Member
 from gaitsim.render.plots.gait import plot_gait
 from gaitsim.render.plots.style import check_target, save
 from gaitsim.render.plots.worlds import heading_of_worlds, worlds_figure
@@ -92,10 +91,10 @@ def analyse(
     """
     if figure is not None:
         check_target(figure)
-    changed = asked_body(damage, world)
+    changed = parse_body_changes(damage, world)
     check_worlds(worlds, world_seed)
     opened = RunSnapshot(find_run(run))
-    individual = changed(_individual(opened, which(generation, member), gait))
+    individual = changed(_individual(opened, parse_individual(generation, member), gait))
     history = opened.history
     found = analyse_individual(individual)
     judgement = None
@@ -106,8 +105,8 @@ def analyse(
             plot_gait(found, individual.title, figure)
         else:
             save(worlds_figure(judgement, heading_of_worlds(judgement, individual.title)), figure)
-        wrote(figure)
-    twin, elsewhere = _elsewhere(individual, physics, engine)
+        report_files(figure)
+    twin, elsewhere = _other_simulations(individual, physics, engine)
     robustness = None
     if perturb:
         with Progress("perturbing the gait", "kinds") as progress:
@@ -136,22 +135,23 @@ def analyse(
         echo(f"\n{figure}")
 
 
-def _elsewhere(
+def _other_simulations(
     individual: Individual, physics: bool, engine: str | None
 ) -> tuple[Individual | None, Individual | None]:
-    """Return the gait on the twin, and the gait in the engine without a twin; None if not asked."""
+    """Return the gait on the twin, and the gait in an engine without a twin.
+
+    Each is None if it is not requested.
+    """
     if not physics:
         return None, in_engine(individual, engine) if engine else None
     twin = on_twin(individual)
     return in_engine(twin, engine) if engine else twin, None
 
 
-def _individual(run: RunSnapshot, asked: Asked, gait: Path | None) -> Individual:
+def _individual(run: RunSnapshot, choice: Choice, gait: Path | None) -> Individual:
     if gait is None:
-        return run.individual(asked)
-    if asked is not None:
-        option = "--member" if isinstance(asked, Member) else "--generation"
-        raise GaitsimError(
-            f"{option} and --gait cannot be combined", remedy="leave out one of the two"
-        )
+        return run.individual(choice)
+    if choice is not None:
+        option = "--member" if isinstance(choice, Member) else "--generation"
+        raise not_combinable(option, "--gait")
     return individual_of(read_gait(gait), run.experiment)

@@ -11,10 +11,10 @@ app = group(
     {
         "run": "Evolve a gait and keep the run on disk.",
         "atlas": "Fill an atlas of a body's gaits: the best one for each way of using the legs.",
-        "resume": "Continue a run exactly as if it had never stopped, or with other options.",
+        "resume": "Continue a run exactly as if it had never stopped, or with changed options.",
         "attach": "Watch a run that is evolving in the background or in another program.",
         "stop": "Stop background runs after their current generation, and save them.",
-        "fork": "Copy a run to continue the copy with other options.",
+        "fork": "Copy a run to continue the copy with changed options.",
         "runs": "List the runs in a folder, oldest first; or delete runs.",
         "show": "Show a run in full: its plugins, progress, stages and champion.",
         "members": "List the members of a run's front or archive.",
@@ -52,8 +52,8 @@ app = group(
 )
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _version(given: bool) -> None:
+    if given:
         from importlib.metadata import version
 
         typer.echo(f"gaitsim {version('gaitsim')}")

@@ -1,6 +1,6 @@
 """Print an archive as a map."""
 
-from gaitsim.cli.cells import lines
+from gaitsim.cli.characters import lines
 from gaitsim.cli.console import output
 from gaitsim.cli.streams import results
 from gaitsim.contracts import Members
@@ -13,8 +13,8 @@ from gaitsim.render.terminal.heat_map import HeatMap
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
-WIDEST, HIGHEST = 80, 36  # characters; most maps fill them
-PIPED = 80, 30
+WIDEST, HIGHEST = 80, 36  # characters, at most, in a terminal
+PIPED = 80, 30  # characters, if the output is not a terminal
 
 
 def print_map(run: RunSnapshot, members: Members, axes: tuple[str, str] | None) -> None:

@@ -18,8 +18,8 @@ from gaitsim.cli.options import (
     Set,
     Workers,
 )
-from gaitsim.cli.parsing import axis_ends, counts
-from gaitsim.cli.starting import begin_run, given_options
+from gaitsim.cli.parsing import parse_axes, parse_cells
+from gaitsim.cli.starting import command_line_options, start_run
 from gaitsim.experiment import load_atlas
 from gaitsim.render.terminal.text import visible
 
@@ -65,8 +65,8 @@ def atlas(
 
     gaitsim atlas hexapod --axes 'duty factor,yaw=-90:90' --cells 30x30
     """
-    given = given_options(generations, population, seed, set_)
-    ends, count = axis_ends(axes), counts(cells)
+    given = command_line_options(generations, population, seed, set_)
+    ends, count = parse_axes(axes), parse_cells(cells)
     with status(f"Reading {visible(body)} …"):
         loaded = load_atlas(body, axes=ends, cells=count, set=given)
-    begin_run(loaded, from_, out, workers=workers, dask=dask, detach=detach, json=json)
+    start_run(loaded, from_, out, workers=workers, dask=dask, detach=detach, json=json)

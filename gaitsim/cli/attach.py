@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.console import notice, output
-from gaitsim.cli.detaching import at_rest, find_evolved
+from gaitsim.cli.detaching import find_run_folder, not_evolving
 from gaitsim.cli.display import RESTING, Display, Row
 from gaitsim.cli.options import Json, RunName
 from gaitsim.cli.progress import display
@@ -25,7 +25,7 @@ from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import Rows
 from gaitsim.runs.snapshot import RunSnapshot
 
-WHOLE = ("generation", "stage", "evaluations")
+INTEGER_COLUMNS = ("generation", "stage", "evaluations")
 
 
 def attach(run: RunName, json: Json = False) -> None:
@@ -41,10 +41,10 @@ def attach(run: RunName, json: Json = False) -> None:
 
     gaitsim attach night --json > log.jsonl
     """
-    path = find_evolved(run)
+    path = find_run_folder(run)
     in_background = background_state(path) is not None
     if not in_background and not is_locked(path):
-        raise at_rest(path)
+        raise not_evolving(path)
     last = asyncio.run(_follow(path, json, in_background=in_background))
     match last.state:
         case "finished":
@@ -79,7 +79,7 @@ async def _follow(path: Path, json: bool, *, in_background: bool) -> Snapshot:
 
 
 class _Follower:
-    """Shows the snapshots of a run, and each of its generations once.
+    """Shows the snapshots of a run, and each generation once.
 
     Args:
         path: folder of the run.
@@ -115,7 +115,7 @@ class _Follower:
         if changes and snapshot.stage > before.stage:
             rescored = snapshot if snapshot.scored_from > before.scored_from else None
             texts = [event.text for event in changes]
-            self._shown.begin_stage(snapshot.stage, changes[0].generation, texts, rescored)
+            self._shown.start_stage(snapshot.stage, changes[0].generation, texts, rescored)
 
     def _rows(self, snapshot: Snapshot) -> Sequence[Row]:
         """Return the rows of the history that have not been shown."""
@@ -142,7 +142,7 @@ def _as_dicts(rows: Rows, first: int) -> list[dict[str, Any]]:
     chosen = np.flatnonzero(rows["generation"] >= first)
     return [
         {
-            name: int(values[index]) if name in WHOLE else float(values[index])
+            name: int(values[index]) if name in INTEGER_COLUMNS else float(values[index])
             for name, values in rows.items()
         }
         for index in chosen

@@ -23,8 +23,8 @@ def cluster(address: str | None, workers: int | None) -> Iterator[Executor | Non
     if address is None:
         yield None
         return
-    doing = "Starting Dask workers …" if address == LOCAL else f"Connecting to {address} …"
-    with status(doing):
+    message = "Starting Dask workers …" if address == LOCAL else f"Connecting to {address} …"
+    with status(message):
         executor = DaskExecutor(address, workers, warn)
     with executor:
         yield executor

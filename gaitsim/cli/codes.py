@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gaitsim.cli.console import notice, status
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Asked, Individual
+from gaitsim.individual import Choice, Individual
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.checkpoint import Champion
 from gaitsim.runs.files.folder import RUNS, find_run, holds_run
@@ -20,8 +20,10 @@ from gaitsim.sharing.code import LONGEST, looks_like_code
 STANDARD_INPUT = "-"
 
 
-def given_challenge(reference: str) -> Challenge | None:
-    """Return the challenge of a code, of a file that holds one, or of '-'; otherwise None.
+def read_challenge(reference: str) -> Challenge | None:
+    """Return the challenge of a code, of a file that holds one, or of standard input for '-'.
+
+    Anything else returns None.
 
     Raises:
         GaitsimError: the code is damaged, invalid, in another format, or cannot be read.
@@ -37,17 +39,17 @@ def given_challenge(reference: str) -> Challenge | None:
     return Challenge.read(reference) if looks_like_code(reference) else None
 
 
-def given_individual(reference: str, asked: Asked) -> Individual:
+def read_individual(reference: str, choice: Choice) -> Individual:
     """Return the individual of a challenge code, or the requested one of a run.
 
     Raises:
         GaitsimError: a generation or member is requested from a code.
         RunError: the run or the individual does not exist.
     """
-    challenge = given_challenge(reference)
+    challenge = read_challenge(reference)
     if challenge is None:
-        return RunSnapshot(find_run(reference)).individual(asked)
-    if asked is not None:
+        return RunSnapshot(find_run(reference)).individual(choice)
+    if choice is not None:
         raise GaitsimError(
             "a challenge code holds only one individual",
             where="--generation, --member",
@@ -63,7 +65,7 @@ def _text(path: Path) -> str:
         raise GaitsimError(f"cannot read {path}: {error.strerror}") from None
 
 
-def start_of(challenge: Challenge) -> Champion:
+def challenge_as_start(challenge: Challenge) -> Champion:
     """Return the individual of a challenge as the start of a run, with its score on this machine.
 
     Raises:
@@ -75,7 +77,7 @@ def start_of(challenge: Challenge) -> Champion:
         raise GaitsimError(
             f"the individual of the challenge code fails on this machine: {checked.failure}",
             where="--from",
-            remedy=f"install the versions that made it: {challenge.made_with}",
+            remedy=f"install the versions that computed it: {challenge.made_with}",
         )
     if not checked.true:
         notice(

@@ -10,7 +10,7 @@ from gaitsim.choices import PlotFormat
 from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.compare_worlds import rank_runs
 from gaitsim.cli.completion import preset_names
-from gaitsim.cli.console import as_json, notice, output, print_json, print_table, wrote
+from gaitsim.cli.console import as_json, notice, output, print_json, print_table, report_files
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.judging import check_worlds
 from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers, WorldSeed
@@ -85,8 +85,8 @@ def compare(
 ) -> None:
     """Compare experiments statistically, over repeats with equal numbers of evaluations.
 
-    The numbers of evaluations are equal whatever the searches and populations, and the order of
-    the experiments does not affect the results. Writes a report in Markdown, figures, tables of
+    All experiments get the same number of evaluations, whatever their searches and populations, and
+    their order does not affect the results. Writes a report in Markdown, figures, tables of
     all repeats and of the ECDF, and all numbers as JSON.
 
     [bold]Examples[/bold]
@@ -99,7 +99,7 @@ def compare(
     """
     check_worlds(worlds, world_seed)
     if worlds is not None:
-        idle = {
+        unused = {
             "--evaluations": evaluations,
             "--targets": targets,
             "--generations": generations,
@@ -108,15 +108,15 @@ def compare(
             "--dask": dask,
             "--out": out,
         }
-        rank_runs(experiments, worlds, world_seed, workers, idle, json)
+        rank_runs(experiments, worlds, world_seed, workers, unused, json)
         return
     aims = check_request(targets, evaluations, generations)
     short = {"evolution.generations": generations, "evolution.population": population}
     given = {key: value for key, value in short.items() if value is not None}
     loaded = load_experiments(experiments, {**given, **parse_assignments(set_ or ())})
     budget, loaded = equal_budgets(loaded, evaluations)
-    if said := warning(loaded.values()):
-        notice(f"Warning: {said}")
+    if problem := warning(loaded.values()):
+        notice(f"Warning: {problem}")
     texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
     name = "-against-".join(one.name for one in loaded.values())[:150]
     options = ["--repeats", repeats]
@@ -128,7 +128,7 @@ def compare(
         "--population": population,
         "--out": out,
     }
-    begin = command(
+    start_again = command(
         "compare",
         *experiments,
         *options,
@@ -139,7 +139,7 @@ def compare(
         folder = create_folder(out or Path("comparisons") / name, texts)
         lock = RunLock(folder)  # marks the folder as in use
         with all_or_nothing(
-            f"Start over: {begin} (gaitsim study, in contrast, keeps finished cells)"
+            f"Start over: {start_again} (unlike this command, gaitsim study keeps finished work)"
         ):
             try:
                 samples = _samples(loaded, repeats, workers, executor, quiet=json)
@@ -158,7 +158,7 @@ def compare(
     write_comparison(folder, findings, again, figures)
     values = {**to_dict(findings), "command": again}
     write_bytes(folder / VALUES, (as_json(values) + "\n").encode())
-    wrote(*(folder / name for name in (REPORT, TABLE, CURVES, VALUES)), *figures)
+    report_files(*(folder / name for name in (REPORT, TABLE, CURVES, VALUES)), *figures)
     if json:
         print_json({"folder": str(folder), **values})
     else:
@@ -172,7 +172,7 @@ def _samples(
     cluster: Executor | None,
     quiet: bool,
 ) -> dict[str, Sample]:
-    """Repeat each experiment, with a progress bar or occasional lines in a log."""
+    """Repeat each experiment, with a progress bar or a log."""
     found = {}
     for label, experiment in loaded.items():
         total = experiment.evolution.generations
@@ -192,8 +192,8 @@ def _samples(
 
 def _print(folder: Path, findings: Findings, again: str) -> None:
     console = output()
-    for heading, said in remarks(findings):
-        console.print(f"\n{heading} {said}", style="yellow", markup=False)
+    for heading, text in remarks(findings):
+        console.print(f"\n{heading} {text}", style="yellow", markup=False)
     for title, columns, rows, note in tables(findings):
         console.print(f"\n{title}", style="bold")
         print_table(columns, rows)
@@ -201,4 +201,4 @@ def _print(folder: Path, findings: Findings, again: str) -> None:
             console.print(note, style="dim")
     console.print(f"\n{methods(findings)}\n", style="dim")
     console.print(f"Report: {folder / REPORT}")
-    console.print(f"Again:  {again}", soft_wrap=True)
+    console.print(f"Repeat: {again}", soft_wrap=True)

@@ -20,7 +20,7 @@ def rank_runs(
     number: int,
     seed: int | None,
     workers: int | None,
-    idle: Mapping[str, object],
+    unused: Mapping[str, object],
     json: bool,
 ) -> None:
     """Evaluate the champions of runs in the same unseen worlds, and print their ranking.
@@ -30,23 +30,23 @@ def rank_runs(
         number: number of worlds.
         seed: seed of the worlds.
         workers: number of parallel workers.
-        idle: values by name of options that do not apply; a value that was given is an error.
+        unused: values by name of options that do not apply; a value that was given is an error.
         json: whether to print one JSON object.
 
     Raises:
         GaitsimError: the runs cannot be ranked.
     """
-    if given := [name for name, value in idle.items() if value]:
+    if given := [name for name, value in unused.items() if value]:
         raise GaitsimError(
             f"--worlds ranks existing runs, and cannot be combined with {' and '.join(given)}",
             allowed="--world-seed, --workers and --json",
         )
 
-    def judged(label: str, champion: Individual, ranges: Ranges) -> Judgement:
+    def evaluate(label: str, champion: Individual, ranges: Ranges) -> Judgement:
         return judge_shown(champion, number, seed, workers=workers, ranges=ranges, what=label)
 
     paths = [find_run(one) for one in runs]
-    found = rank_in_worlds(paths, number, seed=seed or 0, judged=judged)
+    found = rank_in_worlds(paths, number, seed=seed or 0, judged=evaluate)
     if json:
         print_json(found.to_dict())
     else:
@@ -75,7 +75,7 @@ def _print(found: Ranking, number: int) -> None:
         )
         for one in found.runs
     ]
-    numbers = "worst tenth", interval, "median", "nominal", "kept", "falls"
+    numbers = "worst tenth", interval, "median", "nominal", "of nominal", "falls"
     print_table(["run", *numbers, "worst condition"], rows, numbers)
     console.print("\nDifferences of the worst tenths", style="bold")
     pairs = [
@@ -89,9 +89,9 @@ def _print(found: Ranking, number: int) -> None:
     ]
     print_table(["pair", "difference", interval, "differs"], pairs, ("difference", interval))
     console.print(
-        "\nWorst tenth: the mean of the worst tenth of the results. Kept: its share of the nominal "
-        "result. The intervals come\nfrom resampling the worlds, equally for both runs of a pair; "
-        "they describe these champions, not repeats of the runs.\n"
+        "\nWorst tenth: the mean of the worst tenth of the results. Of nominal: that mean divided "
+        "by the nominal result.\nThe intervals come from resampling the worlds, equally for both "
+        "runs of a pair; they describe these champions,\nnot repeats of the runs.\n"
         f"Worlds: seed {first.seed}; {', '.join(format_spans(first))}.",
         style="dim",
         soft_wrap=True,

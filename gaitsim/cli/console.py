@@ -87,27 +87,27 @@ def confirm(question: str) -> bool:
     return typer.confirm(visible_lines(question))
 
 
-def record(kind: str, **values: Any) -> None:
-    """Print a record for programs to standard error, as one line of JSON."""
-    print(json.dumps({"kind": kind, **finite(values)}), file=sys.stderr, flush=True)  # noqa: T201
+def print_record(kind: str, **values: Any) -> None:
+    """Print one line of JSON for programs to standard error."""
+    print(json.dumps({"kind": kind, **replace_non_finite(values)}), file=sys.stderr, flush=True)  # noqa: T201
 
 
-def wrote(*paths: Path) -> None:
-    """Report the files that a command has written to programs; people see them in its output."""
+def report_files(*paths: Path) -> None:
+    """Report written files to programs; people see them in the output of the command."""
     if machine_readable():
-        record("result", files=[str(path) for path in paths])
+        print_record("result", files=[str(path) for path in paths])
 
 
 def notice(text: str) -> None:
     """Print a message that is not a result."""
     if machine_readable():
-        record("notice", text=text)
+        print_record("notice", text=text)
         return
     errors().print(text, style="yellow")
 
 
 def echo(text: object, end: str = "\n") -> None:
-    """Write plain text to standard output; `print` would write it to the plugins' stream."""
+    """Write plain text to the stream for results; `print` would write where plugins do."""
     print(visible_lines(str(text)), end=end, file=results(), flush=True)
 
 
@@ -118,18 +118,18 @@ def print_json(values: Mapping[str, Any]) -> None:
 
 def as_json(values: Mapping[str, Any]) -> str:
     """Return one object on one line, with null for NaN and infinities."""
-    line = json.dumps(finite(values), ensure_ascii=False)
+    line = json.dumps(replace_non_finite(values), ensure_ascii=False)
     if not line.isprintable():
         line = "".join(char if char.isprintable() else json.dumps(char)[1:-1] for char in line)
     return line
 
 
-def finite(value: Any) -> Any:
-    """Return a value with None for NaN and infinities, which JSON lacks, at any depth."""
+def replace_non_finite(value: Any) -> Any:
+    """Return a value with None for NaN and infinities at any depth, as JSON lacks them."""
     if isinstance(value, Mapping):
-        return {key: finite(item) for key, item in value.items()}
+        return {key: replace_non_finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
+        return [replace_non_finite(item) for item in value]
     if isinstance(value, float) and not -1e308 < value < 1e308:
         return None
     return value

@@ -20,8 +20,8 @@ from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
-FIRST_MOMENTS = 1.0  # seconds in which the starting command waits for an early failure
-PERIOD = 0.05
+FIRST_MOMENTS = 1.0  # seconds for which the command waits for an early failure
+PERIOD = 0.05  # seconds between checks
 
 
 def check_detachable(dask: str | None) -> None:
@@ -76,7 +76,7 @@ def evolve_detached(
         return
     reason = "" if last_failure(path) else stop_reason_of(RunSnapshot(path))
     if not reason:
-        raise at_rest(path)
+        raise not_evolving(path)
     summarise(path, reason, json)
 
 
@@ -93,8 +93,8 @@ def _report(path: Path, state: str, json: bool) -> None:
         output().print(f"# {purpose}", style="dim")
 
 
-def at_rest(path: Path) -> GaitsimError:
-    """Return the error of a run that is not evolving: its failure, if it failed."""
+def not_evolving(path: Path) -> GaitsimError:
+    """Return the error for a run that is not evolving: the run's own failure, if it failed."""
     return last_failure(path) or RunError(
         f"the run {path} is not evolving",
         remedy=f"show it: {command('show', path)}; or continue it: "
@@ -102,8 +102,8 @@ def at_rest(path: Path) -> GaitsimError:
     )
 
 
-def find_evolved(reference: str) -> Path:
-    """Return the folder of a run; that of a background run even if it was deleted.
+def find_run_folder(reference: str) -> Path:
+    """Return the folder of a run; for a background run, even if its folder was deleted.
 
     Raises:
         RunError: the run does not exist, or its folder was deleted while it was evolving.

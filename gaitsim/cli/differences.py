@@ -8,7 +8,7 @@ import typer
 from rich.text import Text
 
 from gaitsim.choices import Axis, Quantity, Theme
-from gaitsim.cli.cells import LINES, lines
+from gaitsim.cli.characters import LINES, lines
 from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
@@ -24,8 +24,8 @@ from gaitsim.study.compare_runs import (
     comparison_table,
     differing_options,
     fair_axis,
-    in_words,
-    shortest,
+    least_evaluations,
+    quantity_label,
     warning,
 )
 
@@ -69,13 +69,13 @@ def differences(
     for one in compared_runs:
         if one.problem is not None:
             raise one.problem
-    if said := warning(compared_runs):
-        notice(f"Warning: {said}")
+    if problem := warning(compared_runs):
+        notice(f"Warning: {problem}")
     by = by or fair_axis(compared_runs)
     if plot is not None:
         plot_overlay(compared_runs, quantity, by, plot, THEMES[theme])
     if json:
-        within = shortest(compared_runs)
+        within = least_evaluations(compared_runs)
         print_json(
             {
                 "runs": [
@@ -104,9 +104,9 @@ def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
             at = drawn.index(one)
             head.append(f"{sample(at)} ", LINES[at % len(LINES)])
         heads.append(head.append(visible(one.label)))
-    marks = [mark for one in drawn for mark in one.marks(by)]
+    marks = [mark for one in drawn for mark in one.stage_marks(by)]
     if drawn:
-        console.print(f"{in_words(quantity)} by {by}", style="bold")
+        console.print(f"{quantity_label(quantity)} by {by}", style="bold")
         colours = [LINES[at % len(LINES)] for at in range(len(drawn))]
         styles = ["", "bright_black", "", *reversed(colours)]
         series = run_curves(runs, quantity, by)

@@ -10,7 +10,8 @@ from gaitsim.live.protocol import Snapshot
 Row = Mapping[str, Any]
 """A row of the history: one generation."""
 
-BEST_SHOWN = 5
+BEST_SHOWN = 5  # individuals
+# Messages for the states in which no generation is being evolved.
 RESTING = {
     "preparing": "Preparing: the first run of a body compiles its kernels …",
     "queued": "Queued: starts when an earlier run ends.",
@@ -36,10 +37,10 @@ class Display:
     def __exit__(self, *_: object) -> None:
         pass
 
-    def begin_stage(
+    def start_stage(
         self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
     ) -> None:
-        """Report the beginning of a stage.
+        """Report that a stage starts.
 
         Args:
             number: number of the stage, counted from 1.

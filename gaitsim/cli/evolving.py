@@ -55,14 +55,14 @@ def evolve_run(
                     warn(writer.warning)
                 reason = _evolve(session, json, interrupts)
         except KeyboardInterrupt:
-            _leave_at_once(path)
+            _exit_immediately(path)
     if interrupts.requested and not reason:
         notice(f"Stopped and saved. Continue with: {command('resume', path)}")
         sys.exit(INTERRUPTED)
     summarise(path, reason, json, workers)
 
 
-def _leave_at_once(path: Path) -> NoReturn:
+def _exit_immediately(path: Path) -> NoReturn:
     """Exit immediately; the run folder is complete at any time."""
     working = interrupted_plugin()
     if working:
@@ -97,13 +97,13 @@ def _evolve(session: Session, json: bool, interrupts: Interrupts) -> str:
         with status(f"Re-evaluating the population of generation {last.number} …"):
             session.reevaluate()
     if writer.changes:
-        begun = last.number + 1 if last else 1
+        first_changed = last.number + 1 if last else 1
         rescored = any(change.reevaluates for change in writer.changes)
         reevaluated = None
         if rescored and writer.last is not None:
             rows = {name: np.array([value]) for name, value in row(writer.last).items()}
             reevaluated = snapshot_of(writer.last, experiment, rows=rows)
-        shown.begin_stage(writer.stage, begun, [*map(str, writer.changes)], reevaluated)
+        shown.start_stage(writer.stage, first_changed, [*map(str, writer.changes)], reevaluated)
     try:
         with shown:
             interrupts.deferred, interrupts.on_request = True, shown.stopping

@@ -8,10 +8,15 @@ from typing import Annotated
 import typer
 
 from gaitsim.choices import ExportFormat
-from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.console import echo, notice, report_files
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, RunName, World
-from gaitsim.cli.parsing import asked_body, asked_individuals, file_format, which
+from gaitsim.cli.parsing import (
+    choose_format,
+    parse_body_changes,
+    parse_individual,
+    parse_individuals,
+)
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.exporting import BY_ENDING, FORMATS, Subject, check_flags, default_name
@@ -126,33 +131,36 @@ def export(
         "--generations": generations,
     }
     check_flags(chosen, [*(name for name, value in choices.items() if value), *options.flags()])
-    asked = asked_individuals(generation, generations, member)
+    individuals = parse_individuals(generation, generations, member)
     if calibration_template is not None:
         if format is None or out is not None or options.flags():
             raise GaitsimError(
-                "a calibration template needs a format, and takes no other options",
+                "--calibration-template needs --format, and cannot be combined with --out or "
+                "options for robots",
                 where="--calibration-template",
-                allowed="--format arduino, dynamixel or feetech, without --out and other options",
+                allowed="--format arduino, dynamixel or feetech; also --generation or --member",
             )
-        template_of(opened.individual(which(generation, member)), chosen, calibration_template)
-        wrote(calibration_template)
+        template_of(
+            opened.individual(parse_individual(generation, member)), chosen, calibration_template
+        )
+        report_files(calibration_template)
         echo(f"{calibration_template}: fill in this calibration, then give it to --calibration")
         return
     if out is not None and FORMATS[chosen].ending:
         check_folder(out)
-    changed = asked_body(damage, world, engine)
-    counted = FORMATS[chosen].counts
-    progress = Progress(chosen, counted)
-    if FORMATS[chosen].of == "run":
+    changed = parse_body_changes(damage, world, engine)
+    items = FORMATS[chosen].items
+    progress = Progress(chosen, items)
+    if FORMATS[chosen].input == "run":
         subject = Subject(opened, begin=progress.expect, advance=progress.advance)
     else:
         subject = Subject(
-            opened, tuple(changed(opened.individual(one)) for one in asked or (None,))
+            opened, tuple(changed(opened.individual(one)) for one in individuals or (None,))
         )
     path = out or exports_folder(opened.path) / default_name(chosen, subject)
-    with all_or_nothing(), progress if counted else nullcontext():
+    with all_or_nothing(), progress if items else nullcontext():
         done = FORMATS[chosen].write(subject, path, options)
-    wrote(path)
+    report_files(path)
     for text in done.notices:
         notice(text)
     echo(f"{path}: {done.fact}")
@@ -161,8 +169,8 @@ def export(
 def _format(format: ExportFormat | None, out: Path | None) -> str:
     """Return the format given by `--format`, or by the extension of `--out`."""
     if format is None:
-        return file_format(format, out, BY_ENDING, "mat", "gaits")
+        return choose_format(format, out, BY_ENDING, "mat", "gaits")
     ending = FORMATS[format].ending.rpartition(".")[2]
     if ending:
-        file_format(ending, out, (*BY_ENDING, "yaml"), ending, "gaits")
+        choose_format(ending, out, (*BY_ENDING, "yaml"), ending, "gaits")
     return format

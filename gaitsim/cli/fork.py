@@ -31,7 +31,7 @@ def fork(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Copy a run to continue the copy with other options.
+    """Copy a run to continue the copy with changed options.
 
     The copy has the run's last generation, history and champions. Earlier populations are not
     stored; 'gaitsim run --from RUN@N' starts a new run from the best of an earlier generation.

@@ -12,7 +12,7 @@ from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import format_or_dash, travel_and_stability
 from gaitsim.render.terminal.text import number, visible
 
-SIGNS = 62  # characters in a row of the diagram, after the name of the foot
+COLUMNS = 62  # characters in a row of the diagram, after the name of the foot
 STRIDES = 3  # strides shown, if they fit
 FEET = 24  # feet shown, at most
 NAME = 14  # characters shown of a foot's name, at most
@@ -40,8 +40,8 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
     stride = found.stride
     if stride is not None:
         console.print(
-            f"{stride.frequency:.2f} strides per second, {stride.frames:.1f} frames each; "
-            f"correlation of successive strides {stride.periodicity:.2f}"
+            f"Stride frequency {stride.frequency:.2f} Hz ({stride.frames:.1f} frames per stride), "
+            f"regularity {stride.periodicity:.2f}"
         )
     console.print()
     for line in diagram(found, frame_rate):
@@ -76,11 +76,11 @@ def diagram(found: Footfalls, frame_rate: float) -> list[Text]:
     frames, feet = found.touching.shape
     stride = found.stride.frames if found.stride else 0.0
     start = _start(found) if stride else 0
-    wanted = min(frames - start, math.ceil(stride * STRIDES) if stride else SIGNS)
-    if stride and wanted > SIGNS >= stride:
-        wanted = int(SIGNS // stride * stride)
-    each = max(1, math.ceil(wanted / SIGNS))
-    shown = found.touching[start : start + wanted]
+    span = min(frames - start, math.ceil(stride * STRIDES) if stride else COLUMNS)
+    if stride and span > COLUMNS >= stride:
+        span = int(COLUMNS // stride * stride)
+    each = max(1, math.ceil(span / COLUMNS))
+    shown = found.touching[start : start + span]
     label = max(len(_short(foot.name)) for foot in found.feet) + 1
     lines = []
     for index in shown_feet(feet):

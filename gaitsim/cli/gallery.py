@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.console import echo, notice, report_files
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.runs import check_root
@@ -34,11 +34,11 @@ def gallery(
     check_root(root)
     try:
         with interruptible(), Progress("gallery", "runs") as progress:
-            made = write_gallery(root, out, begin=progress.expect, advance=progress.advance)
+            site = write_gallery(root, out, begin=progress.expect, advance=progress.advance)
     except KeyboardInterrupt:
         notice(f"Stopped; {out} contains the runs that were finished.")
         sys.exit(INTERRUPTED)
-    wrote(made.index)
-    for name, why in made.problems:
-        notice(f"{name}: {why}")
-    echo(f"{made.index}: {made.shown} run{'s' * (made.shown != 1)}")
+    report_files(site.index)
+    for name, reason in site.problems:
+        notice(f"{name}: {reason}")
+    echo(f"{site.index}: {site.shown} run{'s' * (site.shown != 1)}")

@@ -27,11 +27,11 @@ class Command(TyperCommand):
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
-        self.help = arranged(self.help or "")
+        self.help = arrange_help(self.help or "")
 
     def get_params(self, ctx: Any) -> Any:
         """Return the parameters; flags show no value type."""
-        return without_flag_types(super().get_params(ctx))
+        return hide_flag_types(super().get_params(ctx))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Print the help."""
@@ -47,7 +47,7 @@ class Command(TyperCommand):
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
-            explanation = explained(error, self.callback)
+            explanation = explain_error(error, self.callback)
             if explanation is None:
                 raise
             raise explanation from None
@@ -81,7 +81,7 @@ class LazyGroup(TyperGroup):
 
     def get_params(self, ctx: Any) -> Any:
         """Return the parameters; flags show no value type."""
-        return without_flag_types(super().get_params(ctx))
+        return hide_flag_types(super().get_params(ctx))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Print the help."""
@@ -131,7 +131,7 @@ class _Placeholder(ModuleType):
         return type(name, (), {})
 
 
-def arranged(text: str) -> str:
+def arrange_help(text: str) -> str:
     """Join the lines of each paragraph, and put the examples on consecutive lines.
 
     Typer keeps the line breaks of docstrings, which are wider than a terminal.
@@ -142,7 +142,7 @@ def arranged(text: str) -> str:
     return "\n\n".join(paragraphs) + mark + "\n".join(lines)
 
 
-def without_flag_types(parameters: list[Any]) -> list[Any]:
+def hide_flag_types(parameters: list[Any]) -> list[Any]:
     """Remove the value type from the help of flags, in place, and return all parameters."""
     for parameter in parameters:
         if getattr(parameter, "is_flag", False) and parameter.metavar is None:
@@ -150,7 +150,7 @@ def without_flag_types(parameters: list[Any]) -> list[Any]:
     return parameters
 
 
-def explained(error: typer.BadParameter, command: Any) -> GaitsimError | None:
+def explain_error(error: typer.BadParameter, command: Any) -> GaitsimError | None:
     """Return a GaitsimError that replaces pydantic's error about a value; None for other errors."""
     from pydantic import Field, ValidationError
 

@@ -10,11 +10,11 @@ import typer
 
 from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPreset
 from gaitsim.cli import completion
-from gaitsim.cli.console import notice, print_json, status, wrote
+from gaitsim.cli.console import notice, print_json, report_files, status
 from gaitsim.cli.imitation_view import print_results
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Json, MemberOf
-from gaitsim.cli.parsing import which
+from gaitsim.cli.parsing import parse_individual
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.evaluation.playing import require_play
 from gaitsim.imitation.expert import Expert, find_expert
@@ -136,7 +136,7 @@ def imitate(
     chosen = replace(
         SETTINGS[settings], **{name: value for name, value in given.items() if value is not None}
     )
-    expert = find_expert(run, body, which(generation, member))
+    expert = find_expert(run, body, parse_individual(generation, member))
     if expert.body and body is None and not json:
         notice(f"Using the body of {expert.body}; --body chooses another.")
     if video:
@@ -160,14 +160,14 @@ def imitate(
             with Progress(files["video"].name, "pictures", len(film)) as progress:
                 film.write(files["video"], progress.advance)
     write_results(results, files)
-    wrote(*files.values())
+    report_files(*files.values())
     if json:
         print_json(to_dict(results, files))
     else:
         print_results(results, files, settings, body)
 
 
-def _train(expert: Expert, every: list[Settings], quiet: bool) -> list[Result]:
+def _train(expert: Expert, trainings: list[Settings], quiet: bool) -> list[Result]:
     """Train with each of the settings, with a progress bar."""
     found: list[Result] = []
     start = time.monotonic()
@@ -175,7 +175,7 @@ def _train(expert: Expert, every: list[Settings], quiet: bool) -> list[Result]:
         prepare()
     if time.monotonic() - start > 1 and not quiet:
         notice("Prepared; the next training reuses the compiled kernel.")
-    for settings in every:
+    for settings in trainings:
         label = f"training, {settings.activation}"
         log = "" if quiet else f"{label}: {settings.epochs} epochs"
         with Progress(label, "epochs", settings.epochs, log=log) as progress:

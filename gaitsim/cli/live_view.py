@@ -23,8 +23,8 @@ from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.files.history import FIGURE, MEAN, figures_of
 from gaitsim.runs.follow import Rows
 
-COURSES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
-SCORES = ("best", "mean")  # the courses on the scale of the scores
+CURVES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
+SCORES = ("best", "mean")  # the curves on the scale of the scores
 WIDEST = 100  # characters
 VALUE = 7  # characters, enough for most numbers
 HEIGHT_ABOVE_TERMS = 8  # lines, including the table's header and the cursor's line
@@ -33,8 +33,8 @@ HEIGHT_ABOVE_TERMS = 8  # lines, including the table's header and the cursor's l
 class LiveView(Display):
     """Progress, the curves of best, mean and diversity, and the terms of the best individuals.
 
-    Terms are listed vertically, as in a sum, so that any number of them fits a narrow terminal,
-    which only shows fewer individuals.
+    Terms are listed vertically, as in a sum, so any number of terms fits a narrow terminal, which
+    shows only fewer individuals.
 
     Args:
         path: folder of the run.
@@ -55,8 +55,8 @@ class LiveView(Display):
         self._row = _last(known.rows)
         # Scores of a different fitness or body would be on a different scale.
         first = known.scored_from - 1
-        self._courses = {
-            name: [*known.rows.get(name, [])[first if name in SCORES else 0 :]] for name in COURSES
+        self._values = {
+            name: [*known.rows.get(name, [])[first if name in SCORES else 0 :]] for name in CURVES
         }
         self._clock = clock
         # End times of the latest generations, for the current rather than the average speed.
@@ -78,7 +78,7 @@ class LiveView(Display):
         self._ended = True
         self._live.stop()
 
-    def begin_stage(
+    def start_stage(
         self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
     ) -> None:
         """Print a lasting line; re-evaluated scores restart their curves."""
@@ -86,13 +86,13 @@ class LiveView(Display):
         if rescored is not None:
             self._snapshot, self._row = rescored, _last(rescored.rows)
             for name in SCORES:
-                self._courses[name] = [*rescored.rows.get(name, [])]
+                self._values[name] = [*rescored.rows.get(name, [])]
 
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
         """Store the new state and rows; the screen is redrawn at its own rate."""
         for one in rows:
-            for name, course in self._courses.items():
-                course.append(one[name])
+            for name, values in self._values.items():
+                values.append(one[name])
         if rows:
             self._row = rows[-1]
             self._ends.append((self._clock(), snapshot.generation, snapshot.evaluations))
@@ -114,26 +114,26 @@ class LiveView(Display):
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         width = min(options.max_width, WIDEST)
-        parts: list[RenderableType] = [self._head(width)]
+        parts: list[RenderableType] = [self._header(width)]
         snapshot = self._snapshot
         if snapshot.top:
             parts.append(self._curves(width))
             if snapshot.islands:
-                parts.append(self._bests(snapshot.islands))
+                parts.append(self._island_scores(snapshot.islands))
             figures = figures_of(self._row)
             if figures:
                 parts.append(self._figures(figures))
-            parts.append(self._foot(snapshot))
+            parts.append(self._footer(snapshot))
             # At the end, the summary describes the champion.
             if not (self._ended and snapshot.state == "finished"):
                 rows = (options.height or console.height) - HEIGHT_ABOVE_TERMS
                 rows -= bool(snapshot.islands) + bool(figures)
                 parts += ["", self._terms(snapshot, width, rows)]
         elif self._note() and not self._ended:
-            parts.append(self._foot(snapshot))
+            parts.append(self._footer(snapshot))
         yield Constrain(Group(*parts), width)
 
-    def _head(self, width: int) -> Table:
+    def _header(self, width: int) -> Table:
         head = Table.grid(padding=(0, 1), expand=True)
         head.add_column(no_wrap=True, overflow="ellipsis", max_width=width // 3)
         head.add_column(ratio=1)
@@ -147,10 +147,10 @@ class LiveView(Display):
 
     def _time(self) -> str:
         if self._ended:
-            return f"in {_clock_face(self._clock() - self._begun)}"
+            return f"in {_format_duration(self._clock() - self._begun)}"
         speed, _ = self._speed()
         left = self._snapshot.generations - self._done
-        return f"{_clock_face(left / speed)} left" if speed else ""
+        return f"{_format_duration(left / speed)} left" if speed else ""
 
     def _speed(self) -> tuple[float, float]:
         """Return generations and evaluations per second; 0 before the first is finished."""
@@ -163,14 +163,14 @@ class LiveView(Display):
         curves.add_column()
         curves.add_column(justify="right", min_width=VALUE, no_wrap=True)
         curves.add_column(no_wrap=True)
-        for name, colour in COURSES.items():
-            course = self._courses[name] or [math.nan]  # empty after a re-evaluation
-            room = width - max(map(len, COURSES)) - max(len(number(course[-1])), VALUE) - 2
+        for name, colour in CURVES.items():
+            course = self._values[name] or [math.nan]  # empty after a re-evaluation
+            room = width - max(map(len, CURVES)) - max(len(number(course[-1])), VALUE) - 2
             curve = Text(sparkline(course, max(room, 1)), style=colour)
             curves.add_row(name, number(course[-1]), curve)
         return curves
 
-    def _bests(self, bests: Sequence[float]) -> Text:
+    def _island_scores(self, bests: Sequence[float]) -> Text:
         """Return the best score of each island on one line, the highest in bold."""
         line = Text("islands  ", no_wrap=True, overflow="ellipsis")
         for best in bests:
@@ -184,7 +184,7 @@ class LiveView(Display):
         parts = [f"{name} {number(self._row[FIGURE + name])}" for name in names]
         return Text("search    " + "   ".join(parts), no_wrap=True, overflow="ellipsis")
 
-    def _foot(self, snapshot: Snapshot) -> Text:
+    def _footer(self, snapshot: Snapshot) -> Text:
         foot = Text(style="dim", no_wrap=True, overflow="ellipsis")
         note = self._note()
         if note and not self._ended:
@@ -203,7 +203,7 @@ class LiveView(Display):
             return STOPPING
         note = RESTING.get(self._snapshot.state, "")
         seconds = int(self._clock() - self._since)
-        return f"{note} {_clock_face(seconds)}" if note and seconds else note
+        return f"{note} {_format_duration(seconds)}" if note and seconds else note
 
     def _terms(self, snapshot: Snapshot, width: int, rows: int) -> Table:
         """Return the terms of the best individuals: as many individuals and terms as fit."""
@@ -217,23 +217,23 @@ class LiveView(Display):
         fit = (width - max(map(len, cells))) // (cell + 2) - 1
         shown = min(max(fit, 1), len(best))
         columns = [*(f"#{rank + 1}" for rank in range(shown)), "mean"]
-        made = Table(box=None, pad_edge=False, header_style="bold")
-        made.add_column("", no_wrap=True, overflow="ellipsis")
+        table = Table(box=None, pad_edge=False, header_style="bold")
+        table.add_column("", no_wrap=True, overflow="ellipsis")
         for name in columns:
-            made.add_column(name, justify="right", no_wrap=True, min_width=cell)
+            table.add_column(name, justify="right", no_wrap=True, min_width=cell)
         hidden = len(cells) - max(rows, 3)
         names = [*cells][: -hidden - 1] if hidden > 0 else [*cells]
         for name in names:
             style = "bold" if name == "score" else ""
-            made.add_row(Text(name), *cells[name][:shown], cells[name][-1], style=style)
+            table.add_row(Text(name), *cells[name][:shown], cells[name][-1], style=style)
         if hidden > 0:
-            made.add_row(f"… and {hidden + 1} more")
-        return made
+            table.add_row(f"… and {hidden + 1} more")
+        return table
 
 
 def _last(rows: Rows) -> Row:
     return {name: float(values[-1]) for name, values in rows.items()}
 
 
-def _clock_face(seconds: float) -> str:
+def _format_duration(seconds: float) -> str:
     return str(timedelta(seconds=round(seconds)))

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitsim.cli.console import echo, output, print_json, print_table, wrote
+from gaitsim.cli.console import echo, output, print_json, print_table, report_files
 from gaitsim.cli.options import Json, RunName, Workers
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.contracts.search import Members
@@ -71,8 +71,11 @@ def members(
     if axes is not None and not show_map:
         raise GaitsimError("--axes needs --map", where="--axes", remedy="add --map")
     if show_map and (json or gaits or out is not None):
-        remedy = "leave out --json, --gaits and --out"
-        raise GaitsimError("a map can only be printed", where="--map", remedy=remedy)
+        raise GaitsimError(
+            "--map cannot be combined with --json, --gaits or --out",
+            where="--map",
+            allowed="--axes",
+        )
     if out is not None:
         if out.suffix.lower() != ".csv":
             raise GaitsimError(f"{out} is not a CSV file", where="--out", allowed="FILE.csv")
@@ -89,8 +92,8 @@ def members(
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows([columns, *rows])
         write_bytes(out, text.getvalue().encode())
-        wrote(out)
-        echo(f"{out}: {len(rows)} members")
+        report_files(out)
+        echo(f"{out}: {len(rows)} member{'s' * (len(rows) != 1)}")
     elif json:
         for row in rows:
             print_json(dict(zip(columns, row, strict=True)))
@@ -162,21 +165,21 @@ def _print(run: RunSnapshot, members: Members, columns: list[str], rows: list[li
     first = run.individual(Member(1))
     units = {name: first.unit_of(name) for name in ("score", *members.values)} | {FREQUENCY: "Hz"}
     heads = [f"{name}, {units[name]}" if units.get(name) else name for name in columns]
-    cells = [[_shown(one) for one in row] for row in rows]
+    cells = [[_format(one) for one in row] for row in rows]
     if count <= _MOST_DRAWN:
         print_table(heads, cells, numbers=[head for head in heads if head != "gait"])
     else:
-        echo(_aligned([heads, *cells]))
+        echo(_align([heads, *cells]))
     console.print(f"Watch one: {command('play', run.path, '--member', 1)}", style="dim")
 
 
-def _shown(value: Any) -> str:
+def _format(value: Any) -> str:
     if value is None:
         return "–"
     return number(value) if isinstance(value, float) else str(value)
 
 
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
+def _align(rows: Sequence[Sequence[str]]) -> str:
     """Return a table as plain lines, which are never wrapped."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(

@@ -106,7 +106,7 @@ Workers = Annotated[
     typer.Option(
         min=1,
         max=1024,
-        help="Number of parallel workers, used if faster. Does not change the result.",
+        help="Number of parallel workers, used only if faster. Does not change the result.",
     ),
 ]
 Dask = Annotated[

@@ -6,10 +6,17 @@ from pathlib import Path
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import parse_world
-from gaitsim.individual import Asked, Individual, Member, Near
+from gaitsim.individual import Choice, Individual, Member, Near
 
 
-def which(generation: int | None, member: str | None) -> Asked:
+def not_combinable(first: str, second: str, allowed: str = "one of the two") -> GaitsimError:
+    """Return the error of two options that exclude each other."""
+    return GaitsimError(
+        f"{first} and {second} cannot be combined", where=f"{first}, {second}", allowed=allowed
+    )
+
+
+def parse_individual(generation: int | None, member: str | None) -> Choice:
     """Return the individual requested by `--generation` or `--member`; None for neither.
 
     Raises:
@@ -18,10 +25,8 @@ def which(generation: int | None, member: str | None) -> Asked:
     if member is None:
         return generation
     if generation is not None:
-        raise GaitsimError(
-            "--generation and --member cannot be combined",
-            where="--generation, --member",
-            allowed="one of the two; members belong to the last generation",
+        raise not_combinable(
+            "--generation", "--member", "one of the two; members belong to the last generation"
         )
     return _member(member)
 
@@ -32,7 +37,7 @@ def _member(text: str) -> Member | Near:
         return Member(int(text))
     if "=" not in text:
         raise GaitsimError(f"{text!r} is not a member", where="--member", allowed=allowed)
-    values = by_name(text, "--member", allowed)
+    values = parse_pairs(text, "--member", allowed)
     try:
         found = {name: float(value) for name, value in values.items()}
         if not all(map(math.isfinite, found.values())):
@@ -44,34 +49,30 @@ def _member(text: str) -> Member | Near:
     return Near(found)
 
 
-def asked_individuals(
+def parse_individuals(
     one: int | None, several: str | None, member: str | None
-) -> tuple[Asked, ...]:
+) -> tuple[Choice, ...]:
     """Return the individuals of `--generation`, `--generations 1,50` or `--member`, in order.
 
     Raises:
         GaitsimError: more than one of the options is given, or a value is invalid.
     """
-    asked = which(one, member)
+    choice = parse_individual(one, member)
     if several is None:
-        return () if asked is None else (asked,)
-    if asked is not None:
+        return () if choice is None else (choice,)
+    if choice is not None:
         option = "--generation" if member is None else "--member"
-        raise GaitsimError(
-            f"{option} and --generations cannot be combined",
-            where=f"{option}, --generations",
-            allowed="one of the two",
-        )
-    return asked_generations(several)
+        raise not_combinable(option, "--generations")
+    return parse_generations(several)
 
 
-Changing = Callable[[Individual], Individual]
-"""Returns an individual that moves on a changed body."""
+BodyChange = Callable[[Individual], Individual]
+"""A function that returns an individual with a changed body."""
 
 
-def asked_body(
+def parse_body_changes(
     damage: Sequence[str] | None, world: Sequence[str] | None, engine: str | None = None
-) -> Changing:
+) -> BodyChange:
     """Return the change of a body requested by `--damage`, `--world` and `--engine`.
 
     The returned function raises a GaitsimError if the body does not support the change.
@@ -96,7 +97,7 @@ def asked_body(
     return changed
 
 
-def asked_generations(several: str | None) -> tuple[int, ...]:
+def parse_generations(several: str | None) -> tuple[int, ...]:
     """Return the generations of `--generations 1,50`, in order; () for None.
 
     Raises:
@@ -114,7 +115,7 @@ def asked_generations(several: str | None) -> tuple[int, ...]:
     return tuple(dict.fromkeys(int(part) for part in parts))
 
 
-def file_format(
+def choose_format(
     format: str | None, out: Path | None, known: Sequence[str], default: str, what: str
 ) -> str:
     """Return the format given by `--format`, or else by the extension of `--out`.
@@ -147,7 +148,7 @@ def file_format(
     return format or ending
 
 
-def seconds(text: str | None) -> tuple[float, float] | None:
+def parse_window(text: str | None) -> tuple[float, float] | None:
     """Return the start and end in seconds of a `--window` such as '2:5'.
 
     Raises:
@@ -168,7 +169,7 @@ def seconds(text: str | None) -> tuple[float, float] | None:
     return first, last
 
 
-def pixels(text: str | None) -> tuple[int, int] | None:
+def parse_size(text: str | None) -> tuple[int, int] | None:
     """Return the width and height in pixels of a `--size` such as '1280x720'.
 
     Raises:
@@ -186,8 +187,8 @@ def pixels(text: str | None) -> tuple[int, int] | None:
     return int(parts[0]), int(parts[1])
 
 
-def by_name(text: str, option: str, allowed: str) -> dict[str, str]:
-    """Return the texts of a list NAME=TEXT,… by name; '' for a name alone.
+def parse_pairs(text: str, option: str, allowed: str) -> dict[str, str]:
+    """Return the texts of a list NAME=TEXT,… by name; '' for a name without a text.
 
     Raises:
         GaitsimError: a name is missing or repeated.
@@ -202,8 +203,8 @@ def by_name(text: str, option: str, allowed: str) -> dict[str, str]:
     return found
 
 
-def axis_ends(text: str | None) -> dict[str, tuple[float, float] | None] | None:
-    """Return the ends of each axis of `--axes NAME=LOW:HIGH,…`; None for a name alone.
+def parse_axes(text: str | None) -> dict[str, tuple[float, float] | None] | None:
+    """Return the ends of each axis of `--axes NAME=LOW:HIGH,…`; None for a name without ends.
 
     Raises:
         GaitsimError: the ends are not two increasing numbers.
@@ -212,7 +213,7 @@ def axis_ends(text: str | None) -> dict[str, tuple[float, float] | None] | None:
         return None
     allowed = "NAME=LOW:HIGH,… with LOW below HIGH, such as forward=0:2"
     found: dict[str, tuple[float, float] | None] = {}
-    for name, ends in by_name(text, "--axes", allowed).items():
+    for name, ends in parse_pairs(text, "--axes", allowed).items():
         try:
             low, high = (float(end) for end in ends.split(":")) if ends else (0.0, 1.0)
             if not -math.inf < low < high < math.inf:
@@ -225,7 +226,7 @@ def axis_ends(text: str | None) -> dict[str, tuple[float, float] | None] | None:
     return found
 
 
-def counts(text: str | None) -> int | tuple[int, ...] | None:
+def parse_cells(text: str | None) -> int | tuple[int, ...] | None:
     """Return the number of cells of `--cells 5000`, or the counts per axis of `--cells 40x30`.
 
     Raises:

@@ -9,12 +9,12 @@ from rich.live import Live
 from rich.text import Text
 
 from gaitsim.choices import TerminalView
-from gaitsim.cli.cells import BODY, lines
-from gaitsim.cli.codes import given_individual
+from gaitsim.cli.characters import BODY, lines
+from gaitsim.cli.codes import read_individual
 from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import BestOf, Damage, Engine, MemberOf, RunOrCode, World
-from gaitsim.cli.parsing import asked_body, which
+from gaitsim.cli.parsing import parse_body_changes, parse_individual
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.scene.clip import Clip
@@ -67,12 +67,12 @@ def play(
     """
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
-            f"invalid speed {speed:g}",
+            f"invalid speed: {speed:g}",
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
-    changed = asked_body(damage, world, engine)
-    found = changed(given_individual(run, which(generation, member)))
+    changed = parse_body_changes(damage, world, engine)
+    found = changed(read_individual(run, parse_individual(generation, member)))
     clip = Clip(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)
     if at is None:
@@ -98,8 +98,8 @@ def _loop(found: Individual, clip: Clip, camera: Viewpoint, speed: float, once: 
     if not console.is_terminal:
         raise GaitsimError(
             "the output is not a terminal",
-            allowed="a terminal, or --at SECONDS to print a still",
-            remedy=f"make a video instead: gaitsim video {found.source}" if found.source else "",
+            remedy="print a still with --at SECONDS"
+            + (f", or make a video: gaitsim video {found.source}" if found.source else ""),
         )
     duration = clip.seconds
     start = time.monotonic()

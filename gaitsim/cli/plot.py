@@ -8,12 +8,18 @@ from typing import Annotated, Literal
 import typer
 
 from gaitsim.choices import PlotFormat, PlotKind, Theme
-from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.console import echo, notice, report_files
 from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName, World
-from gaitsim.cli.parsing import Changing, asked_body, asked_individuals, file_format, seconds
+from gaitsim.cli.parsing import (
+    BodyChange,
+    choose_format,
+    parse_body_changes,
+    parse_individuals,
+    parse_window,
+)
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Asked
+from gaitsim.individual import Choice
 from gaitsim.render.plots.channel import KINDS_OF_CHANNELS, default_channel
 from gaitsim.render.plots.kinds import ALL_OPTIONS, KINDS, file_stem
 from gaitsim.render.plots.request import NothingToPlotError, Request
@@ -116,7 +122,7 @@ def plot(
 
     gaitsim plot spider --kind all --format svg --theme dark
     """
-    numbers = asked_individuals(generation, generations, member)
+    numbers = parse_individuals(generation, generations, member)
     _check_options(
         kind,
         {
@@ -136,27 +142,27 @@ def plot(
         run=RunSnapshot(find_run(run)),
         channel=channel,
         components=tuple(component or ()),
-        window=seconds(window),
+        window=parse_window(window),
         theme=THEMES[theme],
         beside=tuple(RunSnapshot(find_run(one)) for one in beside or ()),
         axes=axes or (),
     )
     if kind == "all":
-        _plot_all(request, numbers, asked_body(damage, world), out, format or "png")
+        _plot_all(request, numbers, parse_body_changes(damage, world), out, format or "png")
     else:
-        _plot(kind, request, numbers, asked_body(damage, world), out, format)
+        _plot(kind, request, numbers, parse_body_changes(damage, world), out, format)
 
 
 def _plot(
     kind: PlotKind,
     request: Request,
-    numbers: Sequence[Asked],
-    changed: Changing,
+    numbers: Sequence[Choice],
+    changed: BodyChange,
     out: Path | None,
     format: PlotFormat | None,
 ) -> None:
     if out is not None:
-        file_format(format, out, FORMATS, "png", "plots")
+        choose_format(format, out, FORMATS, "png", "plots")
         check_target(out)
     if KINDS[kind].shows_motion:
         request = _with_individuals(request, numbers, changed)
@@ -168,14 +174,14 @@ def _plot(
             figure = KINDS[kind].draw(replace(request, progress=progress.advance))
     path = out or exports_folder(request.run.path) / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
-    wrote(path)
+    report_files(path)
     echo(path)
 
 
 def _plot_all(
     request: Request,
-    numbers: Sequence[Asked],
-    changed: Changing,
+    numbers: Sequence[Choice],
+    changed: BodyChange,
     out: Path | None,
     format: PlotFormat,
 ) -> None:
@@ -196,28 +202,28 @@ def _plot_all(
                 if kind == "channel" and request.channel is None:
                     _check_channel(request)
                 # --channel is only for the kind "channel" here.
-                asked = request if kind == "channel" else replace(request, channel=None)
-                figure = KINDS[kind].draw(asked)
+                one = request if kind == "channel" else replace(request, channel=None)
+                figure = KINDS[kind].draw(one)
             except NothingToPlotError as error:
                 notice(f"No plot of kind {kind}: {error.what}")
             else:
-                path = folder / f"{file_stem(kind, asked)}.{format}"
+                path = folder / f"{file_stem(kind, one)}.{format}"
                 save(figure, path, request.theme)
-                wrote(path)
+                report_files(path)
                 echo(path)
             progress.advance()
 
 
 def _check_channel(request: Request) -> None:
-    """Refuse a default channel that another kind of plot already draws."""
+    """Reject a default channel that a different kind of plot already draws."""
     name = default_channel(request.individual)
     if name in KINDS_OF_CHANNELS:
         raise NothingToPlotError(
-            f"{KINDS_OF_CHANNELS[name]} draws {name}; --channel chooses another"
+            f"{KINDS_OF_CHANNELS[name]} draws {name}; choose a different channel with --channel"
         )
 
 
-def _with_individuals(request: Request, numbers: Sequence[Asked], changed: Changing) -> Request:
+def _with_individuals(request: Request, numbers: Sequence[Choice], changed: BodyChange) -> Request:
     """Return the request with its individuals, on their changed bodies."""
     found = tuple(changed(request.run.individual(number)) for number in numbers or (None,))
     return replace(request, individuals=found)
@@ -225,13 +231,13 @@ def _with_individuals(request: Request, numbers: Sequence[Asked], changed: Chang
 
 def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     """Check that the kind of plot uses all given options."""
-    looked_at = ALL_OPTIONS if kind == "all" else KINDS[kind].options
-    idle = [name for name, value in given.items() if value and name not in looked_at]
-    if idle:
+    supported = ALL_OPTIONS if kind == "all" else KINDS[kind].options
+    unused = [name for name, value in given.items() if value and name not in supported]
+    if unused:
         raise GaitsimError(
-            f"a plot of kind {kind} does not take {' and '.join(idle)}",
-            allowed=", ".join(sorted(looked_at)) or "no such options: it shows the whole run",
+            f"a plot of kind {kind} does not take {' and '.join(unused)}",
+            allowed=", ".join(sorted(supported)) or "no such options: it shows the whole run",
             remedy=" or ".join(
-                f"--kind {one}" for one, known in KINDS.items() if {*idle} <= {*known.options}
+                f"--kind {one}" for one, known in KINDS.items() if {*unused} <= {*known.options}
             ),
         )

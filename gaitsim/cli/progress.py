@@ -59,7 +59,7 @@ class JsonLines(Display):
     With islands, the objects also hold the best score of each.
     """
 
-    def begin_stage(
+    def start_stage(
         self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
     ) -> None:
         """Print the number of the stage, its first generation and its changes."""
@@ -83,7 +83,7 @@ class PlainLines(Display):
         self._row: Row = {}
         echo(f"run {path}")
 
-    def begin_stage(
+    def start_stage(
         self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
     ) -> None:
         """Print a line."""

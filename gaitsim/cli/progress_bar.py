@@ -5,7 +5,7 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from gaitsim.cli.console import errors, notice, record
+from gaitsim.cli.console import errors, notice, print_record
 from gaitsim.cli.streams import machine_readable
 
 if TYPE_CHECKING:
@@ -79,7 +79,9 @@ class Progress:
             return
         self._reported = now
         if machine:
-            record("progress", what=self._what, done=self._done, total=self._total, unit=self._unit)
+            print_record(
+                "progress", what=self._what, done=self._done, total=self._total, unit=self._unit
+            )
         else:
             notice(f"{self._what}: {self._done}/{self._total} {self._unit}")
 

@@ -29,7 +29,7 @@ def resume(
     detach: Detach = False,
     json: Json = False,
 ) -> None:
-    """Continue a run exactly as if it had never stopped, or with other options.
+    """Continue a run exactly as if it had never stopped, or with changed options.
 
     Changes by --set take effect from the next generation, as a new stage of the run.
 

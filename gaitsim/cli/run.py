@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.codes import given_challenge
+from gaitsim.cli.codes import read_challenge
 from gaitsim.cli.completion import preset_names
 from gaitsim.cli.options import (
     Dask,
@@ -18,7 +18,7 @@ from gaitsim.cli.options import (
     Set,
     Workers,
 )
-from gaitsim.cli.starting import begin_run, given_options
+from gaitsim.cli.starting import command_line_options, start_run
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 
@@ -72,8 +72,8 @@ def run(
 
     gaitsim run walker --dask tcp://host:8786
     """
-    given = given_options(generations, population, seed, set_)
-    challenge = given_challenge(from_) if from_ is not None else None
+    given = command_line_options(generations, population, seed, set_)
+    challenge = read_challenge(from_) if from_ is not None else None
     if experiment is not None:
         loaded = load_experiment(experiment, given)
     elif challenge is not None:
@@ -86,4 +86,4 @@ def run(
             remedy="'gaitsim experiments list' lists the presets",
         )
     start = challenge or from_
-    begin_run(loaded, start, out, workers=workers, dask=dask, detach=detach, json=json)
+    start_run(loaded, start, out, workers=workers, dask=dask, detach=detach, json=json)

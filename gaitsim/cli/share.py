@@ -2,7 +2,7 @@
 
 from gaitsim.cli.console import echo, notice
 from gaitsim.cli.options import BestOf, MemberOf, RunName
-from gaitsim.cli.parsing import which
+from gaitsim.cli.parsing import parse_individual
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
@@ -28,7 +28,7 @@ def share(run: RunName, generation: BestOf = None, member: MemberOf = None) -> N
 
     gaitsim share spider | gaitsim verify -
     """
-    individual = RunSnapshot(find_run(run)).individual(which(generation, member))
+    individual = RunSnapshot(find_run(run)).individual(parse_individual(generation, member))
     code = code_of(individual)
     echo(code)
     size = f"{len(code):,} characters"

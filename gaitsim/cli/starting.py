@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.cli.cluster import cluster
-from gaitsim.cli.codes import given_challenge, start_of
+from gaitsim.cli.codes import challenge_as_start, read_challenge
 from gaitsim.cli.detaching import check_detachable, evolve_detached
 from gaitsim.cli.evolving import evolve_run
 from gaitsim.experiment import Experiment, parse_assignments
@@ -14,7 +14,7 @@ from gaitsim.runs.start import check_start, kept_individual
 from gaitsim.sharing.challenge import Challenge
 
 
-def given_options(
+def command_line_options(
     generations: int | None, population: int | None, seed: int | None, set_: Sequence[str] | None
 ) -> dict[str, Any]:
     """Return the experiment options given on the command line, by key.
@@ -31,7 +31,7 @@ def given_options(
     return {**given, **parse_assignments(set_ or ())}
 
 
-def begin_run(
+def start_run(
     experiment: Experiment,
     from_: str | Challenge | None,
     out: Path | None,
@@ -51,8 +51,8 @@ def begin_run(
     """
     start = None
     if from_ is not None:
-        challenge = given_challenge(from_) if isinstance(from_, str) else from_
-        start = kept_individual(str(from_)) if challenge is None else start_of(challenge)
+        challenge = read_challenge(from_) if isinstance(from_, str) else from_
+        start = kept_individual(str(from_)) if challenge is None else challenge_as_start(challenge)
         check_start(experiment, start, f"--from {'CODE' if challenge else from_}")
     if detach:
         check_detachable(dask)

@@ -54,14 +54,14 @@ def steer(
     if out is None:
         check_terminal("write a web page instead: gaitsim steer --out fly.html")
     loaded = load_experiment(experiment, parse_assignments(set_ or ()))
-    replaced = dict(map(_replaced, controller or ()))
+    replaced = dict(map(_parse_controller, controller or ()))
     controllers = controllers_of(loaded, replaced)
     if out is not None:
-        from gaitsim.cli.console import echo, wrote
+        from gaitsim.cli.console import echo, report_files
         from gaitsim.render.page.steering import write_page
 
         description = write_page(loaded, controllers, out)
-        wrote(out)
+        report_files(out)
         echo(f"{out}: {description}")
         return
     from gaitsim.tui.app import GaitsimApp
@@ -77,7 +77,7 @@ def steer(
     )
 
 
-def _replaced(text: str) -> tuple[str, str]:
+def _parse_controller(text: str) -> tuple[str, str]:
     """Return the command and the individual in a value of `--controller`."""
     name, equals, reference = text.partition("=")
     if not (name and equals and reference):

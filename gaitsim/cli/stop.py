@@ -9,7 +9,7 @@ import typer
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import echo, notice, print_json, status
-from gaitsim.cli.detaching import at_rest, find_evolved
+from gaitsim.cli.detaching import find_run_folder, not_evolving
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.live.background import background_state, request_stop
@@ -52,7 +52,7 @@ def stop(
             "no run is given",
             remedy="name a run, or stop all with --all; 'gaitsim runs' lists them",
         )
-    paths = _in_folders(runs or []) if all_ else [_evolving(name) for name in runs or []]
+    paths = _in_folders(runs or []) if all_ else [_find_evolving(name) for name in runs or []]
     for path in paths:
         request_stop(path)
     failures = [failure for path in paths if (failure := _wait(path, json)) is not None]
@@ -72,25 +72,25 @@ def _in_folders(folders: list[str]) -> list[Path]:
     make_runtime_folder()  # raises an error if it cannot be used; otherwise no run would be found
     roots = [Path(folder).resolve() for folder in folders]
     found = [process.run for process in background_processes()]
-    return [_short(run) for run in found if not roots or run.parent in roots]
+    return [_relative(run) for run in found if not roots or run.parent in roots]
 
 
-def _short(run: Path) -> Path:
+def _relative(run: Path) -> Path:
     """Return a path relative to the current folder, if it is inside."""
     here = Path.cwd()
     return run.relative_to(here) if run.is_relative_to(here) else run
 
 
-def _evolving(name: str) -> Path:
+def _find_evolving(name: str) -> Path:
     """Return the folder of a background run.
 
     Raises:
         RunError: the run is evolving elsewhere, or is not evolving.
     """
-    path = find_evolved(name)
+    path = find_run_folder(name)
     if background_state(path) is None:
         RunLock(path).release()  # raises an error that names the process evolving it elsewhere
-        raise at_rest(path)
+        raise not_evolving(path)
     return path
 
 

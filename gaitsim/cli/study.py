@@ -11,7 +11,7 @@ import typer
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.completion import study_names
-from gaitsim.cli.console import notice, output, print_table, wrote
+from gaitsim.cli.console import notice, output, print_table, report_files
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Dask, Workers
 from gaitsim.cli.progress_bar import Progress
@@ -21,8 +21,8 @@ from gaitsim.render.plots.surfaces import plot_surfaces
 from gaitsim.runs.files.folder import check_links, command, create_folder
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.study.confirmation import Reached
-from gaitsim.study.confirming import confirm
-from gaitsim.study.file import STUDY, Cell, Study, cells, read_study, resolved
+from gaitsim.study.file import STUDY, Cell, Study, cells, experiment_files, read_study
+from gaitsim.study.fresh_repeats import confirm
 from gaitsim.study.results import TABLE, rule, summary, title, write_results
 from gaitsim.study.running import Best, results, run_cells
 
@@ -45,8 +45,7 @@ def study(
     """Sweep options on all cores; write a table, surfaces and a summary.
 
     If the study has a target, fresh repeats confirm the cheapest cells that reach it ('confirm' in
-    the file). Ctrl-C stops and keeps finished cells; the same command with the folder runs the
-    rest.
+    the file). Ctrl-C stops and keeps finished cells; to continue, pass the folder of the study.
 
     [bold]Examples[/bold]
 
@@ -63,21 +62,21 @@ def study(
         check_links(Path(reference))
     source = str(Path(reference) / STUDY) if resumed else reference
     study, text = read_study(source)
-    every = cells(study, Path(reference) if resumed else None, source)
+    all_cells = cells(study, Path(reference) if resumed else None, source)
     folder = Path(reference) if resumed else out or Path("studies") / study.name
     with cluster(dask, workers) as executor:
         if not resumed:
-            folder = create_folder(folder, {STUDY: text, **resolved(study)})
+            folder = create_folder(folder, {STUDY: text, **experiment_files(study)})
         lock = RunLock(folder)
         try:
-            if not _run(folder, study, every, workers, executor):
-                _say_stopped(folder)
-            found, missing = results(folder, study, every)
+            if not _run(folder, study, all_cells, workers, executor):
+                _exit_stopped(folder)
+            found, missing = results(folder, study, all_cells)
             if missing:
                 raise RunError(f"cell {missing[0].index} of {folder} is missing or damaged")
             reached = _confirm(folder, study, found, workers, executor)
             if reached is None:
-                _say_stopped(folder)
+                _exit_stopped(folder)
             write_results(folder, study, found, reached)
             plot_surfaces(folder, study, found)
         finally:
@@ -87,32 +86,32 @@ def study(
         console.print(f"\n{title(study)}", style="bold")
         print_table(*summary(study, reached))
         console.print(f"Rule: {rule(study)}.", style="dim")
-    wrote(folder / TABLE)
+    report_files(folder / TABLE)
     console.print(f"\nTable: {folder / TABLE}")
 
 
 def _run(
     folder: Path,
     study: Study,
-    every: Sequence[Cell],
+    all_cells: Sequence[Cell],
     workers: int | None,
     executor: Executor | None,
 ) -> bool:
     """Run the missing cells with a progress bar; return False if the user stops it."""
-    _, missing = results(folder, study, every)
-    done = len(every) - len(missing)
-    log = f"study {folder}: {len(missing)} of {len(every)} cells to run"
+    _, missing = results(folder, study, all_cells)
+    done = len(all_cells) - len(missing)
+    log = f"study {folder}: {len(missing)} of {len(all_cells)} cells to run"
     try:
         with (
             interruptible(),
-            Progress(f"study {folder}", "cells", len(every), done, log=log) as progress,
+            Progress(f"study {folder}", "cells", len(all_cells), done, log=log) as progress,
         ):
             for _ in run_cells(folder, study, missing, workers, warn, executor):
                 progress.advance()
     except KeyboardInterrupt:
         return False
     except GaitsimError as error:
-        error.then(f"run the remaining cells: {command('study', folder)}")
+        error.add_remedy(f"run the remaining cells: {command('study', folder)}")
         raise
     return True
 
@@ -144,10 +143,10 @@ def _confirm(
     except KeyboardInterrupt:
         return None
     except GaitsimError as error:
-        error.then(f"run the remaining repeats: {command('study', folder)}")
+        error.add_remedy(f"run the remaining repeats: {command('study', folder)}")
         raise
 
 
-def _say_stopped(folder: Path) -> NoReturn:
+def _exit_stopped(folder: Path) -> NoReturn:
     notice(f"Stopped; finished cells are saved. Continue with: {command('study', folder)}")
     sys.exit(INTERRUPTED)

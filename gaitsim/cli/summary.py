@@ -68,12 +68,14 @@ def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -
     if view is not None:
         print_archive(run, view)
     console.print("\nNext:")
-    for line, purpose in _next(run) if view is None else _next_of_archive(run, view):
+    for line, purpose in (
+        _next_commands(run) if view is None else _next_commands_of_archive(run, view)
+    ):
         console.print(f"  {line}  ", end="", soft_wrap=True)
         console.print(f"# {purpose}", style="dim")
 
 
-def _next(run: RunSnapshot) -> Iterator[tuple[str, str]]:
+def _next_commands(run: RunSnapshot) -> Iterator[tuple[str, str]]:
     """Yield commands for a finished run, and their purposes."""
     yield command("analyse", run.path), "which gait it is, and what its score consists of"
     if run.experiment.worlds.number:
@@ -86,7 +88,7 @@ def _next(run: RunSnapshot) -> Iterator[tuple[str, str]]:
     yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
 
 
-def _next_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str, str]]:
+def _next_commands_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str, str]]:
     """Yield commands for a finished run that keeps an archive, and their purposes."""
     yield command("plot", run.path, "--kind", "archive"), "the map"
     yield command("plot", run.path, "--kind", "search"), "coverage and QD score"

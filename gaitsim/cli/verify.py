@@ -8,11 +8,11 @@ from typing import Annotated, Any
 import typer
 from pydantic_core import to_jsonable_python
 
-from gaitsim.cli.codes import given_challenge
+from gaitsim.cli.codes import read_challenge
 from gaitsim.cli.console import echo, print_json, status
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json, RunOrCode, Workers
-from gaitsim.cli.parsing import asked_generations
+from gaitsim.cli.parsing import not_combinable, parse_generations
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import EXPERIMENT, find_run
@@ -24,7 +24,7 @@ from gaitsim.sharing.checking import Checked, verify_challenge
 from gaitsim.sharing.code import PREFIX
 from gaitsim.toml import literal
 
-DIFFERENT = 1
+DIFFERENT = 1  # exit code
 SHOWN = 5  # generations that differ, and parts of one
 
 
@@ -67,12 +67,8 @@ def verify(
     gaitsim share spider | gaitsim verify -
     """
     if all_ and generations is not None:
-        raise GaitsimError(
-            "--all and --generations cannot be combined",
-            where="--all, --generations",
-            allowed="one of the two",
-        )
-    challenge = given_challenge(run)
+        raise not_combinable("--all", "--generations")
+    challenge = read_challenge(run)
     if challenge is not None:
         if all_ or generations is not None:
             raise GaitsimError(
@@ -88,7 +84,7 @@ def verify(
             allowed=f"a text that begins with {PREFIX}, or the name or folder of a run",
         )
     opened = RunSnapshot(find_run(run))
-    chosen = asked_generations(generations)
+    chosen = parse_generations(generations)
     with interruptible(), Progress(opened.path.name, "generations") as progress:
         verdict = verify_generations(
             opened,

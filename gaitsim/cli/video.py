@@ -5,10 +5,10 @@ from typing import Annotated
 import typer
 
 from gaitsim.choices import Theme, VideoFormat, VideoView
-from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.console import echo, notice, report_files
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, RunName, World
-from gaitsim.cli.parsing import asked_body, asked_individuals, file_format, pixels
+from gaitsim.cli.parsing import choose_format, parse_body_changes, parse_individuals, parse_size
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.render.settings import FORMATS, RenderSettings
@@ -68,24 +68,24 @@ def video(
 
     gaitsim video spider --out spider.gif --speed 0.5 --theme dark --no-intro
     """
-    chosen = file_format(format, out, FORMATS, "mp4", "videos")
-    settings = RenderSettings(chosen, pixels(size), fps, speed, view, theme, intro)
-    wanted = asked_individuals(generation, generations, member)
+    chosen = choose_format(format, out, FORMATS, "mp4", "videos")
+    settings = RenderSettings(chosen, parse_size(size), fps, speed, view, theme, intro)
+    individuals = parse_individuals(generation, generations, member)
     if out is not None:
         check_folder(out)
-    changed = asked_body(damage, world, engine)
+    changed = parse_body_changes(damage, world, engine)
     opened = RunSnapshot(find_run(run))
     with all_or_nothing():
-        made = Video(opened, wanted, settings, changed)
-        if made.warning:
-            notice(f"Warning: {made.warning}")
-        path = out or exports_folder(opened.path) / made.name
-        with Progress(path.name, "pictures", len(made)) as progress:
-            made.write(path, progress.advance)
-    wrote(path)
+        film = Video(opened, individuals, settings, changed)
+        if film.warning:
+            notice(f"Warning: {film.warning}")
+        path = out or exports_folder(opened.path) / film.name
+        with Progress(path.name, "pictures", len(film)) as progress:
+            film.write(path, progress.advance)
+    report_files(path)
     width, height = settings.pixels
     echo(
-        f"{path}: {len(made)} pictures of {width} × {height} at {float(settings.rate):g} a second, "
-        f"{float(len(made) / settings.rate):.1f} s"
-        + (f", {format_speed(made.speed)}" if made.speed != 1 else "")
+        f"{path}: {len(film)} pictures of {width} × {height} at {float(settings.rate):g} per "
+        f"second, {float(len(film) / settings.rate):.1f} s"
+        + (f", {format_speed(film.speed)}" if film.speed != 1 else "")
     )

@@ -1,4 +1,4 @@
-"""Stochastic gradient descent for a network with one hidden layer; compiled code."""
+"""Compiled stochastic gradient descent for a network with one hidden layer."""
 
 import numpy as np
 from numba import njit

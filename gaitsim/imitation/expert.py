@@ -14,14 +14,16 @@ from gaitsim.evaluation.playing import play, require_play
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.gait.files.reader import SUFFIXES, GaitFile, fitted, read_gait
 from gaitsim.gait.files.writer import Gait, gait_of
-from gaitsim.individual import Asked, Individual
+from gaitsim.individual import Choice, Individual
 from gaitsim.registry import plugin_errors
 from gaitsim.render.plots.labels import heading_of_run
 from gaitsim.runs.files.folder import EXPORTS, exports_folder, find_run, holds_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import literal, shortened
 
-_BODY = "name the body of a preset, a file or a run, as --body spider; in Python body='spider'"
+_BODY = (
+    "choose the body of a preset, a file or a run, such as --body spider; in Python, body='spider'"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,7 @@ class Expert:
 
     @property
     def title(self) -> str:
-        """Description of the gait in words."""
+        """Description of the gait, with its source."""
         if self.individual is not None:
             return self.individual.title
         return f"{self.source} on the {self.experiment.entries['organism'].name}"
@@ -72,11 +74,11 @@ class Expert:
         """
         if self.file is None:
             return exports_folder(self.source or Path())
-        run = _run_around(self.file)
+        run = _run_of_export(self.file)
         return exports_folder(run) if run else self.file.parent
 
 
-def find_expert(reference: str, body: str | None = None, which: Asked = None) -> Expert:
+def find_expert(reference: str, body: str | None = None, which: Choice = None) -> Expert:
     """Return the gait of a run's champion, or of a gait file.
 
     Args:
@@ -96,15 +98,15 @@ def find_expert(reference: str, body: str | None = None, which: Asked = None) ->
             raise GaitsimError(
                 f"{reference} is a run, which defines its own body",
                 where="--body",
-                remedy="omit --body, or give a gait file",
+                remedy="leave out --body, or give a gait file",
             )
         individual = run.individual(which)
         individual.experiment.check_given()
         return expert_of(individual)
     if which is not None:
         raise GaitsimError(
-            f"{reference} is a gait file, which has neither generations nor members",
-            remedy="omit --generation and --member, or give a run",
+            f"{reference} is a gait file, which has no generations or members",
+            remedy="leave out --generation and --member, or give a run",
         )
     return expert_of_file(read_gait(Path(reference)), body)
 
@@ -129,7 +131,7 @@ def expert_of(individual: Individual) -> Expert:
         raise GaitsimError(
             f"the gait of generation {individual.generation} cannot be learnt",
             where=str(individual.source),
-            allowed="at least two frames, with finite angles",
+            allowed="two or more frames, with finite angles",
         )
     return Expert(gait, individual.experiment, individual, individual.source)
 
@@ -170,7 +172,7 @@ def _body(file: GaitFile, body: str | None) -> tuple[Experiment, str]:
         return RunSnapshot(Path(body)).experiment, f"the run {body}"
     if body is not None:
         return load_experiment(body), body
-    if run := _run_around(file.path):
+    if run := _run_of_export(file.path):
         return RunSnapshot(run).experiment, f"the run {run}"
     if not file.joint_names:
         raise GaitsimError(
@@ -200,7 +202,7 @@ def _joints(experiment: Experiment) -> Sequence[str]:
         return [str(name) for name in organism.joint_names()]
 
 
-def _run_around(file: Path) -> Path | None:
+def _run_of_export(file: Path) -> Path | None:
     """Return the run whose exports folder contains a file, or None."""
     folder = file.parent if file.parent.name else file.absolute().parent
     return folder.parent if folder.name == EXPORTS and holds_run(folder.parent) else None

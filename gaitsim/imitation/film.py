@@ -1,4 +1,4 @@
-"""A video of an imitator: its error during training, then its walk beside the expert's."""
+"""A video of an imitator: its error during training, then its gait beside the expert's."""
 
 from functools import partial
 
@@ -27,7 +27,7 @@ def imitation_film(result: Result, settings: RenderSettings | None = None) -> Fi
     expert, training = result.expert, result.settings
     require_play(expert.experiment)
     assert expert.individual is not None, "a body that plays the imitator plays its expert"
-    assert result.played is not None, "checked above"
+    assert result.played is not None, "require_play checks that the body can play"
     generation = "" if expert.file else f", {expert.individual.label}"
     clips = [
         _clip(expert.individual, "expert", generation),

@@ -1,4 +1,4 @@
-"""Imitate a gait: train a network, let it play without the expert, and evaluate its gait."""
+"""Imitate a gait: train a network, let it play without the expert, and evaluate the result."""
 
 import math
 import warnings
@@ -41,7 +41,7 @@ class Result(ReprMixin):
         imitation: network and the gait that it plays.
         errors: mean squared error of the next frame after each epoch, (epochs,), rad².
         one_step: mean squared error of the next frame after the last epoch, rad².
-        free_running: mean squared difference from the expert's gait if the network plays without
+        free_running: mean squared difference from the expert's gait when the network plays without
             the expert, rad².
         played: imitation on the expert's body, with its score; None if the body cannot play joint
             angles.
@@ -252,16 +252,14 @@ def imitate(
         if name not in known:
             raise unknown("setting of imitate()", name, known)
     if generation is not None and member is not None:
-        raise GaitsimError(
-            "imitate() accepts a generation or a member, not both", where="arguments"
-        )
+        raise GaitsimError("imitate() takes a generation or a member, not both", where="arguments")
     which = generation if member is None else Member(member)
     if isinstance(source, Individual):
         if body is not None or which is not None:
             raise GaitsimError(
                 "an individual already determines body, generation and member",
                 where="arguments",
-                remedy="omit body, generation and member",
+                remedy="leave out body, generation and member",
             )
         expert = expert_of(source)
     else:

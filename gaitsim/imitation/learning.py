@@ -13,7 +13,7 @@ from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import ACTIVATION_CODES, Network
 
 ACTIVATIONS, OUTPUTS = get_args(Activation), get_args(OutputActivation)
-CHUNK = 20  # epochs between calls of `progress`, some hundredths of a second
+CHUNK = 20  # epochs between calls of `progress`, a few hundredths of a second
 _WEIGHTS, _ORDER, _NOISE = range(3)  # purposes of random numbers
 _RANGES: Mapping[str, tuple[Any, float, float]] = {
     "hidden": (int, 1, 4096),
@@ -36,8 +36,8 @@ class Settings:
         learning_rate: step size along the gradient of half the squared error.
         decay: whether the learning rate falls to zero along half a cosine.
         noise: standard deviation of the noise on the inputs, in the network's units.
-        normalise: whether inputs are angles from the middle of each joint's range, divided by the
-            largest range; otherwise they are in radians.
+        normalise: whether to measure the inputs from the middle of each joint's range, in units
+            of the largest range; otherwise they are angles in radians.
         seed: seed of the initial weights, the order of the pairs, and the noise.
 
     Raises:
@@ -71,8 +71,8 @@ class Settings:
 
 SETTINGS = {
     "source": Settings(),
-    # Noise teaches the network to return to the gait. Without the decay, the last pairs of the
-    # training would bias the network.
+    # Noise teaches the network to return to the gait. The decay prevents the last pairs of the
+    # training from biasing the network.
     "steady": Settings(epochs=3000, learning_rate=0.02, decay=True, noise=0.05, normalise=True),
 }
 
@@ -118,9 +118,9 @@ def learn(
             w1, b1, w2, b2, *codes, inputs, targets, orders, noise, rates[part], errors[part]
         )  # fmt: skip
         if not np.isfinite(errors[part]).all():
-            grown = part.start + int(np.argmin(np.isfinite(errors[part]))) + 1
+            epoch = part.start + int(np.argmin(np.isfinite(errors[part]))) + 1
             raise GaitsimError(
-                f"training diverged: the error is not finite in epoch {grown}",
+                f"training diverged: the error is not finite in epoch {epoch}",
                 where=f"learning rate {settings.learning_rate:g}",
                 remedy="try a smaller learning rate",
             )
@@ -149,7 +149,7 @@ def _units(expert: Angles, normalise: bool) -> tuple[NDArray[np.float64], float]
 def _draws(
     settings: Settings, pairs: int, joints: int
 ) -> Iterator[tuple[slice, NDArray[np.int64], NDArray[np.float64]]]:
-    """Draw orders and noise in chunks of epochs; the size of chunks does not affect the draws."""
+    """Yield chunks of epochs with orders of pairs and noise, which do not depend on `CHUNK`."""
     order, noise = _rng(settings, _ORDER), _rng(settings, _NOISE)
     for first in range(0, settings.epochs, CHUNK):
         part = slice(first, min(first + CHUNK, settings.epochs))

@@ -66,7 +66,7 @@ def write_results(results: Sequence[Result], files: Files) -> None:
 
 
 def to_dict(results: Sequence[Result], files: Files) -> dict[str, Any]:
-    """Return the first result, and the results of the other activations, for JSON."""
+    """Return the first result, and with several activations the results of all, for JSON."""
     expert = results[0].expert
     found = {
         "run": None if expert.file else str(expert.source),

@@ -85,10 +85,13 @@ class PythonEntry(Entry):
     @property
     def missing(self) -> MissingFunctionError:
         """The error to raise if it is used, but this process was not given it."""
+        space = ", space=…" if self.kind == "organism" else ""
+        note = " (space only if the body is a function)" if space else ""
         return MissingFunctionError(
             f"the {self} is not stored in the experiment's file and must be passed again",
             where=f"{self.kind}.plugin = {self.name!a}",
-            remedy=f"in Python, gs.load(RUN, {self.argument}) or gs.evolve(…, {self.argument})",
+            remedy=f"in Python, gs.load(RUN, {self.argument}{space}) or "
+            f"gs.evolve(…, {self.argument}{space}){note}",
         )
 
 

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Asked, Individual
+from gaitsim.individual import Choice, Individual
 from gaitsim.render.film import Film
 from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.plots.channels import count_trials
@@ -36,7 +36,7 @@ class Video(Film):
     def __init__(
         self,
         run: RunSnapshot,
-        generations: Sequence[Asked] = (),
+        generations: Sequence[Choice] = (),
         settings: RenderSettings | None = None,
         changed: Callable[[Individual], Individual] = lambda individual: individual,
     ) -> None:

@@ -83,5 +83,5 @@ def _resumable(writer: RunWriter) -> Iterator[None]:
         if (path / EXPERIMENT).exists():
             given = ", ".join(entry.argument for entry in writer.experiment.outside)
             how = f"gs.load({str(path)!r}).resume({given})" if given else command("resume", path)
-            error.then(f"continue with: {how}")
+            error.add_remedy(f"continue with: {how}")
         raise

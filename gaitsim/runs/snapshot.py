@@ -13,7 +13,7 @@ from gaitsim.errors import ExperimentError, RunError, unknown
 from gaitsim.evolution.searching import members, state_mismatch
 from gaitsim.experiment import Experiment, ExperimentOutline, Overrides, parse_experiment
 from gaitsim.experiment.problems import COMMAND_LINE
-from gaitsim.individual import WITHIN, Asked, Individual, Member, Near
+from gaitsim.individual import NEAR_TOLERANCE, Choice, Individual, Member, Near
 from gaitsim.registry.python_entries import PythonEntry, find_given, is_outside
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.contents import RunFiles
@@ -204,7 +204,7 @@ class RunSnapshot(RunFiles):
             )
         return found
 
-    def individual(self, which: Asked = None) -> Individual:
+    def individual(self, which: Choice = None) -> Individual:
         """Return the best individual of a generation or of all generations, or a member.
 
         The best of all is chosen among the generations comparable with the last one.
@@ -235,7 +235,7 @@ class RunSnapshot(RunFiles):
             ends = known if found.borders is None else found.borders[name]
             width = float(np.max(ends) - np.min(ends)) or 1.0
             away = np.maximum(away, np.abs(known - value) / width)
-        near = np.flatnonzero(away <= away.min() + WITHIN)
+        near = np.flatnonzero(away <= away.min() + NEAR_TOLERANCE)
         return Member(int(near[np.argmax(found.scores[near])]) + 1)
 
     def _member(self, which: Member) -> Individual:

@@ -79,17 +79,17 @@ class ComparedRun:
         return np.cumsum(values) if by == "seconds" else values
 
     @property
-    def begins(self) -> tuple[int, ...]:
-        """Indices in the columns at which the second and later stages begin."""
+    def stage_starts(self) -> tuple[int, ...]:
+        """Indices in the columns of the history at which the second and later stages begin."""
         return tuple(first - 1 for first, _ in self.stages[1:] if first <= self.generation)
 
-    def marks(self, by: str) -> tuple[float, ...]:
+    def stage_marks(self, by: str) -> tuple[float, ...]:
         """Return the values on one of `AXES` at which the second and later stages begin."""
-        return tuple(self.axis(by)[list(self.begins)].tolist())
+        return tuple(self.axis(by)[list(self.stage_starts)].tolist())
 
 
 class RunsReader:
-    """A reader of runs to compare, which rereads a run only when it has changed.
+    """Read runs to compare, and reread a run only when it has changed.
 
     Args:
         paths: folders of the runs.
@@ -104,7 +104,7 @@ class RunsReader:
         ]
 
     def read(self) -> tuple[ComparedRun, ...]:
-        """Return the current state of the runs; unreadable runs hold their problem."""
+        """Return the current state of the runs; an unreadable run has a `problem`."""
         for place, (follower, history) in enumerate(self._followed):
             run = follower.poll()
             if run is not None:
@@ -128,8 +128,8 @@ def _read(
     return ComparedRun(label, follower.path, problem=problem)
 
 
-def shortest(runs: Sequence[ComparedRun]) -> int:
-    """Return the number of evaluations of the shortest run with any; 0 if none has any."""
+def least_evaluations(runs: Sequence[ComparedRun]) -> int:
+    """Return the evaluations of the shortest run that has any; 0 if none has."""
     return min((int(one.history["evaluations"][-1]) for one in runs if one.history), default=0)
 
 
@@ -150,7 +150,7 @@ def comparison_table(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
         "evaluations": lambda one: f"{int(one.history['evaluations'][-1]):,}",
         "seconds": lambda one: f"{float(one.history['seconds'].sum()):,.1f}",
     }
-    equal = shortest(runs)
+    equal = least_evaluations(runs)
     if any(one.history and one.history["evaluations"][-1] > equal for one in runs):
         facts[f"best of {equal:,} evaluations"] = lambda one: _score(one.best_within(equal))
     results = [
@@ -161,7 +161,7 @@ def comparison_table(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
 
 
 def differing_options(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
-    """Return the options in which runs differ."""
+    """Return the options that differ between runs, or changed during one."""
     return differences([one.stages for one in runs])
 
 
@@ -170,8 +170,8 @@ def warning(runs: Sequence[ComparedRun]) -> str:
     return scoring_warning(differing_options(runs))
 
 
-def in_words(quantity: str) -> str:
-    """Return the label of an axis for one of `QUANTITIES`."""
+def quantity_label(quantity: str) -> str:
+    """Return the label of one of `QUANTITIES`, such as 'best score'."""
     return quantity if quantity == "diversity" else f"{quantity} score"
 
 

@@ -21,6 +21,7 @@ from gaitsim.study.runtimes import (
     runtimes,
     spaced_targets,
     summarise_target,
+    target_text,
 )
 from gaitsim.study.statistics import (
     CONFIDENCE,
@@ -69,9 +70,10 @@ class Findings:
         pairs: tests of every pair of experiments.
         targets: target scores of the ECDF, ascending.
         ecdfs: ECDFs of runtimes over these targets.
-        reached: how often and how soon the repeats reach each of a few targets.
-        target_tests: tests of every pair of experiments at each of these few targets.
-        targets_given: whether the user gave the targets, both for the ECDF and for the tests.
+        reached: summary of how often and how soon the repeats reach each target of the expected
+            running times.
+        target_tests: tests of every pair of experiments at each of these targets.
+        targets_given: whether the user gave the targets, which then serve both purposes.
     """
 
     samples: Mapping[str, Sample]
@@ -132,7 +134,7 @@ class Findings:
             )
         missed = [target for target in self.ert_targets if target > finals.max()]
         if missed:
-            which = f"{missed[0]:.10g}" + (" or any higher target" if len(missed) > 1 else "")
+            which = target_text(missed[0]) + (" or any higher target" if len(missed) > 1 else "")
             found.append(
                 f"No repeat of any experiment reaches {which}, so its running times are infinite "
                 f"and its tests have p = 1; the highest score is {finals.max():.6g}."
@@ -143,7 +145,7 @@ class Findings:
 def check_request(
     targets: str | None, evaluations: int | None, generations: int | None
 ) -> tuple[float, ...]:
-    """Check three options, and return the targets of `--targets 1.5,2`; () for none.
+    """Check options of a comparison, and return the targets of `--targets 1.5,2`; () for none.
 
     Raises:
         GaitsimError: the targets are not numbers, or both evaluations and generations are given.
@@ -176,7 +178,7 @@ def check_targets(targets: ArrayLike) -> tuple[float, ...]:
     for target in every:
         if not isinstance(target, int | float) or not math.isfinite(target):
             raise GaitsimError(
-                f"{target!r} is not a score", where="targets", allowed="finite numbers"
+                f"invalid target: {target!r}", where="targets", allowed="finite numbers"
             )
     if len(every) > MOST_TARGETS:
         raise GaitsimError(

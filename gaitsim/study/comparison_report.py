@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from gaitsim.study.comparison import Findings
 from gaitsim.study.results import markdown, number
-from gaitsim.study.runtimes import DIGITS
+from gaitsim.study.runtimes import DIGITS, target_text
 from gaitsim.study.statistics import CONFIDENCE, EXACT, RESAMPLES
 from gaitsim.study.target_tests import TargetTest
 
@@ -30,7 +30,7 @@ class Table(NamedTuple):
 def methods(findings: Findings) -> str:
     """Return a paragraph for the methods section of a paper."""
     pairs, tests = len(findings.pairs), len(findings.target_tests)
-    targets = ", ".join(map(_exact, findings.ert_targets))
+    targets = ", ".join(map(target_text, findings.ert_targets))
     digits = ""
     if not findings.targets_given:
         digits = f" to {DIGITS} digits of their range (numpy.quantile, method 'inverted_cdf')"
@@ -43,7 +43,7 @@ def methods(findings: Findings) -> str:
         f"confidence intervals ({RESAMPLES:,} resamples of the repeats) and quartiles "
         "(interpolated linearly). Pairs were "
         f"compared with two-sided Mann–Whitney U tests ({_exactness(findings)}), corrected for "
-        f"{_counted(pairs)} with Holm's procedure, and the Vargha–Delaney A12 as "
+        f"{_comparisons(pairs)} with Holm's procedure, and the Vargha–Delaney A12 as "
         "effect size (Arcuri and Briand 2011). The ECDF of runtimes is the share of pairs of a "
         f"repeat and a target in which the repeat has reached the target, over "
         f"{target_words(findings)}, {findings.ecdf_rule}; the area under the ECDF "
@@ -54,8 +54,8 @@ def methods(findings: Findings) -> str:
         "At each target, successes were compared with two-sided Fisher's exact tests, and numbers "
         "of evaluations until success with the same Mann–Whitney test and A12, in which all "
         "repeats without success tie after all others (Gehan 1965); each kind of test was "
-        f"corrected for {_counted(tests)} with Holm's procedure, over all pairs and targets. Every "
-        "interval draws its resamples from numpy.random.default_rng([seed, repeats]), as "
+        f"corrected for {_comparisons(tests)} with Holm's procedure, over all pairs and targets. "
+        "Every interval draws its resamples from numpy.random.default_rng([seed, repeats]), as "
         f"integers(0, repeats, ({RESAMPLES}, repeats)); the interval of an ERT is the inverse of "
         f"the interval of successes per evaluation.{warning}"
     )
@@ -67,16 +67,22 @@ def _exactness(findings: Findings) -> str:
     return "normal approximation with corrections for ties and continuity"
 
 
-def _counted(tests: int) -> str:
+def _comparisons(tests: int) -> str:
     return f"{tests} comparison{'s' * (tests != 1)}"
 
 
 def target_words(findings: Findings) -> str:
     """Return a description of the targets of the ECDF, such as '51 targets from 0.1 to 2.5'."""
-    few = findings.targets
-    if len(few) == 1:
-        return f"one target, {_short(few[0])}"
-    return f"{len(few)} targets from {_short(few[0])} to {_short(few[-1])}"
+    # Chosen targets have many digits; four suffice to describe their range.
+    values = findings.targets if findings.targets_given else map(_rounded, findings.targets)
+    texts = [target_text(value) for value in values]
+    if len(texts) == 1:
+        return f"one target, {texts[0]}"
+    return f"{len(texts)} targets from {texts[0]} to {texts[-1]}"
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")
 
 
 def to_dict(findings: Findings) -> dict[str, object]:
@@ -149,7 +155,7 @@ def tables(findings: Findings) -> list[Table]:
     ]
     reached = [
         [
-            _exact(r.target),
+            target_text(r.target),
             label,
             f"{r.successes} of {r.repeats}",
             _count(r.ert),
@@ -158,9 +164,9 @@ def tables(findings: Findings) -> list[Table]:
         for few in zip(*findings.reached.values(), strict=True)
         for label, r in zip(findings.reached, few, strict=True)
     ]
-    contests = [
+    target_tests = [
         [
-            _exact(one.target),
+            target_text(one.target),
             f"{one.first} against {one.second}",
             f"{one.p_success:.2g} ({one.p_success_holm:.2g})",
             f"{one.p_time:.2g} ({one.p_time_holm:.2g})",
@@ -170,7 +176,7 @@ def tables(findings: Findings) -> list[Table]:
         ]
         for one in findings.target_tests
     ]
-    # The warning is repeated beside the effects, as nobody should read "large" without it.
+    # The warning is repeated below the effect sizes, which are misleading without it.
     caution = f"{findings.warning} " if findings.warning else ""
     after = f"Best scores after {findings.evaluations:,} evaluations, {findings.repeats} repeats"
     return [
@@ -205,7 +211,7 @@ def tables(findings: Findings) -> list[Table]:
                 "effect",
                 "differs at 5 %",
             ],
-            contests,
+            target_tests,
             f"{caution}A12 is the share of pairs of repeats in which the first experiment's repeat "
             "reaches the target sooner; ties count half, and repeats that never reach it tie.",
         ),
@@ -223,15 +229,6 @@ def _verdict(test: TargetTest) -> str:
     return "no"
 
 
-def _exact(target: float) -> str:
-    """Return a target with enough digits to reproduce the number exactly."""
-    return repr(target).removesuffix(".0").replace("-", "−")
-
-
-def _short(value: float, digits: int = 4) -> str:
-    return f"{value:.{digits}g}".replace("-", "−")
-
-
 def _range(low: float, high: float) -> str:
     return f"{number(low)} to {number(high)}"
 
@@ -243,8 +240,8 @@ def _count(value: float) -> str:
 def report(findings: Findings, command: str, figures: list[Path]) -> str:
     """Return the comparison as Markdown."""
     lines = ["# " + " against ".join(findings.samples), ""]
-    for said in remarks(findings):
-        lines += [f"**{said[0]}** {said[1]}", ""]
+    for heading, text in remarks(findings):
+        lines += [f"**{heading}** {text}", ""]
     for title, columns, rows, note in tables(findings):
         lines += [f"## {title}", "", *markdown(columns, rows), ""]
         lines += [note, ""] if note else []
@@ -260,6 +257,6 @@ def report(findings: Findings, command: str, figures: list[Path]) -> str:
 
 
 def remarks(findings: Findings) -> list[tuple[str, str]]:
-    """Return warnings and notes to read before the tables, each with its heading."""
+    """Return the warnings and notes that precede the tables, as pairs of heading and text."""
     warning = [("Warning:", findings.warning)] if findings.warning else []
     return [*warning, *(("Note:", note) for note in findings.notes)]

@@ -63,7 +63,7 @@ def _with_distinct_seeds(experiments: Sequence[Experiment]) -> list[Experiment]:
         if counts[shared] > 1:
             digest = hashlib.sha256(f"{shared} {contents[index]}".encode()).digest()
             seed = int.from_bytes(digest[:4], "big")  # at most ten digits, easy to copy
-            while seed in used:  # an equal experiment has it
+            while seed in used:  # taken by an equal experiment
                 seed += 1
             used.add(seed)
             found[index] = with_overrides(found[index], {"seed": seed})
@@ -71,7 +71,10 @@ def _with_distinct_seeds(experiments: Sequence[Experiment]) -> list[Experiment]:
 
 
 def _content(experiment: Experiment) -> str:
-    """Return the options that distinguish experiments; equal budgets change the length."""
+    """Return the options that distinguish experiments, as JSON.
+
+    The number of generations is left out, because equal budgets change it.
+    """
     options = experiment.to_dict()
     del options["name"], options["description"], options["seed"]
     del options["evolution"]["generations"]

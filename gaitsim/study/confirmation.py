@@ -1,12 +1,12 @@
-"""Find the cheapest cells that reach the target, with a claim that holds statistically.
+"""Find the cheapest cells that reach the target, with a statistical guarantee.
 
-The cheapest of many noisy means above a target is a lucky one: most of the cells that a sweep finds
-there miss the target. The sweep therefore only proposes cells. Two sets of fresh repeats, with
-independent random numbers, decide: the first set chooses candidates in order of cost, and the
-second set tests them one by one. The second set has no part in the choice, so its mean is unbiased.
-The k-th test of an experiment has the error 0.05 / (2ᵏ E) in a study of E experiments. By
-Bonferroni's inequality, the probability of any error in a study is at most 0.05, for any number of
-tests.
+Among many noisy means, the cheapest one above a target is usually there by chance, and the true
+mean of its cell misses the target. The sweep therefore only proposes cells. Two sets of fresh
+repeats, with independent random numbers, decide: the first set chooses candidates in order of cost,
+and the second set tests them one by one. The second set has no part in the choice, so its mean is
+unbiased. The k-th test of an experiment has the error 0.05 / (2ᵏ E) in a study of E experiments.
+By Bonferroni's inequality, the probability of any error in a study is at most 0.05, for any number
+of tests.
 """
 
 from collections.abc import Generator, Sequence
@@ -17,7 +17,7 @@ import numpy as np
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.study.file import EXPERIMENT, POPULATION, Cell, Scalar, Study
 from gaitsim.study.means import Means
-from gaitsim.study.running import recorded
+from gaitsim.study.running import recorded_generations
 from gaitsim.study.statistics import CONFIDENCE
 
 Sweep = Sequence[tuple[Cell, Means]]
@@ -37,7 +37,8 @@ class Reached:
         low, high: confidence interval of the mean.
         level: confidence level of the interval, chosen so that all intervals of a study hold
             together with 95 % confidence.
-        repeats: number of fresh repeats; 0 if the mean is that of the sweep, when none is finite.
+        repeats: number of fresh repeats; 0 if no mean of the sweep is finite, so that none was
+            tested.
     """
 
     experiment: str
@@ -69,7 +70,7 @@ class _Candidate:
     clear: bool
 
     def low(self, sets: dict[int, Means], level: float) -> float | None:
-        """Return the lower end of the interval of the mean in fresh sets; None if not known."""
+        """Return the lower end of the interval of the mean in fresh sets; None if unknown."""
         found = sets.get(self.cell.index)
         if found is None or self.place >= len(found.mean):
             return None
@@ -102,27 +103,28 @@ def search(study: Study, target: float, sweep: Sweep) -> Search:
             break
         cell, last = chosen.cell, len(first[chosen.cell.index].mean) - 1
         if chosen.low(second, level) is None:
-            (second[cell.index],) = yield [afresh(study, cell, last, Purpose.CONFIRMATION)]
+            (second[cell.index],) = yield [fresh_cell(study, cell, last, Purpose.CONFIRMATION)]
         if (low := chosen.low(second, level)) is not None and low >= target:
             return _reached(study, chosen.cell, chosen.place, second[cell.index], level, True)
         candidates.remove(chosen)
         share /= 2
         level = 1 - share / 2
-    # The last test is that of the highest mean, which may miss the target for lack of repeats.
+    # No candidate passed. The last test is of the highest mean, which may have missed the target
+    # only because the sweep has few repeats.
     cell, place, means = _highest(sweep)
     if np.isneginf(means.mean[place]):
         return _reached(study, cell, place, replace(means, repeats=0), level, False)
     held = second.get(cell.index)
     if held is None or place >= len(held.mean):
-        (held,) = yield [afresh(study, cell, place, Purpose.CONFIRMATION)]
+        (held,) = yield [fresh_cell(study, cell, place, Purpose.CONFIRMATION)]
     passes = bool(held.interval(level)[0][place] >= target)
     return _reached(study, cell, place, held, level, passes)
 
 
-def afresh(study: Study, cell: Cell, place: int, purpose: Purpose) -> Cell:
-    """Return a cell up to a recorded generation, with a new seed for another purpose."""
+def fresh_cell(study: Study, cell: Cell, place: int, purpose: Purpose) -> Cell:
+    """Return a cell up to a recorded generation, with an independent seed for a purpose."""
     experiment = cell.experiment
-    generations = int(recorded(experiment, study.record_every)[place])
+    generations = int(recorded_generations(experiment, study.record_every)[place])
     seed = int(stream(experiment.seed, 0, purpose).integers(2**63))
     evolution = experiment.evolution.model_copy(update={"generations": generations})
     return replace(cell, experiment=replace(experiment, seed=seed, evolution=evolution))
@@ -133,7 +135,7 @@ def _candidates(study: Study, sweep: Sweep, target: float) -> list[_Candidate]:
     found = []
     for cell, means in sweep:
         low, high = means.interval(CONFIDENCE)
-        generations = recorded(cell.experiment, study.record_every)
+        generations = recorded_generations(cell.experiment, study.record_every)
         for place in np.flatnonzero(high >= target).tolist():
             cost = int(generations[place]) * cell.experiment.individuals
             found.append(_Candidate(cell, place, cost, bool(low[place] >= target)))
@@ -147,7 +149,7 @@ def _screen(
     target: float,
     level: float,
 ) -> Generator[list[Cell], list[Means], None]:
-    """Add the first sets that decide which candidate is the cheapest that reaches the target.
+    """Request the first sets that decide which candidate is the cheapest to reach the target.
 
     Candidates that cost more than a candidate that clearly reaches the target are not repeated.
     """
@@ -163,8 +165,10 @@ def _screen(
                 break
         if not needed:
             return
-        asked = [afresh(study, one.cell, one.place, Purpose.SCREENING) for one in needed.values()]
-        means = yield asked
+        requested = [
+            fresh_cell(study, one.cell, one.place, Purpose.SCREENING) for one in needed.values()
+        ]
+        means = yield requested
         first.update(zip(needed, means, strict=True))
 
 
@@ -192,7 +196,7 @@ def _reached(
         experiment=str(cell.point[EXPERIMENT]),
         reached=reached,
         population=cell.experiment.evolution.population,
-        generations=int(recorded(cell.experiment, study.record_every)[place]),
+        generations=int(recorded_generations(cell.experiment, study.record_every)[place]),
         point={axis: cell.point[axis] for axis in study.axes if axis != POPULATION},
         mean=float(means.mean[place]),
         low=float(low[place]),

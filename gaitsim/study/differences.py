@@ -43,7 +43,9 @@ def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
     for key in keys:
         each = {_text(values.get(key)) for stages in values_of for _, values in stages if values}
         if len(each) > 1:
-            found.append(Difference(key, tuple(_course(key, stages) for stages in values_of)))
+            found.append(
+                Difference(key, tuple(_values_by_stage(key, stages) for stages in values_of))
+            )
     return tuple(found)
 
 
@@ -53,7 +55,7 @@ def scoring_warning(found: Sequence[Difference]) -> str:
     for section in SCORING:
         own = [one.key for one in found if one.key.startswith(f"{section}.")]
         plugin = f"{section}.{PLUGIN}"
-        keys += [plugin] if plugin in own else own  # options of different plugins differ anyway
+        keys += [plugin] if plugin in own else own  # different plugins have different options
     if not keys:
         return ""
     body, *others = SCORING
@@ -61,11 +63,11 @@ def scoring_warning(found: Sequence[Difference]) -> str:
     certain = any(key == f"{body}.{PLUGIN}" or key.startswith(scored) for key in keys)
     named = " and ".join(keys) if len(keys) <= 2 else ", ".join(keys[:NAMED])
     more = f" and {len(keys) - NAMED} more" if len(keys) > NAMED else ""
-    verb = "do not" if certain else "may not"
-    return f"The scores {verb} compare: {named}{more} differ{'s' * (len(keys) == 1)}."
+    verb = "are not" if certain else "may not be"
+    return f"The scores {verb} comparable: {named}{more} differ{'s' * (len(keys) == 1)}."
 
 
-def _course(key: str, stages: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
+def _values_by_stage(key: str, stages: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
     """Return the values of an option over the stages, such as '0.1, from 151: 0.2'."""
     texts: list[str] = []
     last = ""

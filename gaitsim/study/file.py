@@ -23,7 +23,7 @@ from gaitsim.registry.presets import read_preset
 SCHEMA = 1
 MOST_CELLS = 100_000
 MOST_SCORES = 50_000_000  # in all cells, repeats and recorded generations: 400 MB
-LEAST_FRESH = 100  # fresh repeats; with fewer, intervals of skewed scores do not hold
+LEAST_FRESH = 100  # fresh repeats; fewer do not suffice for intervals of skewed scores
 _MOST_PROBLEMS = 20
 STUDY = "study.toml"  # the file of a study in its folder
 EXPERIMENT = "experiment"  # the axis that every study has
@@ -52,10 +52,10 @@ class Range(BaseModel):
         return self
 
     def values(self) -> list[Scalar]:
-        """Return the numbers; integers if all three fields are integers."""
+        """Return the numbers; integers if `from` and `step` are integers."""
         count = int((self.to - self.start) / self.step + 1e-9) + 1
         found = [self.start + index * self.step for index in range(count)]
-        # Rounded to 0.3 rather than 0.1 + 0.1 + 0.1, as users would write it and search for it.
+        # Rounded, so that 0.1 + 0.1 + 0.1 becomes 0.3, as users would write it.
         return [float(f"{one:.12g}") if isinstance(one, float) else one for one in found]
 
 
@@ -90,8 +90,8 @@ class Study(BaseModel):
     target: float | None = option(None, "mean best score to reach")
     confirm: int | None = option(
         None,
-        "number of fresh repeats that choose a cell, and again that test whether it reaches the "
-        "target; none means ten times 'repeats', at least 100",
+        "number of fresh repeats in each of two sets: the first chooses a cell, the second tests "
+        "whether it reaches the target; none means ten times 'repeats', at least 100",
         ge=LEAST_FRESH,
         le=1_000_000,
     )
@@ -110,7 +110,7 @@ class Study(BaseModel):
 
     @property
     def fresh(self) -> "Study":
-        """The study with the number of repeats that confirm a cell."""
+        """The study with the number of fresh repeats that confirm a cell as its repeats."""
         default = max(LEAST_FRESH, 10 * self.repeats)
         return self.model_copy(update={"repeats": self.confirm or default})
 
@@ -162,7 +162,7 @@ def parse_study(text: str, source: str) -> Study:
     if isinstance(schema, int) and schema > SCHEMA:
         problems.report(
             "schema",
-            f"written for schema {schema}, by a newer gaitsim",
+            f"schema {schema} belongs to a newer version of gaitsim",
             f"up to {SCHEMA}",
             "update gaitsim: pip install --upgrade gaitsim",
         )
@@ -201,7 +201,7 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
     met = set()
     fields = {field.alias or name: field for name, field in Study.model_fields.items()}
     for detail in error.errors(include_url=False):
-        # Each member of a union reports a problem, but one is enough.
+        # Pydantic reports a problem for each member of a union; one is enough.
         parts = [str(part) for part in detail["loc"][:2]]
         key = ".".join(parts)
         if key in met:
@@ -225,8 +225,10 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
             )
 
 
-def resolved(study: Study) -> dict[str, str]:
-    """Return the study's experiments as files to store with it: `1.toml`, `2.toml` …
+def experiment_files(study: Study) -> dict[str, str]:
+    """Return the study's experiments as the texts of files: `1.toml`, `2.toml` …
+
+    The files are stored with the study, which then does not depend on installed presets.
 
     Raises:
         GaitsimError: an experiment cannot be loaded.
@@ -242,7 +244,7 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
 
     Args:
         study: the study.
-        folder: folder of the `resolved` experiments; None loads them by name.
+        folder: folder of the files of `experiment_files`; None loads the experiments by name.
         source: origin of the study, for errors.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Summaries of the folders of studies and comparisons, which may be of unknown origin."""
+"""Summaries of the folders of studies and comparisons, whose files may be untrusted."""
 
 import csv
 import io
@@ -18,7 +18,10 @@ from gaitsim.study.file import STATISTICS, STUDY, Study, read_study
 from gaitsim.study.results import REPORT, TABLE
 from gaitsim.study.running import CELLS
 
-PLACES = (Path("studies"), Path("comparisons"))  # default folders of `gaitsim study` and `compare`
+DEFAULT_FOLDERS = (
+    Path("studies"),
+    Path("comparisons"),
+)  # default folders of `gaitsim study` and `compare`
 FIRST = "1.toml"  # the first experiment
 MOST_FOLDERS, MOST_ROWS = 2_000, 2_000
 LARGEST_REPORT, LARGEST_TABLE = 2**20, 2**28  # bytes
@@ -42,7 +45,7 @@ class StudyFolder:
         total: number of cells of a study; None for a comparison, or if unknown.
         description: description of a study, one line.
         changed: time of the last change of the folder, seconds since 1970.
-        problem: reason why it cannot be read.
+        problem: reason why the study cannot be read; None if it can.
     """
 
     path: Path
@@ -55,7 +58,7 @@ class StudyFolder:
     problem: GaitsimError | None = None
 
 
-def list_folders(places: Iterable[Path] = PLACES) -> list[StudyFolder]:
+def list_folders(places: Iterable[Path] = DEFAULT_FOLDERS) -> list[StudyFolder]:
     """Return the studies and comparisons in some folders, the latest first.
 
     Raises:
@@ -98,7 +101,7 @@ def _read(path: Path) -> StudyFolder | None:
 def _finished(folder: Path, total: int) -> int:
     """Return the number of cells with a file; `gaitsim study` checks whether files are intact."""
     try:
-        # A cell may have two files, one of them of another version, which is not reused.
+        # A cell may also have files of other versions, which are not reused.
         names = [entry.name for entry in islice(os.scandir(folder), 2 * total + 100)]
     except OSError:
         return 0
@@ -142,8 +145,7 @@ def sections(folder: Path) -> list[Section]:
         try:
             text = read_regular(folder / REPORT, LARGEST_REPORT).decode()
         except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-            raise RunError(f"cannot read {folder / REPORT}: {reason}") from None
+            raise RunError(f"cannot read {folder / REPORT}: {_reason(error)}") from None
         found = read_report(text)
     if os.path.lexists(folder / STUDY):
         study, _ = read_study(str(folder / STUDY))
@@ -194,18 +196,24 @@ def _cells(path: Path, study: Study) -> Section:
                 if len(row) == len(head) and (key in latest or len(latest) <= MOST_ROWS):
                     latest[key] = row
     except (OSError, ValueError, csv.Error) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
         remedy = f"recreate it with: gaitsim study {path.parent}"
-        raise RunError(f"cannot read {path}: {reason}", remedy=remedy) from None
+        raise RunError(f"cannot read {path}: {_reason(error)}", remedy=remedy) from None
     columns = (*axes, "generations", "repeats", "mean ± 95 %", "median", "quartiles", "range")
     shown = tuple((*key, *_statistics(row[len(axes) :])) for key, row in latest.items())
     more = f"Only the first {MOST_ROWS:,} cells are shown. " if len(shown) > MOST_ROWS else ""
     about = (
         f"{more}Best scores after the last generation of each cell. ± is the 95 % confidence "
-        "interval (Student's t) of each single mean; the highest of many means is a lucky one. "
-        f"{TABLE} has every recorded generation."
+        "interval (Student's t) of each single mean; the highest of many means is "
+        f"usually too high by chance. {TABLE} has every recorded generation."
     )
     return Section("Cells", columns, shown[:MOST_ROWS], (about,))
+
+
+def _reason(error: Exception) -> str:
+    """Return why a file cannot be read, for messages."""
+    if isinstance(error, UnicodeDecodeError):
+        return "it is not a text file in UTF-8"
+    return str(error.strerror if isinstance(error, OSError) else error)
 
 
 def _statistics(row: Sequence[str]) -> tuple[str, ...]:

@@ -40,9 +40,9 @@ def result_key(experiment: Experiment, repeats: int, generations: Sequence[int])
 
 @cache
 def _requirements(package: str) -> tuple[str, ...]:
-    """Return the packages that another author's package requires."""
+    """Return the packages that a package other than gaitsim requires."""
     if package == _OWN:
-        return ()  # most of its requirements serve its screens and pictures
+        return ()  # `_NUMERICAL` lists those of its requirements that compute results
     try:
         given = requires(package) or ()
     except PackageNotFoundError:
@@ -55,5 +55,5 @@ def _requirements(package: str) -> tuple[str, ...]:
 def _version(package: str) -> str:
     try:
         return version(package)
-    except PackageNotFoundError:  # a requirement of an extra
+    except PackageNotFoundError:  # an extra requires it, and it is not installed
         return ""

@@ -1,4 +1,4 @@
-"""Means of repeats, with confidence intervals that allow for skewed, failed and huge scores."""
+"""Means of repeats, with confidence intervals suitable for skewed, failed and huge scores."""
 
 from dataclasses import dataclass
 
@@ -40,14 +40,14 @@ class Means:
     def interval(self, level: float) -> tuple[Values, Values]:
         """Return the ends of the confidence intervals of the means.
 
-        Student's t after Hall's transformation (1992, "On the removal of skewness by
-        transformation", equation 3). Best scores near an optimum are skewed: most repeats reach
-        it, and a few stay far below. Without the transformation, with 1,000 repeats, the lower end
-        of a 99.5 % interval exceeds the true mean of the millipede's scores five times as often
-        as it should.
+        The intervals are Student's t after Hall's transformation (1992, "On the removal of
+        skewness by transformation", equation 3). Best scores near an optimum are skewed: most
+        repeats reach it, and a few stay far below. Without the transformation, with 1,000 repeats,
+        the lower end of a 99.5 % interval exceeds the true mean of the millipede's scores five
+        times as often as it should.
 
-        An unknown end is infinite. The interval of a mean of −inf is −inf to −inf, so that such a
-        generation reaches no target.
+        An unknown end is infinite. The interval of a mean of −inf is −inf to −inf, so such a
+        generation never reaches a target.
 
         Args:
             level: probability that an interval covers the true mean, such as 0.95.
@@ -67,7 +67,7 @@ class Means:
 
 def _untransformed(quantile: float, skew: Values) -> Values:
     """Solve Hall's T + γT²/3 + γ²T³/27 + γ/6 = quantile for T, where γ = skew / √n."""
-    straight = np.abs(skew) < 1e-9
-    gamma = np.where(straight, 1.0, skew)
+    unskewed = np.abs(skew) < 1e-9
+    gamma = np.where(unskewed, 1.0, skew)
     found = 3 / gamma * (np.cbrt(1 + gamma * (quantile - gamma / 6)) - 1)
-    return np.where(straight, quantile, found)
+    return np.where(unskewed, quantile, found)

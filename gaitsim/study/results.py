@@ -11,7 +11,8 @@ from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.drafts import sweep
 from gaitsim.study.confirmation import Reached
 from gaitsim.study.file import EXPERIMENT, POPULATION, STATISTICS, Cell, Study
-from gaitsim.study.running import Best, recorded
+from gaitsim.study.running import Best, recorded_generations
+from gaitsim.study.runtimes import target_text
 from gaitsim.study.statistics import CONFIDENCE
 
 TABLE, REPORT = "results.csv", "report.md"
@@ -37,7 +38,7 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([EXPERIMENT, *study.axes, "generation", "evaluations", "repeats", *STATISTICS])
     for cell, best in results:
-        generations = recorded(cell.experiment, study.record_every)
+        generations = recorded_generations(cell.experiment, study.record_every)
         evaluations = generations * cell.experiment.individuals
         q25, median, q75 = np.quantile(best, [0.25, 0.5, 0.75], axis=0)
         std = best.std(axis=0, ddof=1) if len(best) > 1 else np.zeros(best.shape[1])
@@ -58,17 +59,18 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
 def rule(study: Study) -> str:
     """Return the rule that chose the cells of the summary, for reports."""
     error = 100 * (1 - CONFIDENCE) / len(study.experiments)
+    sweep = "repeat" if study.repeats == 1 else f"{study.repeats:,} repeats"
     return (
         "the cell with the fewest evaluations (population × generations) whose mean best score, "
         "with its whole confidence interval, is at least the target in two sets of "
-        f"{study.fresh.repeats:,} fresh repeats. The {study.repeats:,} repeats of the sweep only "
-        "propose cells, because the cheapest of many noisy means is a lucky one. The first set "
+        f"{study.fresh.repeats:,} fresh repeats. The {sweep} of the sweep can only propose cells, "
+        "because the cheapest of many noisy means is usually there by chance. The first set "
         "chooses a cell, and the second set tests it. Mean and interval are those of the second "
         "set, which has no part in the choice. The first test of an experiment has a level of "
         f"{100 - error / 2:.4g} %, and each further test half the error of the previous one, so "
         f"all intervals hold together with {100 * CONFIDENCE:g} % confidence (Bonferroni). "
-        "Never: no cell passes; the cell in brackets has the highest mean of the sweep, and was "
-        "also tested with fresh repeats"
+        "'never' means that no cell passes; the cell in brackets has the highest mean of the "
+        "sweep, and was also tested with fresh repeats"
     )
 
 
@@ -100,8 +102,9 @@ def number(value: float) -> str:
 
 
 def title(study: Study) -> str:
-    """Return the heading of the summary."""
-    return f"Cheapest population and generations that reach {study.target:g}"
+    """Return the heading of the summary of a study with a target."""
+    assert study.target is not None, "only a study with a target has a summary"
+    return f"Cheapest population and generations that reach {target_text(study.target)}"
 
 
 def write_results(

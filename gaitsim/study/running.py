@@ -28,7 +28,7 @@ Best = NDArray[np.float64]
 """Best score so far, (repeats, recorded generations)."""
 
 
-def recorded(experiment: Experiment, every: int) -> NDArray[np.int64]:
+def recorded_generations(experiment: Experiment, every: int) -> NDArray[np.int64]:
     """Return the recorded generations: every `every` generations, and the last."""
     last = experiment.evolution.generations
     numbers = np.arange(every, last + 1, every)
@@ -59,7 +59,7 @@ def repeat_experiment(
     Raises:
         GaitsimError: a plugin or a worker fails.
     """
-    kept = set(recorded(experiment, every).tolist())
+    kept = set(recorded_generations(experiment, every).tolist())
     best = []
     with Evaluator(experiment, workers, on_warning, cluster) as evaluator:
         evaluator.prepare(repeats * experiment.individuals)
@@ -70,9 +70,9 @@ def repeat_experiment(
     return np.stack(best, axis=1)
 
 
-def finished(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> Best | None:
+def read_result(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> Best | None:
     """Return the result of a cell; None if it is missing or damaged."""
-    shape = (study.repeats, len(recorded(cell.experiment, study.record_every)))
+    shape = (study.repeats, len(recorded_generations(cell.experiment, study.record_every)))
     start = io.BytesIO()
     described = {"descr": "<f8", "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(start, described)
@@ -92,7 +92,7 @@ def results(
     folder: Path, study: Study, cells: Sequence[Cell]
 ) -> tuple[list[tuple[Cell, Best]], list[Cell]]:
     """Return the finished cells with their results, and the missing cells."""
-    found = [(cell, finished(folder, study, cell)) for cell in cells]
+    found = [(cell, read_result(folder, study, cell)) for cell in cells]
     return (
         [(cell, best) for cell, best in found if best is not None],
         [cell for cell, best in found if best is None],
@@ -157,6 +157,6 @@ def _work(experiment: Experiment) -> int:
 
 def _file(folder: Path, study: Study, cell: Cell) -> Path:
     """Return the file of a cell's result, named after the key of the result."""
-    generations = recorded(cell.experiment, study.record_every).tolist()
+    generations = recorded_generations(cell.experiment, study.record_every).tolist()
     key = result_key(cell.experiment, study.repeats, generations)
     return folder / f"{cell.index:06d}-{key}.npy"

@@ -2,7 +2,7 @@
 
 After Hansen, Auger, Ros, Mersmann, Tušar & Brockhoff (2021, "COCO: a platform for comparing
 continuous optimizers in a black-box setting"). A runtime is a number of evaluations. A score
-counts once its generation is finished, when the search gets to know it.
+counts once its generation is finished, which is when the search receives it.
 """
 
 import math
@@ -32,6 +32,11 @@ Scores = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 
+def target_text(target: float) -> str:
+    """Return a target as text, with enough digits to reproduce the number exactly."""
+    return repr(float(target)).removesuffix(".0").replace("-", "−")
+
+
 def spaced_targets(bests: Iterable[Scores]) -> Scores:
     """Return targets from the lowest median of the first scores to the highest score of all.
 
@@ -43,7 +48,7 @@ def spaced_targets(bests: Iterable[Scores]) -> Scores:
     """
     every = list(bests)
     starts = np.array([np.median(best[:, 0]) for best in every])
-    if not np.isfinite(starts).all():  # most first generations failed
+    if not np.isfinite(starts).all():  # in most repeats the whole first generation failed
         starts = np.array([best[np.isfinite(best)].min() for best in every])
     low, high = starts.min(), max(best[:, -1].max() for best in every)
     part = np.linspace(0, 1, TARGETS)
@@ -90,7 +95,7 @@ def ecdf(
 
 @dataclass(frozen=True)
 class TargetSummary:
-    """How often and how soon a target score is reached.
+    """A summary of how often and how soon repeats reach a target score.
 
     Attributes:
         target: score to reach.
@@ -145,7 +150,12 @@ def summarise_target(
     # Unlike the ERT, its inverse, successes per evaluation, is finite in every resample.
     low, high = interval((success.astype(float), spent), _rate, rng)
     return TargetSummary(
-        target, successes, len(best), _over(spent.sum(), successes), _over(1, high), _over(1, low)
+        target,
+        successes,
+        len(best),
+        _ratio(spent.sum(), successes),
+        _ratio(1, high),
+        _ratio(1, low),
     )
 
 
@@ -154,7 +164,7 @@ def _rate(success: Scores, spent: Scores, axis: int = -1) -> Scores:
     return found
 
 
-def _over(value: float, divisor: float) -> float:
+def _ratio(value: float, divisor: float) -> float:
     return float(value / divisor) if divisor else math.inf
 
 

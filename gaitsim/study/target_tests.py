@@ -77,11 +77,11 @@ def compare_times(
         for one, other in itertools.combinations(of, 2)
     ]
     successes = holm([p_success for *_, p_success, _, _ in found])
-    soon = holm([p_time for *_, p_time, _ in found])
+    times_corrected = holm([p_time for *_, p_time, _ in found])
     return [
         TargetTest(target, one, other, p, p_holm, q, q_holm, a12, effect_name(a12))
         for (target, one, other, p, q, a12), p_holm, q_holm in zip(
-            found, successes, soon, strict=True
+            found, successes, times_corrected, strict=True
         )
     ]
 

@@ -98,7 +98,7 @@ def test_an_interrupted_interactive_session_continues_where_it_was(adapt, atlas,
 
 
 def test_a_program_gives_measured_values_one_by_one(adapt):
-    assert "has not proposed a gait" in adapt("--measured", "1", code=2).stderr
+    assert "there is no adaptation 'robot'" in adapt("--measured", "1", code=2).stderr
     (proposal,) = objects(adapt("--json"))
     trial, following = objects(adapt("--measured", "0.4", "--stop", "1.5", "--json"))
     assert (trial["member"], trial["measured"]) == (proposal["member"], 0.4)

@@ -1,4 +1,4 @@
-"""`gaitsim analyse` as it is typed and read."""
+"""Input and output of `gaitsim analyse`."""
 
 import json
 import re
@@ -16,20 +16,20 @@ SMALL = ("--population", 10, "--generations", 3)
 
 
 def strict(text):
-    def refuse(constant):
+    def reject(constant):
         raise AssertionError(constant)
 
-    return json.loads(text, parse_constant=refuse)
+    return json.loads(text, parse_constant=reject)
 
 
 @pytest.fixture
 def spider(gaitsim, tmp_path):
-    """A run of three generations of ten spiders."""
+    """Evolve ten spiders for three generations, and return the run."""
     gaitsim("run", "spider", *SMALL)
     return RunSnapshot(tmp_path / "runs/spider")
 
 
-def test_a_gait_is_reported_and_why_it_scored(gaitsim, spider):
+def test_the_gait_and_its_score_are_explained(gaitsim, spider):
     shown = gaitsim("analyse", "spider")
     assert shown.stderr == ""
     assert "\x1b" not in shown.stdout
@@ -69,7 +69,7 @@ def test_a_damaged_body_is_analysed_and_plotted(gaitsim, spider, tmp_path):
     assert "does not take --damage" in refused
 
 
-def test_a_body_is_analysed_and_shown_in_another_world(gaitsim, tmp_path):
+def test_a_body_is_analysed_and_played_in_a_different_world(gaitsim, tmp_path):
     gaitsim("run", "walker", "--population", 4, "--generations", 1, "--set", "organism.duration=2")
     ice = ("--world", "friction 0.1", "--world", "servo_torque=0.7")
     usual, found = (
@@ -93,14 +93,14 @@ def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):
     assert f"It keeps {kept} of the forward distance." in shown
 
 
-def test_it_fits_80_columns_of_a_terminal(gaitsim, spider, monkeypatch):
+def test_the_output_fits_80_columns(gaitsim, spider, monkeypatch):
     monkeypatch.setattr("gaitsim.cli.console.PIPED_WIDTH", 80)
     for arguments in (("--perturb", "--physics"), ("--gait", GAITS / "wave.npz")):
         lines = gaitsim("analyse", "spider", *arguments).stdout.splitlines()
         assert max(map(len, lines)) <= 80
 
 
-def test_colours_are_left_out_where_they_are_not_wanted(gaitsim, spider, monkeypatch):
+def test_no_color_disables_colours(gaitsim, spider, monkeypatch):
     for name in ("NO_COLOR", "FORCE_COLOR", "TERM"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("FORCE_COLOR", "1")
@@ -110,7 +110,7 @@ def test_colours_are_left_out_where_they_are_not_wanted(gaitsim, spider, monkeyp
     assert not re.search(r"\x1b\[3[0-9]", gaitsim("analyse", "spider").stdout)
 
 
-def test_the_diagram_is_what_the_feet_do(gaitsim, spider):
+def test_the_diagram_shows_the_contacts_of_the_feet(gaitsim, spider):
     shown = gaitsim("analyse", "spider", "--gait", GAITS / "alternating-tetrapod.npz").stdout
     assert "Gait: alternating tetrapod, 0.000 cycles from alternating tetrapod" in shown
     rows = dict(line.split() for line in shown.splitlines() if re.match(r"[LR]\d [█·]+$", line))
@@ -123,7 +123,7 @@ def test_the_diagram_is_what_the_feet_do(gaitsim, spider):
     assert overlap <= 4
 
 
-def test_json_has_all_the_numbers(gaitsim, spider):
+def test_json_has_all_numbers(gaitsim, spider):
     found = strict(gaitsim("analyse", "spider", "--json", "--perturb").stdout)
     best = spider.individual()
     generation, score = best.generation, best.score
@@ -148,7 +148,7 @@ def test_json_has_all_the_numbers(gaitsim, spider):
     assert found["figure"] is None
 
 
-def test_another_generation_is_analysed(gaitsim, spider):
+def test_a_chosen_generation_is_analysed(gaitsim, spider):
     found = strict(gaitsim("analyse", "spider", "--generation", 1, "--json").stdout)
     assert (found["generation"], found["score"]) == (1, spider.individual(1).score)
     assert found["robustness"] is None
@@ -197,7 +197,7 @@ def test_the_figure_is_drawn(gaitsim, spider, tmp_path):
         assert done.stdout == ""
 
 
-def test_a_body_without_feet_is_reported_and_still_shown(gaitsim, puppet_file, tmp_path):
+def test_a_body_without_feet_has_a_score_but_no_gait(gaitsim, puppet_file, tmp_path):
     gaitsim("run", puppet_file)
     shown = gaitsim("analyse", "puppet", "--perturb").stdout
     assert "Gait: none, the body has no feet" in shown
@@ -225,7 +225,7 @@ def test_the_millipede_hops_on_its_belly(gaitsim, tmp_path):
     assert "Likely exploit" not in shown
 
 
-def test_of_many_feet_the_foremost_are_shown(gaitsim):
+def test_only_the_foremost_of_many_feet_are_shown(gaitsim):
     gaitsim("run", "millipede", "--generations", 2, "--set", "organism.pairs=15")
     shown = gaitsim("analyse", "millipede").stdout
     for count, name in ((2, "L12 "), (0, "L13 "), (2, "R12 "), (0, "R13 ")):
@@ -233,7 +233,7 @@ def test_of_many_feet_the_foremost_are_shown(gaitsim):
     assert "and 6 more feet; --json lists all" in shown
 
 
-def test_runs_that_are_not_there_are_reported(gaitsim, puppet, tmp_path):
+def test_missing_runs_are_reported(gaitsim, puppet, tmp_path):
     from gaitsim.runs.files.folder import create_run
 
     create_run(puppet(), tmp_path / "runs/unbegun")
@@ -246,11 +246,11 @@ def test_runs_that_are_not_there_are_reported(gaitsim, puppet, tmp_path):
 
 @pytest.fixture
 def walker(gaitsim):
-    """A run of walkers over a second."""
+    """Evolve walkers for one second of motion."""
     gaitsim("run", "walker", *SMALL, "--set", "organism.duration=1")
 
 
-def test_a_gait_is_judged_in_unseen_worlds(gaitsim, walker, tmp_path):
+def test_a_gait_is_evaluated_in_unseen_worlds(gaitsim, walker, tmp_path):
     judged = ("analyse", "walker", "--worlds", 12, "--workers", 1)
     shown = gaitsim(*judged, "--figure", "worlds.png")
     assert "In 12 unseen worlds" in shown.stdout
@@ -273,11 +273,11 @@ def test_a_gait_is_judged_in_unseen_worlds(gaitsim, walker, tmp_path):
         (("--worlds", "nan"), "--worlds"),
     ],
 )
-def test_worlds_that_cannot_be_are_refused(gaitsim, options, named):
+def test_invalid_worlds_are_rejected(gaitsim, options, named):
     assert named in gaitsim("analyse", "walker", *options, code=2).stderr
 
 
-def test_a_body_with_one_world_is_not_judged(gaitsim):
+def test_a_body_without_conditions_has_no_unseen_worlds(gaitsim):
     gaitsim("run", "millipede", "--population", 11, "--generations", 2)
     assert (
         "no conditions that vary between worlds"

@@ -5,7 +5,7 @@ import json
 import pytest
 
 
-def test_an_atlas_is_filled_and_its_summary_says_how_much_of_it(gaitsim, tmp_path):
+def test_the_summary_reports_how_much_of_the_atlas_is_filled(gaitsim, tmp_path):
     axes = "duty factor,yaw=-90:90"
     small = "--cells", "4x5", "--generations", 2, "--population", 10
     shown = gaitsim("atlas", "spider-cma", "--axes", axes, *small).stdout
@@ -30,5 +30,5 @@ def test_an_atlas_is_filled_and_its_summary_says_how_much_of_it(gaitsim, tmp_pat
         (("spider-cma", "--cells", "many"), "not a number of cells"),
     ],
 )
-def test_mistakes(gaitsim, arguments, says):
+def test_invalid_options_are_one_message(gaitsim, arguments, says):
     assert says in " ".join(gaitsim("atlas", *arguments, code=2).stderr.split())

@@ -1,4 +1,4 @@
-"""How the snapshots of a run are shown by `gaitsim attach`, row by row."""
+"""`gaitsim attach` shows each generation of a run once, however the snapshots arrive."""
 
 import asyncio
 from dataclasses import replace
@@ -14,14 +14,14 @@ from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.snapshot import RunSnapshot
 
 
-class Noted(Display):
-    """Keeps what it is to show."""
+class Recorder(Display):
+    """A display that records the calls it receives."""
 
     def __init__(self, path, known):
         super().__init__(path, known)
         self.rows, self.states, self.stages = [], [], []
 
-    def begin_stage(self, number, first, changes, rescored):
+    def start_stage(self, number, first, changes, rescored):
         self.stages.append((number, first, changes, rescored is not None))
 
     def update(self, snapshot, rows):
@@ -31,11 +31,11 @@ class Noted(Display):
 
 @pytest.fixture
 def shown():
-    """Shows snapshots of a run, of which generations up to `seen` are known."""
+    """Show snapshots of a run whose generations up to `seen` are already known."""
 
     def shown(path, snapshots, seen=0):
         known = Snapshot("running", generation=seen)
-        noted = Noted(path, known)
+        noted = Recorder(path, known)
 
         async def all_of_them():
             for snapshot in snapshots:
@@ -47,8 +47,8 @@ def shown():
     return shown
 
 
-def part(whole, first, last, **more):
-    """A snapshot with the rows of some generations."""
+def part_of_history(whole, first, last, **more):
+    """Return a snapshot with the rows of some generations."""
     rows = {name: values[first - 1 : last] for name, values in whole.rows.items()}
     return replace(whole, state="running", generation=last, rows=rows, events=(), **more)
 
@@ -58,8 +58,14 @@ def test_every_generation_is_shown_once(puppet_run, shown):
     path = Path("run")
     whole = RunWatcher(path).poll()
     empty = replace(whole, state="paused", generation=4, rows={}, events=())
-    # 1 to 2 are known, 5 comes twice, 7 was left out.
-    parts = [part(whole, 2, 4), empty, part(whole, 5, 5), part(whole, 5, 6), part(whole, 8, 9)]
+    # Generations 1 and 2 are known, 5 arrives twice, and the snapshots omit 7.
+    parts = [
+        part_of_history(whole, 2, 4),
+        empty,
+        part_of_history(whole, 5, 5),
+        part_of_history(whole, 5, 6),
+        part_of_history(whole, 8, 9),
+    ]
     noted = shown(path, parts, seen=2)
     assert [row["generation"] for row in noted.rows] == [3, 4, 5, 6, 7, 8, 9]
     assert [type(row["evaluations"]) for row in noted.rows] == [int] * 7
@@ -68,11 +74,13 @@ def test_every_generation_is_shown_once(puppet_run, shown):
     assert noted.states == ["running", "paused", *["running"] * 3]
 
 
-def test_each_row_has_the_best_of_its_islands(puppet_run, shown):
+def test_each_row_has_the_best_score_of_each_island(puppet_run, shown):
     puppet_run("islands.number=2", "islands.migrants=1", "evolution.generations=5")
     path = Path("run")
     whole, bests = RunWatcher(path).poll(), RunSnapshot(path).islands
-    noted = shown(path, [part(whole, 1, 3), part(whole, 4, 4, islands=tuple(bests[3]))])
+    noted = shown(
+        path, [part_of_history(whole, 1, 3), part_of_history(whole, 4, 4, islands=tuple(bests[3]))]
+    )
     np.testing.assert_array_equal([row["islands"] for row in noted.rows], bests[:4])
 
 
@@ -82,6 +90,8 @@ def test_a_stage_is_announced(puppet_run, shown, scored_from):
     path = Path("run")
     whole = RunWatcher(path).poll()
     event = Event(4, "stage", "mutation.rate: 0.1, now 0.2")
-    begun = replace(part(whole, 4, 4, stage=2, scored_from=scored_from), events=(event,))
-    noted = shown(path, [part(whole, 1, 3), begun, part(whole, 5, 5, stage=2)])
+    begun = replace(part_of_history(whole, 4, 4, stage=2, scored_from=scored_from), events=(event,))
+    noted = shown(
+        path, [part_of_history(whole, 1, 3), begun, part_of_history(whole, 5, 5, stage=2)]
+    )
     assert noted.stages == [(2, 4, [event.text], scored_from == 4)]

@@ -1,4 +1,4 @@
-"""Runs in the background, from the command line."""
+"""Background runs on the command line."""
 
 import json
 import os
@@ -25,13 +25,13 @@ LONG = ("--generations", 100_000, "--set", "organism.pause=0.01")
 
 @pytest.fixture(autouse=True)
 def installed(monkeypatch, puppets):
-    """Processes find the puppets as well."""
+    """Install the puppets for other processes, too."""
     monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
 
 
 @pytest.fixture
 def detached(gaitsim, puppet_file):
-    """Begins a run in the background."""
+    """Return a function that starts a run in the background."""
 
     def detached(name="run", *options):
         gaitsim("run", puppet_file, "--detach", "--out", name, *(options or LONG))
@@ -80,7 +80,7 @@ def test_attaching_ends_with_the_summary(detached, start, gaitsim):
     assert watching.returncode == 0
     assert "generation 150/150" in out
     assert "run: 150 generations are done" in out
-    again = gaitsim("resume", path, "--detach").stdout  # nothing is left to do
+    again = gaitsim("resume", path, "--detach").stdout  # the run is already finished
     assert "run: 150 generations are done" in again
 
 
@@ -113,7 +113,7 @@ def test_all_runs_are_stopped_in_a_folder_or_everywhere(gaitsim, detached, monke
     assert "No run" in gaitsim("stop", "--all").stdout
 
 
-def test_where_runs_cannot_be_found_stopping_all_says_so(gaitsim, tmp_path, monkeypatch):
+def test_stopping_all_reports_an_unusable_runtime_folder(gaitsim, tmp_path, monkeypatch):
     monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path))
     tmp_path.chmod(0o755)
     assert "GAITSIM_RUNTIME_DIR" in gaitsim("stop", "--all", code=2).stderr
@@ -130,7 +130,7 @@ def test_a_paused_run_continues_by_resume(gaitsim, detached):
     until(lambda: background_state(path) == "running")
 
 
-def test_mistakes_are_reported_at_once(gaitsim, puppet_file, detached, runtime_folder):
+def test_invalid_input_is_reported_immediately(gaitsim, puppet_file, detached, runtime_folder):
     gaitsim("run", puppet_file, "--detach", "--set", "mutation.rat=1", "--out", "run", code=2)
     assert "--dask" in gaitsim("run", puppet_file, "--detach", "--dask", "local", code=2).stderr
     assert not Path("run").exists()
@@ -156,13 +156,13 @@ class Faulty(Puppet):
 """
 
 
-def test_why_a_run_failed_is_kept_until_it_is_evolved_again(
+def test_the_reason_of_a_failure_is_kept_until_the_run_continues(
     gaitsim, install, puppet_file, monkeypatch
 ):
     folder = install("faulty", FAULTY, {"organism": {"faulty": "Faulty"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     options = ("--set", "organism.plugin=faulty", "--out", "run")
-    # It may fail after the first moments.
+    # It may fail after the command has returned.
     subprocess.run(
         [sys.executable, "-m", "gaitsim", "run", puppet_file, "--detach", *options], check=False
     )
@@ -180,11 +180,11 @@ def test_why_a_run_failed_is_kept_until_it_is_evolved_again(
     gaitsim("resume", "run", "--generations", 2)
     assert last_failure(Path("run")) is None
     assert "failed" not in gaitsim("runs", ".").stdout
-    assert last_failure(Path("copy")) is None  # a copy has not failed
+    assert last_failure(Path("copy")) is None  # the copy itself has not failed
 
 
 @pytest.mark.slow
-def test_a_folder_deleted_under_a_run_ends_it(gaitsim, detached, monkeypatch, start):
+def test_a_run_ends_if_its_folder_is_deleted(gaitsim, detached, monkeypatch, start):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     first, queued = detached("first"), detached("queued")
     assert background_state(queued) == "queued"
@@ -201,5 +201,5 @@ def test_a_folder_deleted_under_a_run_ends_it(gaitsim, detached, monkeypatch, st
         assert process is not None
     assert re.search("queued was deleted or moved", watching.communicate()[1])
     assert watching.returncode == 2
-    Path("first").mkdir()  # another run of that name has not failed
+    Path("first").mkdir()  # a new run of the same name has not failed
     assert last_failure(Path("first")) is None

@@ -1,4 +1,4 @@
-"""Whatever is typed, a user's mistake is one clear message on standard error and exit code 2."""
+"""Any mistake of a user ends with one clear message on standard error and exit code 2."""
 
 import os
 import subprocess
@@ -16,7 +16,7 @@ SPIDER = read_preset("spider")
 
 @pytest.fixture
 def gaitsim(monkeypatch, capsys, tmp_path):
-    """Run a command in an empty folder: exit code, standard output, standard error."""
+    """Return a function that runs a command in an empty folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
 
@@ -31,8 +31,8 @@ def gaitsim(monkeypatch, capsys, tmp_path):
 
 
 @pytest.fixture
-def refused(gaitsim):
-    """Run a command that is wrong: the message."""
+def error_of(gaitsim):
+    """Return a function that runs an invalid command and returns the message."""
 
     def run(*arguments):
         code, out, message = gaitsim(*arguments)
@@ -60,18 +60,18 @@ def shell(*arguments, path=None, **settings):
 
 
 @pytest.mark.parametrize("command", ["run", "experiments show"])
-def test_an_unknown_experiment_is_reported_with_the_nearest_and_the_file(refused, command):
-    message = refused(*command.split(), "spidr")
+def test_an_unknown_experiment_is_reported_with_a_suggestion(error_of, command):
+    message = error_of(*command.split(), "spidr")
     assert message.startswith("Error: unknown experiment 'spidr'\n")
     assert "  allowed: " in message
     assert "  try:     did you mean 'spider'?" in message
     Path("spidr").write_text(SPIDER)
-    assert "for the file of that name, use ./spidr" in refused(*command.split(), "spidr")
+    assert "for the file of that name, use ./spidr" in error_of(*command.split(), "spidr")
 
 
-def test_all_problems_of_file_and_command_line_are_reported_at_once(refused):
+def test_all_problems_of_file_and_command_line_are_reported_at_once(error_of):
     Path("mine.toml").write_text(SPIDER.replace('"sine"', '"sin"').replace("size =", "siz ="))
-    message = refused("run", "mine.toml", "--set", "mutation.rate=7", "--population", "1")
+    message = error_of("run", "mine.toml", "--set", "mutation.rate=7", "--population", "1")
     assert message.startswith("Error: the experiment has 4 problems:\n")
     for line in (
         "where:   mine.toml, key organism.encoding",
@@ -110,17 +110,17 @@ def test_all_problems_of_file_and_command_line_are_reported_at_once(refused):
     ],
 )
 @pytest.mark.parametrize("command", ["run", "experiments show"])
-def test_a_wrong_file_is_refused(refused, command, text):
+def test_an_invalid_file_is_rejected(error_of, command, text):
     Path("x.toml").write_bytes(text)
-    assert "x.toml" in refused(*command.split(), "x.toml")
+    assert "x.toml" in error_of(*command.split(), "x.toml")
 
 
 @pytest.mark.parametrize(
     "reference", ["no.toml", "no/such", "folder.toml", ".", "", "x" * 300, f"{'x' * 300}.toml", "/"]
 )
-def test_what_is_no_file_is_refused(refused, reference):
+def test_a_path_that_is_not_a_file_is_rejected(error_of, reference):
     Path("folder.toml").mkdir()
-    refused("run", reference)
+    error_of("run", reference)
 
 
 @pytest.mark.parametrize(
@@ -142,8 +142,8 @@ def test_what_is_no_file_is_refused(refused, reference):
         "seed=" + "9" * 5000,
     ],
 )
-def test_an_odd_change_is_refused(refused, change):
-    assert "command line" in refused("run", "spider", "--set", change)
+def test_an_invalid_set_is_rejected(error_of, change):
+    assert "command line" in error_of("run", "spider", "--set", change)
 
 
 @pytest.mark.parametrize(
@@ -162,8 +162,8 @@ def test_an_odd_change_is_refused(refused, change):
         (["run", "\udcff.toml"], "\\udcff.toml"),
     ],
 )
-def test_a_wrong_command_line_is_refused(refused, arguments, message):
-    assert message in refused(*arguments)
+def test_an_invalid_command_line_is_rejected(error_of, arguments, message):
+    assert message in error_of(*arguments)
 
 
 @pytest.mark.parametrize(
@@ -186,21 +186,21 @@ def test_a_wrong_command_line_is_refused(refused, arguments, message):
         ("video R --view left", "'left' is not allowed", "iso, side, top, orbit"),
     ],
 )
-def test_a_value_that_is_not_allowed_is_reported_with_what_is(refused, arguments, what, allowed):
+def test_an_invalid_value_is_reported_with_the_allowed_ones(error_of, arguments, what, allowed):
     option = arguments.split()[-2]
-    assert refused(*arguments.split()).splitlines() == [
+    assert error_of(*arguments.split()).splitlines() == [
         f"Error: {what}",
         f"  where:   {option}",
         f"  allowed: {allowed}",
     ]
 
 
-def test_a_misspelt_choice_is_reported_with_the_nearest(refused):
-    assert "did you mean 'footfall'?" in refused("plot", "R", "--kind", "footfal")
+def test_a_misspelt_choice_is_reported_with_a_suggestion(error_of):
+    assert "did you mean 'footfall'?" in error_of("plot", "R", "--kind", "footfal")
 
 
 @pytest.mark.parametrize("name", ["[bold]", "[/]", ":spider:", "[red]x[/red]"])
-def test_what_looks_like_markup_is_shown_as_it_is(gaitsim, install, name):
+def test_markup_in_input_is_shown_verbatim(gaitsim, install, name):
     install(
         "fake",
         files={
@@ -216,40 +216,40 @@ def test_what_looks_like_markup_is_shown_as_it_is(gaitsim, install, name):
     assert f'description = "{name} ' in gaitsim("experiments", "show", "x.toml")[1]
 
 
-def test_what_show_prints_can_be_run_again(gaitsim):
+def test_the_output_of_show_can_be_run(gaitsim):
     code, text, message = gaitsim("experiments", "show", "spider")
     assert (code, message) == (0, "")
     Path("mine.toml").write_text(text)
     assert gaitsim("experiments", "show", "mine.toml") == (0, text, "")
 
 
-def test_a_broken_plugin_is_reported_by_its_package(gaitsim, refused, install):
+def test_a_broken_plugin_is_reported_with_its_package(gaitsim, error_of, install):
     install("fake", "raise SystemExit(0)", {kind: {"broken": "X"} for kind in KINDS})
     for kind in KINDS:
-        message = refused("run", "spider", "--set", f"{kind}.plugin=broken")
+        message = error_of("run", "spider", "--set", f"{kind}.plugin=broken")
         assert f"{kind} 'broken' of package fake 1.0 failed while being imported" in message
         assert f"where:   command line, key {kind}.plugin: fake:X" in message
-    refused("plugins", "show", "broken")
+    error_of("plugins", "show", "broken")
     code, out, message = gaitsim("plugins", "list")
     assert (code, message) == (0, "")
     assert out.count("fake 1.0") == len(KINDS)
     assert gaitsim("experiments", "show", "spider")[0] == 0
 
 
-def test_a_conflict_of_two_packages_is_reported_where_it_matters(
-    gaitsim, refused, install, working
+def test_a_conflict_of_two_packages_is_reported_when_the_plugin_is_used(
+    gaitsim, error_of, install, working
 ):
     install("one", working, {"mutation": {"still": "Still"}})
     install("two", working, {"mutation": {"still": "Still"}})
-    message = refused("run", "spider", "--set", "mutation.plugin=still")
+    message = error_of("run", "spider", "--set", "mutation.plugin=still")
     assert "one 1.0" in message
     assert "two 1.0" in message
     assert "conflict" in gaitsim("plugins", "list")[1]
-    refused("plugins", "show", "still")
+    error_of("plugins", "show", "still")
     assert gaitsim("experiments", "show", "spider")[0] == 0
 
 
-def test_damaged_entry_points_are_reported_and_do_no_harm(gaitsim, install):
+def test_damaged_entry_points_are_a_warning(gaitsim, install):
     install("fake", files={"fake-1.0.dist-info/entry_points.txt": b"[gaitsim.organism]\n\xe9=x\n"})
     code, out, message = gaitsim("plugins", "list")
     assert code == 0
@@ -273,7 +273,7 @@ def test_a_broken_preset_is_listed_as_broken(gaitsim, install):
     assert "a spider" in lines["spider"]
 
 
-def test_a_plugin_of_another_package_is_shown(gaitsim, install, working):
+def test_a_plugin_of_a_third_party_is_shown(gaitsim, install, working):
     source = (
         "class X(Body):\n    '''A [bold] body.'''\n"
         "    size: float = option(1e6, 'how [large]', unit='m', le=1e6)\n    bare: bool = True\n"
@@ -292,7 +292,7 @@ def test_a_plugin_of_another_package_is_shown(gaitsim, install, working):
 # In a shell
 
 
-def test_a_third_partys_package_is_found_by_the_shell(install, working, tmp_path):
+def test_a_third_party_package_is_found_by_a_new_process(install, working, tmp_path):
     folder = install("fake", working, {"organism": {"point": "Body"}, "fitness": {"far": "Nope"}})
     done = shell("plugins", "list", path=folder, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
@@ -304,7 +304,7 @@ def test_a_third_partys_package_is_found_by_the_shell(install, working, tmp_path
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a shell with pipes")
 @pytest.mark.parametrize("command", ["experiments list", "experiments show spider", "plugins list"])
-def test_a_reader_may_leave(tmp_path, command):
+def test_a_closed_pipe_is_not_an_error(tmp_path, command):
     line = f"{sys.executable} -m gaitsim {command} | head -n 1"
     done = subprocess.run(
         line, shell=True, capture_output=True, text=True, cwd=tmp_path, check=False
@@ -333,17 +333,17 @@ def test_a_full_disk_is_reported(tmp_path, command):
     assert "No space left on device" in done.stderr
 
 
-def test_a_poor_encoding_does_no_harm(tmp_path):
+def test_characters_that_the_encoding_lacks_are_replaced(tmp_path):
     poor = {"PYTHONIOENCODING": "ascii"}
     done = shell("plugins", "show", "spider", cwd=tmp_path, env=poor)
     assert (done.returncode, done.stderr) == (0, "")
     assert "a number ? 0.2" in done.stdout
-    # TOML is UTF-8 whatever the terminal is.
+    # TOML is UTF-8, whatever the encoding of the terminal.
     done = shell("experiments", "show", "spider", cwd=tmp_path, env=poor)
     assert "a number ≥ 0.2" in done.stdout
 
 
-def test_colours_only_where_they_are_wanted(tmp_path):
+def test_colours_are_used_only_in_a_terminal_that_supports_them(tmp_path):
     def message(**env):
         return shell("run", "spidr", cwd=tmp_path, env=env).stderr
 

@@ -1,4 +1,4 @@
-"""Whatever a package breaks: a message that names it, whole run folders, and all else works."""
+"""A broken package is named in one message, run folders stay intact, and other packages work."""
 
 import json
 import os
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-# A third party's package of puppets, to be spoilt: each kind is called "odd".
+# A third-party package of puppets to break; each of its plugins is called "odd".
 ODD = """
 import os
 import sys
@@ -38,7 +38,7 @@ CLASSES = {
 
 @pytest.fixture
 def odd(puppets, install, monkeypatch):
-    """Installs the package, with one class as given; returns its folder."""
+    """Return a function that installs the package with one class replaced."""
 
     def make(kind="organism", body="", head=""):
         name = CLASSES[kind]
@@ -118,9 +118,7 @@ DURING = {
 
 
 @pytest.mark.parametrize("name", DURING)
-def test_what_breaks_its_contract_ends_the_run_and_can_be_gone_on_with(
-    gaitsim, puppet_file, odd, name
-):
+def test_a_broken_contract_ends_the_run_which_can_be_resumed(gaitsim, puppet_file, odd, name):
     kind, body, says = DURING[name]
     folder = odd(kind, body)
     done = gaitsim(*odd_run(puppet_file, kind), code=2)
@@ -128,13 +126,13 @@ def test_what_breaks_its_contract_ends_the_run_and_can_be_gone_on_with(
     assert says in done.stderr
     assert "continue with: gaitsim resume run" in done.stderr
     assert "Traceback" not in done.stderr
-    mend(folder)
+    install_working_release(folder)
     assert gaitsim("resume", "run", "--json").stdout.count('"generation"') >= 4
     assert fingerprint(gaitsim, "run") == fingerprint(gaitsim, sound(gaitsim, puppet_file, kind))
 
 
-def mend(folder):
-    """A release of the package that works, under the same version."""
+def install_working_release(folder):
+    """Replace the package by a working one with the same version."""
     (folder / "odd_package.py").write_text(ODD + "\n# mended\n")
     forget()
 
@@ -173,7 +171,7 @@ METHODS = {
 
 
 @pytest.mark.parametrize("kind", METHODS)
-def test_an_exception_in_the_middle_costs_that_generation_alone(gaitsim, puppet_file, odd, kind):
+def test_an_exception_loses_only_the_current_generation(gaitsim, puppet_file, odd, kind):
     folder = odd(kind, LATE.format(method=METHODS[kind], after=4 if kind in CALLED_FIRST else 2))
     done = gaitsim(*odd_run(puppet_file, kind), "--json", code=2)
     assert f"{kind} 'odd' of package odd_package 1.0 failed while" in done.stderr
@@ -181,14 +179,14 @@ def test_an_exception_in_the_middle_costs_that_generation_alone(gaitsim, puppet_
     assert "continue with: gaitsim resume run" in done.stderr
     made = [json.loads(line) for line in done.stdout.splitlines()]
     assert made[-1]["generation"] >= 2
-    mend(folder)
+    install_working_release(folder)
     shown = gaitsim("show", "run", "--json").stdout
     assert json.loads(shown)["generation"] == made[-1]["generation"]
     gaitsim("resume", "run", "--json")
     assert fingerprint(gaitsim, "run") == fingerprint(gaitsim, sound(gaitsim, puppet_file, kind))
 
 
-CALLED_FIRST = ("organism", "fitness")  # once to prepare
+CALLED_FIRST = ("organism", "fitness")  # called once to prepare
 
 
 def test_scores_that_are_not_finite_do_not_end_a_run(gaitsim, puppet_file, odd):
@@ -233,7 +231,7 @@ def test_output_of_plugins_goes_to_standard_error(program, puppet_file, odd, wor
     assert not printed & {*lines}
 
 
-def test_a_plugin_that_closes_standard_output_spoils_nothing(program, puppet_file, odd):
+def test_a_plugin_may_close_standard_output(program, puppet_file, odd):
     odd("organism", head="import sys\nprint('unfinished', end='')\nsys.stdout.close()")
     done = program(*odd_run(puppet_file, "organism"), "--json")
     assert len([json.loads(line) for line in done.stdout.splitlines()]) >= 5
@@ -246,7 +244,7 @@ def test_a_plugin_that_closes_the_descriptor_of_standard_output_is_named(program
     assert done.stdout == ""
 
 
-def test_all_else_works_beside_a_broken_package(gaitsim, puppet_file, odd):
+def test_other_packages_work_beside_a_broken_one(gaitsim, puppet_file, odd):
     odd("organism", head="raise RuntimeError('broken')")
     listed = gaitsim("plugins", "list").stdout
     assert listed.count("odd_package 1.0") == 5
@@ -280,7 +278,7 @@ def test_an_endless_loop_is_stopped_and_named(gaitsim, start, puppet_file, odd, 
     assert process.returncode == 130
     assert "organism 'odd' of package odd_package 1.0 was moving a population" in stderr
     assert "Continue with: gaitsim resume run" in stderr
-    mend(folder)
+    install_working_release(folder)
     gaitsim("resume", "run", "--json")
     reference = sound(gaitsim, puppet_file, "organism")
     assert fingerprint(gaitsim, "run") == fingerprint(gaitsim, reference)

@@ -1,4 +1,4 @@
-"""What a shell is offered at Tab, by the variables that its completion script sets."""
+"""Completions that a shell receives at Tab, requested as by its completion script."""
 
 import shutil
 import subprocess
@@ -13,7 +13,7 @@ from gaitsim.cli.app import app
 
 @pytest.fixture
 def offered(tmp_path, puppets, monkeypatch, capsys):
-    """Returns what bash is offered for the last word of a command line."""
+    """Return a function that returns bash's completions of the last word of a command line."""
     monkeypatch.chdir(tmp_path)
 
     def complete(*words):
@@ -30,7 +30,7 @@ def offered(tmp_path, puppets, monkeypatch, capsys):
 
 @pytest.fixture
 def run_folders(tmp_path):
-    """Makes folders of runs with the names that are given."""
+    """Return a function that creates run folders with given names."""
 
     def make(*names):
         for name in names:
@@ -82,19 +82,19 @@ def test_runs_are_offered(offered, run_folders, words):
     assert offered(*words, "s") == ["second.b-2"]
 
 
-def test_names_that_a_shell_would_expand_are_not_offered(offered, run_folders):
+def test_names_with_special_characters_of_shells_are_not_offered(offered, run_folders):
     run_folders("good", "$(touch x)", "`touch x`", "a b", "*", "q'", 'd"', "-o", ";x", "a\nb")
     assert offered("show", "") == ["good"]
 
 
-def test_a_broken_folder_of_runs_offers_nothing(offered, tmp_path):
+def test_an_unreadable_folder_of_runs_offers_nothing(offered, tmp_path):
     (tmp_path / "runs").touch()
     assert offered("show", "") == [""]
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
-def test_the_script_of_bash_completes(tmp_path, run_folders):
+def test_the_completion_script_of_bash_works(tmp_path, run_folders):
     run_folders("first")
     program = Path(sys.executable).with_name("gaitsim")
     script = (

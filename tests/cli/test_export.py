@@ -1,4 +1,4 @@
-"""Gaits for servos from the command line; the other formats are in test_show."""
+"""`gaitsim export`; test_show covers the formats of joint angles."""
 
 from typing import get_args
 
@@ -42,7 +42,7 @@ def test_an_animated_gltf(gaitsim, finished, tmp_path):
     assert "--speed" in said
 
 
-def test_a_run_for_tensorboard(gaitsim, finished, tmp_path):
+def test_a_run_is_exported_for_tensorboard(gaitsim, finished, tmp_path):
     pytest.importorskip("tensorboardX", reason="needs the extra tensorboard")
     said = gaitsim("export", "puppet", "--format", "tensorboard").stdout
     assert "tensorboard --logdir runs/puppet/exports/tensorboard" in said
@@ -51,7 +51,7 @@ def test_a_run_for_tensorboard(gaitsim, finished, tmp_path):
     assert "--generation" in gaitsim("export", "puppet", *refused, code=2).stderr
 
 
-def test_angles_beyond_the_servos_are_refused_or_clipped(gaitsim, finished, tmp_path):
+def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp_path):
     arguments = ("export", "puppet", "--format", "servo", "--out", "x.csv")
     limits = ("--min", -1, "--max", 1)
     said = gaitsim(*arguments, *limits, code=2).stderr
@@ -93,12 +93,12 @@ def test_angles_beyond_the_servos_are_refused_or_clipped(gaitsim, finished, tmp_
         (("--format", "rosbag2", "--out", "missing/x"), "there is no folder missing"),
     ],
 )
-def test_contradicting_options_end_with_one_message(gaitsim, finished, arguments, says):
+def test_contradictory_options_are_one_message(gaitsim, finished, arguments, says):
     assert says in gaitsim("export", "puppet", *arguments, code=2).stderr
 
 
 @pytest.mark.parametrize("name", ["gait.xlsx", "gait.json", "gait.TXT", "gait.servo", "gait.2"])
-def test_another_ending_is_refused(gaitsim, finished, tmp_path, name):
+def test_a_wrong_extension_is_rejected(gaitsim, finished, tmp_path, name):
     before = sorted(tmp_path.iterdir())
     said = gaitsim("export", "puppet", "--out", name, code=2).stderr
     assert said.splitlines() == [
@@ -112,19 +112,19 @@ def test_another_ending_is_refused(gaitsim, finished, tmp_path, name):
     assert (tmp_path / name).read_bytes().startswith(b"PK")
 
 
-def test_a_name_without_an_ending_gets_one(gaitsim, finished, tmp_path):
+def test_a_name_without_an_extension_gets_one(gaitsim, finished, tmp_path):
     assert gaitsim("export", "puppet", "--out", "gait").stdout.startswith("gait.mat: ")
     assert (tmp_path / "gait.mat").read_bytes().startswith(b"MATLAB 5.0")
     assert not (tmp_path / "gait").exists()
 
 
 def test_help_lists_the_formats(gaitsim, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "200")  # so that no name is broken
+    monkeypatch.setenv("COLUMNS", "200")  # so that no name is wrapped
     said = gaitsim("export", "--help").stdout
     assert all(format in said for format in get_args(ExportFormat))
 
 
-def test_a_calibration_from_its_template_to_a_sketch(gaitsim, finished, tmp_path):
+def test_a_filled_in_calibration_template_gives_a_sketch(gaitsim, finished, tmp_path):
     arguments = ("export", "puppet", "--format", "arduino")
     said = gaitsim(*arguments, "--clip").stderr
     assert "no calibration" in said
@@ -135,7 +135,7 @@ def test_a_calibration_from_its_template_to_a_sketch(gaitsim, finished, tmp_path
     assert "walk: 21 keyframes × 3 joints every 50 ms" in said
     assert "126 bytes of flash" in said
     assert sorted(part.name for part in (tmp_path / "walk").iterdir()) == ["gait.h", "walk.ino"]
-    # It fits buses as little as the buses' calibrations fit it.
+    # A calibration for a sketch does not suit bus servos, nor vice versa.
     said = gaitsim("export", "puppet", "--format", "feetech", "--calibration", path, code=2).stderr
     assert "id is required for --format feetech" in said
     assert "robot.toml" in said

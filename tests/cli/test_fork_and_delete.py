@@ -15,7 +15,7 @@ from gaitsim.runs.writer import RunWriter
 
 @pytest.fixture
 def run(gaitsim, puppet_file, tmp_path):
-    """A run of five generations with champions."""
+    """Evolve a run of five generations with champions."""
     gaitsim("run", puppet_file, "--set", "evolution.fitness_threshold=0")
     return tmp_path / "runs/puppet"
 
@@ -24,7 +24,7 @@ def files(path):
     return {item.relative_to(path) for item in path.rglob("*")}
 
 
-def test_a_copy_has_the_generation_of_the_run(gaitsim, run):
+def test_a_copy_starts_at_the_generation_of_the_run(gaitsim, run):
     (run / "exports/gait.csv").write_text("mine")
     done = gaitsim("fork", "puppet")
     assert done.stdout == "runs/puppet-2: a copy of runs/puppet at generation 5\n"
@@ -44,7 +44,7 @@ def test_a_copy_has_the_generation_of_the_run(gaitsim, run):
     }
 
 
-def test_a_changed_copy_is_what_the_run_would_have_become(gaitsim, run):
+def test_a_changed_copy_equals_the_run_with_the_same_change(gaitsim, run):
     change = ("--set", "fitness.price=0.5", "--generations", 9)
     shown = json.loads(gaitsim("fork", run, "--out", "other", *change, "--json").stdout)
     assert shown == {"run": "other", "of": str(run), "generation": 5}
@@ -58,7 +58,7 @@ def test_a_changed_copy_is_what_the_run_would_have_become(gaitsim, run):
     )
 
 
-def test_a_run_before_its_first_generation_and_one_that_was_begun_from_another(gaitsim, run):
+def test_unstarted_runs_and_runs_from_an_individual_are_copied(gaitsim, run):
     gaitsim("run", run / "experiment.toml", "--from", run, "--out", "from")
     for name in ("population.pickle", "population.previous.pickle", "history.csv", "bests.bin"):
         (run.parents[1] / "from" / name).unlink()
@@ -70,11 +70,11 @@ def test_a_run_before_its_first_generation_and_one_that_was_begun_from_another(g
     assert copies[0] == copies[1]
 
 
-def test_a_run_that_is_being_written_is_copied_as_of_its_checkpoint(gaitsim, puppet, run):
+def test_a_run_that_is_being_written_is_copied_up_to_its_checkpoint(gaitsim, puppet, run):
     with RunWriter.open(run, generations=50) as writer:
         generations = writer.evolve(partial(evaluate, writer.experiment))
         next(generations)
-        # As if a generation were being written: its records are there, its checkpoint not yet.
+        # As while a generation is being written: its records exist, but not its checkpoint.
         history, bests = (run / "history.csv"), (run / "bests.bin")
         history.write_bytes(history.read_bytes() + b"7,1,")
         bests.write_bytes(bests.read_bytes() + b"\0" * 40)
@@ -120,7 +120,7 @@ def test_runs_are_deleted_by_name_or_folder(gaitsim, run):
     assert json.loads(done.stdout) == {"deleted": "runs/puppet"}
 
 
-def test_no_run_is_deleted_where_no_one_can_be_asked_or_one_is_not_there(gaitsim, run, monkeypatch):
+def test_nothing_is_deleted_without_confirmation_or_if_a_run_is_missing(gaitsim, run, monkeypatch):
     assert "add --yes" in gaitsim("runs", "--delete", "puppet", code=2).stderr
     asked = ("--delete", "puppet", "--delete", "nobody", "--yes")
     assert "no run 'nobody'" in gaitsim("runs", *asked, code=2).stderr

@@ -9,14 +9,14 @@ import typer
 
 from gaitsim import cli
 from gaitsim.cli.app import app
-from gaitsim.cli.help import arranged
+from gaitsim.cli.help import arrange_help
 from gaitsim.registry import EXPERIMENTS, KINDS, entries
 
 HEAVY = ("numpy", "numba", "scipy", "matplotlib", "textual", "tomlkit")
 
 
 def commands(command=None, path=()):
-    """Every command by its words."""
+    """Return every command, by the words that call it."""
     command = command or typer.main.get_command(app)
     found = {path: command}
     for name in getattr(command, "lines", {}):
@@ -57,7 +57,7 @@ def test_the_help_of_each_command_fits_80_columns(gaitsim, command):
 @pytest.mark.parametrize(
     "command", [words for words, command in COMMANDS.items() if "Example" in (command.help or "")]
 )
-def test_examples_stand_one_a_line(gaitsim, command):
+def test_each_example_is_on_its_own_line(gaitsim, command):
     lines = [line.strip() for line in gaitsim(*command, "--help").splitlines()]
     (start,) = (index for index, line in enumerate(lines) if line in ("Example", "Examples"))
     examples = lines[start + 1 : lines.index("", start)]
@@ -67,7 +67,7 @@ def test_examples_stand_one_a_line(gaitsim, command):
 
 
 @pytest.mark.parametrize("path", [path for path in COMMANDS if path])
-def test_the_line_that_lists_a_command_begins_its_own_help(path):
+def test_the_line_in_a_list_begins_the_help_of_its_command(path):
     *group, name = path
     first, _, _ = COMMANDS[path].help.partition("\n\n")
     assert COMMANDS[tuple(group)].lines[name] == " ".join(first.split())
@@ -107,12 +107,12 @@ def test_the_shell_completes_commands_options_and_values(typed, offered):
 
 def test_examples_are_put_on_consecutive_lines():
     text = "What.\n\nMore.\n\n[bold]Examples[/bold]\n\na\n\n  b\n"
-    assert arranged(text) == "What.\n\nMore.\n\n[bold]Examples[/bold]\na\nb"
-    assert arranged("What.\n\nMore.") == "What.\n\nMore."
-    assert arranged("") == ""
+    assert arrange_help(text) == "What.\n\nMore.\n\n[bold]Examples[/bold]\na\nb"
+    assert arrange_help("What.\n\nMore.") == "What.\n\nMore."
+    assert arrange_help("") == ""
 
 
-def test_the_commands_are_found():
+def test_all_commands_are_found():
     assert {("run",), ("resume",), ("plugins", "list"), ("experiments", "show")} <= set(COMMANDS)
     for words in (("run",), ("experiments", "show"), ("plugins", "show")):
         assert "Example" in COMMANDS[words].help
@@ -124,7 +124,7 @@ def test_the_version_is_printed(gaitsim):
     assert gaitsim("--version") == f"gaitsim {version('gaitsim')}\n"
 
 
-def test_the_lists_name_all_there_is(gaitsim):
+def test_lists_name_everything_installed(gaitsim):
     text = gaitsim("plugins", "list")
     for kind in KINDS:
         for name in entries(kind):
@@ -137,7 +137,7 @@ def test_the_lists_name_all_there_is(gaitsim):
 
 
 def imported(*arguments, path=()):
-    """The top packages that a command imports, and what it prints to standard error."""
+    """Return the top-level packages that a command imports, and its standard error."""
     code = (
         f"import sys; sys.path[:0] = {list(map(str, path))}; sys.argv = {['gaitsim', *arguments]}\n"
         "from gaitsim.cli import main\n"
@@ -154,7 +154,7 @@ def test_help_imports_neither_numpy_nor_pydantic_nor_anything_heavy():
     assert not found & {*HEAVY, "pydantic", "markdown_it", "pygments"}
 
 
-def test_after_help_what_typer_would_have_imported_can_be_imported():
+def test_modules_that_help_skips_can_be_imported_later():
     code = (
         "import sys; sys.argv = ['gaitsim', '--help']\n"
         "from gaitsim.cli import main\n"

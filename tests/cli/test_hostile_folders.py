@@ -1,4 +1,4 @@
-"""Every file of a run, replaced by what no run holds, against every command that opens a run.
+"""Attack every file of a run, and run every command that opens runs.
 
 Each case ends with a result or with one message, without a traceback, a hang, much memory, or a
 change of anything outside the run folder.
@@ -21,8 +21,8 @@ from gaitsim.cli import main
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")
 
-PATIENCE = 60  # seconds; ends a hang, whatever else the machine does
-MEMORY = 500 * 2**20  # bytes that a command may need more than before
+PATIENCE = 60  # seconds until a command counts as hanging, even on a busy machine
+MEMORY = 500 * 2**20  # bytes by which a command may exceed the memory used before
 
 COMMANDS = {
     "runs": ("runs",),
@@ -57,7 +57,7 @@ COMMANDS = {
     "runs --delete": ("runs", "--delete", "victim", "--yes"),
 }
 SLOW = "plot --kind all", "video", "imitate"
-FELL = (  # before files were opened by one function
+FELL = (  # cases that failed before all files were opened by one function
     ("history.csv", "pipe", "show"),
     ("history.csv", "huge zeros", "runs"),
     ("history.csv", "link to its copy", "resume"),
@@ -83,7 +83,7 @@ FELL = (  # before files were opened by one function
 
 @pytest.fixture(scope="module")
 def template(tmp_path_factory):
-    """A folder with a run that has every file, another run, and an experiment's file."""
+    """Return a folder with a run that has every file, a second run, and an experiment file."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(PUPPETS))
         folder = tmp_path_factory.mktemp("hostile")
@@ -101,7 +101,7 @@ def call(patch, *arguments):
 
 
 def contents(folder):
-    """What a folder holds, without the run that was attacked and what commands make beside it."""
+    """Return the content of a folder, without the attacked run and the output of commands."""
     return {
         path: (path.read_bytes() if path.is_file() else b"", path.stat().st_mtime_ns)
         for part in ("outside", "runs/other", "puppet.toml")
@@ -111,7 +111,7 @@ def contents(folder):
 
 @contextmanager
 def limited(seconds, memory):
-    """End what takes too long or too much memory by an exception."""
+    """Raise an exception in a block that takes too long or too much memory."""
 
     def end(*_):
         raise TimeoutError(f"{seconds} seconds")
@@ -130,7 +130,7 @@ def limited(seconds, memory):
 
 
 def peak(*, reset=False):
-    """The most memory of this process, bytes, since the last reset."""
+    """Return the peak memory of this process since the last reset, in bytes."""
     if reset:
         Path("/proc/self/clear_refs").write_text("5")
     status = Path("/proc/self/status").read_text()
@@ -138,7 +138,7 @@ def peak(*, reset=False):
 
 
 def problems(patch, capsys, folder, arguments, measured):
-    """What is wrong with how a command ends in an attacked folder."""
+    """Return the problems with how a command ends in an attacked folder."""
     patch.chdir(folder)
     before, capsys_before = contents(folder), capsys.readouterr()
     del capsys_before
@@ -168,7 +168,7 @@ def problems(patch, capsys, folder, arguments, measured):
 
 
 def check(cases, template, tmp_path, monkeypatch, capsys):
-    """Run cases, each a file, an attack and a command; fail with the problems of all."""
+    """Run cases, each a file, an attack and a command; fail with the problems of all cases."""
     found, measured = {}, []
     for number, (file, attack, command) in enumerate(cases):
         folder = tmp_path / str(number)
@@ -181,7 +181,7 @@ def check(cases, template, tmp_path, monkeypatch, capsys):
     assert found == {}
 
 
-def test_a_sample_of_the_table(template, puppets, tmp_path, monkeypatch, capsys):
+def test_a_sample_of_attacks(template, puppets, tmp_path, monkeypatch, capsys):
     chosen = [case for case in CASES if case[1] != "newlines"][::9]
     quick = [command for command in COMMANDS if command not in SLOW]
     cases = [*FELL, *((*case, command) for case, command in zip(chosen, cycle(quick)))]
@@ -198,7 +198,7 @@ def test_every_command_works_before_an_attack(command, template, puppets, tmp_pa
 
 @pytest.mark.slow
 @pytest.mark.parametrize("file", FILES)
-def test_the_whole_table(file, template, puppets, tmp_path, monkeypatch, capsys):
+def test_all_attacks(file, template, puppets, tmp_path, monkeypatch, capsys):
     attacks = [attack for attacked, attack in CASES if attacked == file]
     cases = [
         (file, attack, command)

@@ -1,4 +1,4 @@
-"""No text of a stranger reaches the terminal as a command or as markup, whatever prints it."""
+"""Untrusted texts never reach the terminal as control sequences or markup."""
 
 import os
 import sys
@@ -12,7 +12,7 @@ from gaitsim.runs.files.lock import RunLock
 
 @pytest.fixture(params=[False, True], ids=["piped", "terminal"])
 def styled(request, monkeypatch):
-    """Whether the output is a terminal's, with colours and a live view."""
+    """Return whether the output is a terminal, with colours and a live view."""
     if request.param:
         monkeypatch.setenv("FORCE_COLOR", "1")
         monkeypatch.setenv("COLUMNS", "1000")
@@ -21,7 +21,7 @@ def styled(request, monkeypatch):
 
 @pytest.fixture
 def quiet(tmp_path, puppets, styled, monkeypatch, capsys):
-    """Runs a command; none of its output steers the terminal."""
+    """Return a function that runs a command and checks that its output is escaped."""
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments, codes=(0,)):
@@ -37,7 +37,9 @@ def quiet(tmp_path, puppets, styled, monkeypatch, capsys):
     return run
 
 
-def test_texts_of_plugins_and_names_of_folders(install, puppet_file, monkeypatch, styled, quiet):
+def test_texts_of_plugins_and_names_of_folders_are_escaped(
+    install, puppet_file, monkeypatch, styled, quiet
+):
     folder = install("wicked", PACKAGE, ENTRIES)
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     options = [f"--set={change}" for change in CHANGES]
@@ -67,7 +69,7 @@ def test_texts_of_plugins_and_names_of_folders(install, puppet_file, monkeypatch
 
 @pytest.mark.parametrize("styled", [True], indirect=True)
 @pytest.mark.parametrize("file", ["experiment.toml", "provenance.json", ".lock-owner"])
-def test_texts_in_the_files_of_a_run(file, puppet_run, quiet):
+def test_texts_in_the_files_of_a_run_are_escaped(file, puppet_run, quiet):
     run = puppet_run().path
     escaped = HOSTILE.replace("\\", "\\\\")
     for char in "\x1b\x07\x9b\u202e":

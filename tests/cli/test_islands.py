@@ -1,4 +1,4 @@
-"""Islands from the command line: the same bits over any workers, killed or not, in other worlds."""
+"""Runs with islands are bit-identical with any workers, and after being killed."""
 
 import json
 import os
@@ -34,7 +34,7 @@ ISLANDS = (
 
 @pytest.fixture(autouse=True)
 def slow(puppets, install, monkeypatch):
-    """A puppet that takes its time, each individual as much, for which workers pay."""
+    """Install a puppet whose individuals take long enough that workers are faster."""
     folder = install("slow", SLOW, {"organism": {"slow": "Slow"}})
     paths = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
     monkeypatch.setenv("PYTHONPATH", paths)
@@ -42,7 +42,7 @@ def slow(puppets, install, monkeypatch):
 
 @pytest.fixture
 def evolve(gaitsim, puppet_file):
-    """Runs with islands and gives the fingerprint."""
+    """Return a function that evolves islands and returns the fingerprint."""
 
     def evolve(out, *arguments):
         gaitsim("run", puppet_file, *ISLANDS, "--out", out, *arguments)
@@ -53,7 +53,7 @@ def evolve(gaitsim, puppet_file):
 
 @pytest.fixture
 def epochs(monkeypatch):
-    """The epochs of islands that are handed to workers, each by its first and last one."""
+    """Return a list that records the first and last generation of each epoch given to workers."""
     from gaitsim.evaluation.processes import ProcessExecutor
 
     handed, original = [], ProcessExecutor.map
@@ -69,10 +69,10 @@ def epochs(monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_same_bits_here_and_in_processes(evolve, gaitsim, epochs):
+def test_runs_are_bit_identical_with_and_without_worker_processes(evolve, gaitsim, epochs):
     alone = evolve("alone", "--workers", 1)
     assert evolve("two", "--workers", 2) == alone
-    # An island's epoch from one migration to the next was a worker's task.
+    # Each task of a worker was the epoch of one island, from one migration to the next.
     assert epochs == [(4, 2, 5), (4, 6, 10), (4, 11, 13)]
     assert "identical" in gaitsim("verify", "two", "--all", "--workers", 1).stdout
     (line,) = [
@@ -82,20 +82,22 @@ def test_the_same_bits_here_and_in_processes(evolve, gaitsim, epochs):
 
 
 @pytest.mark.slow
-def test_the_same_bits_over_dask(evolve):
+def test_runs_are_bit_identical_with_dask(evolve):
     pytest.importorskip("distributed")
     assert evolve("cluster", "--dask", "local", "--workers", 2) == evolve("alone", "--workers", 1)
 
 
 @pytest.mark.slow
-def test_killed_in_an_epoch_it_becomes_the_same_run(evolve, start, gaitsim, puppet_file, tmp_path):
+def test_a_run_killed_in_an_epoch_is_bit_identical_after_resuming(
+    evolve, start, gaitsim, puppet_file, tmp_path
+):
     alone = evolve("alone", "--workers", 1)
     process = start("run", puppet_file, *ISLANDS, "--out", "killed", "--workers", 2)
     history = tmp_path / "killed/history.csv"
     until(lambda: history.exists() and history.read_text().count("\n") > 6)
     process.kill()
     process.wait()
-    # Of the epoch that it was in, nothing is kept but what was written.
+    # Only the generations already written survive of the current epoch.
     found = json.loads(gaitsim("show", "killed", "--json").stdout)
     assert 5 <= found["generation"] <= 13
     gaitsim("resume", "killed", "--workers", 1)
@@ -110,4 +112,4 @@ def test_experiments_with_islands_are_compared(gaitsim, puppet_file, tmp_path):
     done = gaitsim("compare", "puppet.toml", "islands.toml", "--repeats", 3, "--workers", 1)
     assert "puppet (2)" in done.stdout
     rows = (tmp_path / "comparisons/puppet-against-puppet/results.csv").read_text()
-    assert ",12," in rows  # twice the evaluations a generation
+    assert ",12," in rows  # twice the evaluations per generation

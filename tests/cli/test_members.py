@@ -1,4 +1,4 @@
-"""Members of a front, by number: listed, shown, exported and begun with."""
+"""Members of a front, chosen by number to list, show, export or start from."""
 
 import json
 
@@ -15,7 +15,7 @@ objectives = { price = "max", reach = "max" }
 
 @pytest.fixture
 def front(gaitsim, puppet_file):
-    """A run with a front, and its members as JSON has them."""
+    """Evolve a run with a front, and return its members as JSON."""
     puppet_file.write_text(puppet_file.read_text().partition("[search]")[0] + SEARCH)
     gaitsim("run", puppet_file, "--population", 12)
     return [json.loads(line) for line in gaitsim("members", "puppet", "--json").stdout.splitlines()]
@@ -32,7 +32,9 @@ def test_members_are_listed_in_the_order_of_the_first_objective(
     assert "reach, m" in shown
     assert f"{len(front)} member" in shown
     assert f"{len(front)} member" in gaitsim("show", "puppet").stdout
-    monkeypatch.setattr("gaitsim.cli.members._MOST_DRAWN", 0)  # as a list of thousands is printed
+    monkeypatch.setattr(
+        "gaitsim.cli.members._MOST_DRAWN", 0
+    )  # prints the table as for thousands of members
     assert gaitsim("members", "puppet").stdout.split() == shown.split()
     gaitsim("members", "puppet", "--out", "front.csv")
     first, *rows = (tmp_path / "front.csv").read_text().splitlines()
@@ -40,7 +42,7 @@ def test_members_are_listed_in_the_order_of_the_first_objective(
     assert [float(row.split(",")[3]) for row in rows] == [row["reach"] for row in front]
 
 
-def test_a_member_is_the_same_individual_everywhere(gaitsim, front, tmp_path):
+def test_all_commands_return_the_same_member(gaitsim, front, tmp_path):
     number, last = len(front), front[-1]
     member = gs.load("runs/puppet").replay(member=number)
     genome = member.genome
@@ -54,7 +56,7 @@ def test_a_member_is_the_same_individual_everywhere(gaitsim, front, tmp_path):
     )
     analysis = json.loads(gaitsim("analyse", "puppet", "--member", number, "--json").stdout)
     assert (analysis["member"], analysis["score"]) == (number, pytest.approx(last["score"]))
-    assert analysis["terms_over_generations"] is None  # it is the best of none
+    assert analysis["terms_over_generations"] is None  # it is not the best of any generation
     gaitsim("export", "puppet", "--member", number, "--format", "csv")
     file = tmp_path / f"runs/puppet/exports/gait-generation-5-member-{number}.csv"
     angles = [float(cell) for cell in file.read_text().splitlines()[-1].split(",")[-3:]]
@@ -66,7 +68,7 @@ def test_a_member_is_the_same_individual_everywhere(gaitsim, front, tmp_path):
     assert gs.load("b").snapshot.start.genome.tobytes() == genome.tobytes()
 
 
-def test_a_member_is_named_by_values_too(gaitsim, front):
+def test_a_member_can_be_chosen_by_values(gaitsim, front):
     least, most = front[0]["price"], front[-1]["price"]
     near = [row for row in front if row["price"] - least <= 0.05 * (most - least)]
     best = max(near, key=lambda row: row["score"])
@@ -93,7 +95,7 @@ def test_a_member_is_named_by_values_too(gaitsim, front):
         (("members", "puppet", "--out", "front.txt"), "FILE.csv"),
     ],
 )
-def test_mistakes(gaitsim, front, arguments, says):
+def test_invalid_members_are_rejected(gaitsim, front, arguments, says):
     assert says in " ".join(gaitsim(*arguments, code=2).stderr.replace("│", " ").split())
 
 
@@ -126,7 +128,7 @@ cells = [8, 9, 3]
         (("--map", "--axes", "reach", "height"), "unknown axis"),
         (("--map", "--axes", "reach", "reach"), "two axes of a map must differ"),
         (("--axes", "reach", "price"), "add --map"),
-        (("--map", "--json"), "leave out --json, --gaits"),
+        (("--map", "--json"), "cannot be combined with --json, --gaits"),
     ):
         refused = gaitsim("members", "puppet", *options, code=2)
         assert said in " ".join(refused.stderr.split())

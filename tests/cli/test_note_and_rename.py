@@ -21,7 +21,7 @@ def run(puppet, tmp_path, monkeypatch):
 
 
 class TestNote:
-    def test_it_is_written_shown_replaced_and_removed(self, gaitsim, run):
+    def test_a_note_is_written_shown_replaced_and_removed(self, gaitsim, run):
         assert "has no note" in gaitsim("note", "walk").stderr
         gaitsim("note", "walk", "drags\r\na leg \x1b[2J\n\n")
         assert gaitsim("note", "walk").stdout == "drags\na leg \\x1b[2J\n"
@@ -33,13 +33,13 @@ class TestNote:
         assert not (run / "note.txt").exists()
         assert [path.name for path in run.iterdir() if "partial" in path.name] == []
 
-    def test_it_can_be_written_while_the_run_evolves(self, run):
+    def test_a_note_can_be_written_while_the_run_evolves(self, run):
         lock = RunLock(run)
         write_note(run, "so far so good")
         lock.release()
         assert read_note(run) == "so far so good"
 
-    def test_a_long_note_or_one_without_a_run_is_refused(self, run):
+    def test_a_long_note_and_a_missing_run_are_rejected(self, run):
         write_note(run, "kept")
         for text in ("x" * LARGEST, "\ud800"):
             with pytest.raises(RunError, match="note"):
@@ -48,7 +48,7 @@ class TestNote:
         with pytest.raises(RunError, match="no run"):
             write_note(run.with_name("other"), "lost")
 
-    def test_a_link_is_neither_read_nor_written_through(self, gaitsim, run, tmp_path):
+    def test_links_are_not_followed(self, gaitsim, run, tmp_path):
         secret = tmp_path / "secret"
         secret.write_text("mine")
         (run / "note.txt").symlink_to(secret)
@@ -63,7 +63,7 @@ class TestNote:
 
 
 class TestRename:
-    def test_the_folder_moves_with_all_it_holds(self, gaitsim, run):
+    def test_the_folder_keeps_its_content(self, gaitsim, run):
         write_note(run, "kept")
         before = {path.name for path in run.iterdir()}
         assert gaitsim("rename", "walk", "strut").stdout == "runs/walk is now runs/strut\n"
@@ -71,21 +71,21 @@ class TestRename:
         there = run.with_name("strut")
         assert {path.name for path in there.iterdir()} - before <= {".lock", ".lock-owner"}
         assert read_note(there) == "kept"
-        RunLock(there).release()  # free
+        RunLock(there).release()  # the lock is free
 
     @pytest.mark.parametrize("name", ["", ".", "..", ".a", "a/b", "-a", "a\nb", "x" * 300])
-    def test_a_name_that_is_none_is_refused(self, run, name):
+    def test_an_invalid_name_is_rejected(self, run, name):
         with pytest.raises(RunError):
             rename_run(run, name)
         assert [path.name for path in run.parent.iterdir()] == ["walk"]
 
-    def test_a_name_that_is_taken_is_refused(self, gaitsim, run):
+    def test_an_existing_name_is_rejected(self, gaitsim, run):
         run.with_name("strut").mkdir()  # an empty folder, which a rename would replace
         done = gaitsim("rename", "walk", "strut", code=2)
         assert "already exists" in done.stderr
         assert run.exists()
 
-    def test_a_run_that_is_written_and_a_link_keep_their_names(self, run):
+    def test_a_run_that_is_evolving_and_a_link_are_not_renamed(self, run):
         lock = RunLock(run)
         with pytest.raises(RunError, match="being written"):
             rename_run(run, "strut")
@@ -95,13 +95,13 @@ class TestRename:
         with pytest.raises(RunError, match="symbolic link"):
             rename_run(link, "strut")
 
-    def test_the_folder_in_which_one_stands(self, run, monkeypatch):
+    def test_the_current_folder_can_be_renamed(self, run, monkeypatch):
         monkeypatch.chdir(run)
         assert rename_run(Path(), "strut") == run.with_name("strut")
         assert Path().samefile(run.with_name("strut"))
 
 
-def test_a_run_in_python_has_a_note_and_goes_by_its_new_name(run):
+def test_a_run_in_python_has_a_note_and_can_be_renamed(run):
     found = gs.load("walk")
     assert found.note == ""
     found.note = "straight"

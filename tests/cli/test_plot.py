@@ -1,4 +1,4 @@
-"""`gaitsim plot`, from the command line."""
+"""`gaitsim plot`."""
 
 import pytest
 
@@ -35,7 +35,9 @@ def finished(gaitsim, puppet_file):
         (("--kind", "all", "--generation", 9), "has no generation 9"),
     ],
 )
-def test_bad_input_is_one_message_and_leaves_nothing(gaitsim, finished, tmp_path, options, says):
+def test_invalid_input_is_one_message_and_writes_nothing(
+    gaitsim, finished, tmp_path, options, says
+):
     before = sorted(tmp_path.rglob("*"))
     done = gaitsim("plot", "puppet", *options, code=2)
     assert says in " ".join(done.stderr.replace("│", " ").split())
@@ -46,9 +48,7 @@ def test_bad_input_is_one_message_and_leaves_nothing(gaitsim, finished, tmp_path
     ]
 
 
-def test_all_kinds_that_the_body_has_are_drawn_and_the_others_are_named(
-    gaitsim, finished, tmp_path
-):
+def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished, tmp_path):
     done = gaitsim("plot", "puppet", "--kind", "all", "--generation", 2, "--format", "svg")
     names = ["fitness", "terms", "diversity", "genome", "path-generation-2"]
     names += ["joints-generation-2"]
@@ -60,12 +60,12 @@ def test_all_kinds_that_the_body_has_are_drawn_and_the_others_are_named(
         assert f"No plot of kind {kind}" in done.stderr
 
 
-def test_all_kinds_go_to_a_folder(gaitsim, finished, tmp_path):
+def test_kind_all_writes_to_a_folder(gaitsim, finished, tmp_path):
     gaitsim("plot", "puppet", "--kind", "all", "--out", "new/figures", "--theme", "dark")
     assert len([*(tmp_path / "new" / "figures").glob("*.png")]) == 6
 
 
-def test_repeats_are_found_and_drawn_beside_another_run(gaitsim, finished, tmp_path, puppet_file):
+def test_repeats_are_found_and_drawn_beside_a_second_run(gaitsim, finished, tmp_path, puppet_file):
     for seed in (2, 3):
         gaitsim("run", puppet_file, "--seed", seed)
     gaitsim("run", puppet_file, "--set", "search.elites=1", "--out", "runs/other")
@@ -85,7 +85,7 @@ def test_generations_and_components_are_chosen(gaitsim, finished, tmp_path):
         assert f">{text}</text>" in drawn
 
 
-def test_a_body_of_one_frame_has_plots_of_its_scores(gaitsim, install, working, puppet_file):
+def test_a_body_of_one_frame_has_plots_of_scores(gaitsim, install, working, puppet_file):
     install(
         "still",
         working,

@@ -14,7 +14,7 @@ FIVE = {
 }
 
 
-def test_from_a_new_package_to_its_check(gaitsim):
+def test_a_new_package_passes_its_check(gaitsim):
     said = gaitsim("plugins", "new", "hopper").stdout
     assert "hopper: created a package for the organism 'hopper'" in said
     assert "gaitsim plugins check ./hopper" in said
@@ -30,7 +30,7 @@ def test_from_a_new_package_to_its_check(gaitsim):
     assert done.stderr == ""
 
 
-def test_each_kind_says_how_it_is_used(gaitsim):
+def test_the_next_commands_suit_the_kind(gaitsim):
     said = gaitsim("plugins", "new", "gaitsim-calm", "--kind", "mutation").stdout
     assert "gaitsim run spider --set mutation.plugin=calm" in said
     assert "gaitsim-calm/src/gaitsim_calm/__init__.py" in said
@@ -45,7 +45,7 @@ def test_each_kind_says_how_it_is_used(gaitsim):
         (["there"], "there already exists"),
     ],
 )
-def test_bad_input_writes_nothing(gaitsim, arguments, says):
+def test_invalid_input_writes_nothing(gaitsim, arguments, says):
     Path("there").mkdir()
     done = gaitsim("plugins", "new", *arguments, code=2)
     assert done.stderr.startswith("Error: ")
@@ -80,14 +80,14 @@ def test_findings_end_with_exit_code_1(gaitsim, install, working):
 
 
 @pytest.mark.slow
-def test_advice_counts_only_when_asked(gaitsim, install, working):
+def test_advice_changes_the_exit_code_only_with_strict(gaitsim, install, working):
     endless = "class X(Body):\n    legs: int = option(4, 'how many')\n"
     install("fake", working + endless, {"organism": {"x": "X"}})
     assert "legs accepts any number" in gaitsim("plugins", "check", "x").stdout
     gaitsim("plugins", "check", "x", "--strict", code=1)
 
 
-def test_json_is_one_object_a_line_whatever_a_plugin_prints(gaitsim, install, working):
+def test_json_is_one_object_per_line_whatever_a_plugin_prints(gaitsim, install, working):
     prints = "print('hello')\n" + working
     install("fake", prints, {"organism": {"x": "Body"}, "mutation": {"x": "Still"}})
     lines = gaitsim("plugins", "check", "fake", "--json").stdout.splitlines()
@@ -122,7 +122,7 @@ FOLDERS = {
 
 
 @pytest.mark.parametrize(("files", "says"), FOLDERS.values(), ids=FOLDERS.keys())
-def test_a_folder_that_is_no_package_is_refused(gaitsim, files, says):
+def test_a_folder_without_a_package_is_rejected(gaitsim, files, says):
     Path("there").mkdir()
     for name, text in files.items():
         Path("there", name).write_text(text)
@@ -132,7 +132,7 @@ def test_a_folder_that_is_no_package_is_refused(gaitsim, files, says):
 
 
 @pytest.mark.parametrize("reference", ["a" * 5000, "./" + "a" * 5000, "", "\x1b[31m"])
-def test_an_invalid_name_is_refused(gaitsim, reference):
+def test_an_invalid_name_is_rejected(gaitsim, reference):
     done = gaitsim("plugins", "check", reference, code=2)
     assert done.stderr.startswith("Error: ")
     assert "\x1b" not in done.stderr
@@ -150,7 +150,7 @@ d = "os.path"
 """
 
 
-def test_strange_entry_points_are_findings(gaitsim):
+def test_invalid_entry_points_are_findings(gaitsim):
     Path("there").mkdir()
     Path("there/pyproject.toml").write_text(STRANGE)
     done = gaitsim("plugins", "check", "./there", code=1)
@@ -158,14 +158,14 @@ def test_strange_entry_points_are_findings(gaitsim):
     assert "Traceback" not in done.stderr
 
 
-def test_a_folder_whose_module_is_missing(gaitsim):
+def test_a_missing_module_is_a_finding(gaitsim):
     gaitsim("plugins", "new", "hopper", "--kind", "mutation")
     Path("hopper/src/gaitsim_hopper").rename("hopper/src/gaitsim_other")
     done = gaitsim("plugins", "check", "hopper", code=1)
     assert "No module named 'gaitsim_hopper'" in done.stdout
 
 
-def test_a_folder_goes_before_what_is_installed(gaitsim, install, working):
+def test_a_folder_takes_precedence_over_an_installed_package(gaitsim, install, working):
     install("gaitsim_hopper", "1 / 0", {"mutation": {"hopper": "Hopper"}}, version="0.0.1")
     Path("there").mkdir()
     Path("there/pyproject.toml").write_text(
@@ -178,7 +178,7 @@ def test_a_folder_goes_before_what_is_installed(gaitsim, install, working):
 
 
 @pytest.mark.slow
-def test_a_name_of_a_rival_is_found(gaitsim, install, working):
+def test_a_name_conflict_is_a_finding(gaitsim, install, working):
     gaitsim("plugins", "new", "hopper", "--kind", "mutation")
     install("fake", working, {"mutation": {"hopper": "Still"}})
     done = gaitsim("plugins", "check", "./hopper", code=1)
@@ -186,13 +186,13 @@ def test_a_name_of_a_rival_is_found(gaitsim, install, working):
     assert "also registered by fake 1.0" in done.stdout
 
 
-def test_an_unknown_name_is_refused(gaitsim):
+def test_an_unknown_name_is_rejected(gaitsim):
     done = gaitsim("plugins", "check", "spidr", code=2)
     assert "there is no plugin, package or folder 'spidr'" in done.stderr
     assert "did you mean 'spider'?" in done.stderr
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "1e9"])
-def test_a_time_limit_that_is_none_is_refused(gaitsim, seconds):
+def test_an_invalid_time_limit_is_rejected(gaitsim, seconds):
     done = gaitsim("plugins", "check", "rank", "--seconds", seconds, code=2)
     assert "is not a valid timeout" in done.stderr

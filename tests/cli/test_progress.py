@@ -1,4 +1,4 @@
-"""What is shown while a run evolves: drawn to a console of fixed size, by a fixed clock."""
+"""Displays of an evolving run, on a console of fixed size with a simulated clock."""
 
 import dataclasses
 import io
@@ -33,7 +33,7 @@ CLASSIC = {
 def generation(
     number: int, terms: dict[str, float] | None = None, *, population: int = 20, stop: str = ""
 ) -> Generation:
-    """A generation whose n-th best has the terms less n thousandths."""
+    """Return a generation whose n-th best has the terms minus n thousandths."""
     less = np.arange(population) / 1000
     parts = {name: value - less for name, value in (terms or {"forward": 1.0}).items()}
     scores = np.sum(list(parts.values()), axis=0)
@@ -52,7 +52,7 @@ def generation(
 def known(
     total: int = 300, last: Generation | None = None, scored_from: int = 1, **history: list[float]
 ) -> Any:
-    """A run's path, and what is known of it."""
+    """Return the arguments of a display: a path and a snapshot."""
     rows = {name: np.array(values) for name, values in history.items()}
     found = snapshot_of(last, experiment(total), rows=rows, scored_from=scored_from)
     return Path("runs/spider"), found
@@ -70,7 +70,7 @@ def update(view: Display, made: Generation, total: int = 300, islands: int = 1) 
 
 
 class Clock:
-    """One that stands still until it is set."""
+    """A clock that stands still until it is set."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -85,8 +85,10 @@ def drawn(view: LiveView, width: int = 80, height: int = 24) -> list[str]:
     return console.export_text().splitlines()
 
 
-def at_work(clock: Clock, terms: dict[str, float] | None = None, generations: int = 10) -> LiveView:
-    """A view of a run that has gone on for so many generations, half a second each."""
+def view_at_work(
+    clock: Clock, terms: dict[str, float] | None = None, generations: int = 10
+) -> LiveView:
+    """Return a view after a number of generations of half a second each."""
     view = LiveView(*known(), Console(file=io.StringIO()), clock)
     for number in range(1, generations + 1):
         clock.now += 0.5
@@ -115,7 +117,9 @@ class TestPlainLines:
             "generation 12/12  best 1.0000  mean 0.9905  diversity 0.250",
         ]
 
-    def test_says_beside_the_output_that_it_stops(self, capsys: pytest.CaptureFixture[str]) -> None:
+    def test_stopping_is_reported_on_standard_error(
+        self, capsys: pytest.CaptureFixture[str]
+    ) -> None:
         PlainLines(*known()).stopping()
         printed = capsys.readouterr()
         assert STOPPING in printed.err
@@ -135,7 +139,7 @@ def test_the_best_of_each_island_is_reported(capsys: pytest.CaptureFixture[str])
     assert found == pytest.approx([1.0, 0.995, 0.99, 0.985])
 
 
-def test_json_lines_are_the_history(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_lines_equal_the_history(capsys: pytest.CaptureFixture[str]) -> None:
     with JsonLines(*known()) as lines:
         update(lines, generation(1))
     row = json.loads(capsys.readouterr().out)
@@ -144,8 +148,8 @@ def test_json_lines_are_the_history(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 class TestLiveView:
-    def test_shows_progress_courses_and_terms(self, clock: Clock) -> None:
-        lines = drawn(at_work(clock, CLASSIC))
+    def test_shows_progress_curves_and_terms(self, clock: Clock) -> None:
+        lines = drawn(view_at_work(clock, CLASSIC))
         assert lines[0].startswith("spider ━")
         assert lines[0].endswith(" 10/300 0:02:25 left")
         assert [line.split()[:2] for line in lines[1:4]] == [
@@ -161,8 +165,8 @@ class TestLiveView:
 
     @pytest.mark.parametrize(("width", "height"), [(40, 16), (80, 24), (160, 48)])
     def test_fits_the_terminal(self, clock: Clock, width: int, height: int) -> None:
-        lines = drawn(at_work(clock, CLASSIC, 250), width, height)
-        assert len(lines) < height  # the cursor's line is free
+        lines = drawn(view_at_work(clock, CLASSIC, 250), width, height)
+        assert len(lines) < height  # the last line is left for the cursor
         assert max(map(len, lines)) <= min(width, 100)
         assert not any("…" in line for line in lines[1:])
         assert any(line.startswith("angle change") for line in lines)
@@ -178,31 +182,31 @@ class TestLiveView:
         assert len(lines) < height
         assert max(map(len, lines)) <= width
 
-    def test_numbers_stand_below_one_another(self, clock: Clock) -> None:
-        lines = drawn(at_work(clock, CLASSIC))
+    def test_numbers_are_aligned(self, clock: Clock) -> None:
+        lines = drawn(view_at_work(clock, CLASSIC))
         points = [[at for at, char in enumerate(line) if char == "."] for line in lines[7:15]]
         assert all(columns == points[0] for columns in points)
 
-    def test_leaves_out_individuals_where_it_is_narrow(self, clock: Clock) -> None:
-        assert drawn(at_work(clock, CLASSIC), 50)[6].split() == ["#1", "#2", "mean"]
-        assert drawn(at_work(clock, CLASSIC), 36)[6].split() == ["#1", "mean"]
+    def test_a_narrow_terminal_shows_fewer_individuals(self, clock: Clock) -> None:
+        assert drawn(view_at_work(clock, CLASSIC), 50)[6].split() == ["#1", "#2", "mean"]
+        assert drawn(view_at_work(clock, CLASSIC), 36)[6].split() == ["#1", "mean"]
 
-    def test_leaves_out_terms_where_it_is_low(self, clock: Clock) -> None:
+    def test_a_low_terminal_shows_fewer_terms(self, clock: Clock) -> None:
         many = {f"term {n}": 1.0 for n in range(100)}
-        lines = drawn(at_work(clock, many))
+        lines = drawn(view_at_work(clock, many))
         assert len(lines) == 23
         assert lines[-2].startswith("term 13")
         assert lines[-1].strip() == "… and 86 more"
 
-    def test_numbers_of_any_size_are_whole(self, clock: Clock) -> None:
-        assert "−12345678901.000" in "".join(drawn(at_work(clock, {"depth": -12345678901.0})))
+    def test_numbers_are_never_truncated(self, clock: Clock) -> None:
+        assert "−12345678901.000" in "".join(drawn(view_at_work(clock, {"depth": -12345678901.0})))
 
-    def test_has_nothing_to_say_before_the_first_generation(self, clock: Clock) -> None:
+    def test_shows_only_a_bar_before_the_first_generation(self, clock: Clock) -> None:
         (line,) = drawn(LiveView(*known(), Console(file=io.StringIO()), clock))
         assert line.startswith("spider ")
         assert line.rstrip().endswith("0/300")
 
-    def test_time_left_follows_the_speed_of_late(self, clock: Clock) -> None:
+    def test_remaining_time_follows_the_recent_speed(self, clock: Clock) -> None:
         view = LiveView(*known(4000), Console(file=io.StringIO()), clock)
         for number in range(1, 2001):
             clock.now += 1.0 if number <= 1000 else 0.1
@@ -230,12 +234,12 @@ class TestLiveView:
         course = {"best": [5.0, 9.0], "mean": [4.0, 8.0], "diversity": [0.3, 0.2]}
         file = io.StringIO()
         view = LiveView(*known(20, generation(2), **course), Console(file=file, width=80), clock)
-        judged = None
+        reevaluated = None
         if reevaluated:
             progress = Progress(40, -np.inf, -1, None, 2)
             last = dataclasses.replace(generation(2), progress=progress)
-            _, judged = known(20, last, best=[1.0], mean=[0.991])
-        view.begin_stage(2, 3, ["a rate: 0.1, now 0.2"], judged)
+            _, reevaluated = known(20, last, best=[1.0], mean=[0.991])
+        view.start_stage(2, 3, ["a rate: 0.1, now 0.2"], reevaluated)
         assert file.getvalue() == "stage 2, from generation 3: a rate: 0.1, now 0.2\n"
         before = {"best": "1.000 ▁", "mean": "0.991 ▁"}
         if not reevaluated:
@@ -249,24 +253,24 @@ class TestLiveView:
         update(view, dataclasses.replace(generation(3), progress=progress), 20)
         assert drawn(view)[4] == "10 evaluations/s, best of generation 3, stage 2"
 
-    def test_courses_of_a_resumed_stage_begin_with_it(self, clock: Clock) -> None:
+    def test_curves_of_a_resumed_stage_begin_at_that_stage(self, clock: Clock) -> None:
         course = {"best": [9.0, 0.5, 1.0], "mean": [8.0, 0, 1], "diversity": [1.0] * 3}
         resumed = known(9, generation(3), 2, **course)
         lines = drawn(LiveView(*resumed, Console(file=io.StringIO()), clock))
         assert lines[1].split() == ["best", "1.000", "▁█"]
         assert lines[3].split() == ["diversity", "1.000", "▁▁▁"]
 
-    def test_says_in_itself_that_it_stops(self, clock: Clock) -> None:
-        view = at_work(clock)
+    def test_stopping_is_shown_in_the_view(self, clock: Clock) -> None:
+        view = view_at_work(clock)
         view.stopping()
         assert STOPPING in drawn(view)
 
-    def test_leaves_the_champion_to_the_summary_at_the_end(self, clock: Clock) -> None:
+    def test_omits_the_terms_at_the_end(self, clock: Clock) -> None:
         lines = ended(clock, lambda view: update(view, generation(300, stop="done")))
         assert lines[0].endswith("300/300 in 0:01:00")
         assert len(lines) == 5
 
-    def test_keeps_the_terms_when_it_is_stopped(self, clock: Clock) -> None:
+    def test_keeps_the_terms_if_stopped(self, clock: Clock) -> None:
         lines = ended(clock, lambda view: (update(view, generation(7)), view.stopping()))
         assert lines[0].endswith("7/300 in 0:01:00")
         assert STOPPING not in lines
@@ -274,7 +278,7 @@ class TestLiveView:
 
 
 def ended(clock: Clock, work: Callable[[LiveView], object]) -> list[str]:
-    """What stands on the screen after a minute's work."""
+    """Return the lines on the screen when a run ends after a minute."""
     view = LiveView(*known(), Console(file=io.StringIO(), width=80, height=24), clock)
     with view:
         clock.now += 60

@@ -11,7 +11,7 @@ from gaitsim.errors import ExperimentError, error_from_dict
 
 @pytest.fixture
 def records(gaitsim, monkeypatch):
-    """Runs a command; its records by kind, in their order."""
+    """Return a function that runs a command and returns its records by kind, in order."""
     monkeypatch.setenv("GAITSIM_PROGRESS", "json")
 
     def run(*arguments, code=0):
@@ -59,12 +59,12 @@ def test_a_command_reports_progress_and_files(walk, records, tmp_path, command, 
 
 
 @pytest.mark.slow
-def test_plots_that_a_body_lacks_are_notices(walk, records):
+def test_plots_that_do_not_apply_are_notices(walk, records):
     found = records("plot", walk, "--kind", "all")
     assert len(found["notice"]) + len(files_of(found)) == found["progress"][-1]["total"]
 
 
-def test_comparing_and_studying_report_progress_and_files(records, puppet_file, tmp_path):
+def test_comparisons_and_studies_report_progress_and_files(records, puppet_file, tmp_path):
     found = records("compare", puppet_file, puppet_file, "--repeats", 2, "--out", "found")
     assert {one["total"] for one in found["progress"]} == {5}
     assert "found/report.md" in files_of(found)
@@ -78,18 +78,18 @@ def test_comparing_and_studying_report_progress_and_files(records, puppet_file, 
     assert files_of(found) == ["studies/small/results.csv"]
 
 
-def test_checking_plugins_reports_progress(records):
+def test_plugin_checks_report_progress(records):
     found = records("plugins", "check", "truncation", "--json")
     assert [one["done"] for one in found["progress"]] == [0, 1]
 
 
-def test_an_error_arrives_in_its_parts(walk, records):
+def test_an_error_is_split_into_its_parts(walk, records):
     [error] = records("video", "nowhere", code=2)["error"]
     assert "nowhere" in error["what"]
     assert "walk" in error["allowed"]
 
 
-def test_problems_of_an_experiment_arrive_with_their_keys(records, puppet_file):
+def test_problems_of_an_experiment_have_keys(records, puppet_file):
     overrides = ["--set", "mutation.rat=1", "--set", "evolution.population=0"]
     [error] = records("run", puppet_file, *overrides, code=2)["error"]
     problem = error_from_dict(error)
@@ -97,7 +97,7 @@ def test_problems_of_an_experiment_arrive_with_their_keys(records, puppet_file):
     assert [one.key for one in problem.problems] == ["evolution.population", "mutation.rat"]
 
 
-def test_another_value_is_refused(gaitsim, monkeypatch):
+def test_an_unknown_value_is_rejected(gaitsim, monkeypatch):
     monkeypatch.setenv("GAITSIM_PROGRESS", "yes")
     error = gaitsim("runs", code=2).stderr
     assert "'yes'" in error
@@ -107,7 +107,7 @@ def test_another_value_is_refused(gaitsim, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 @pytest.mark.parametrize("environment", [{}, {"GAITSIM_PROGRESS": "json"}])
-def test_results_do_not_go_where_progress_is_drawn(start, environment):
+def test_redirected_results_are_not_mixed_with_progress(start, environment):
     terminal, end = os.openpty()
     process = start(
         *("plugins", "check", "truncation", "--json"),

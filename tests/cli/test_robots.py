@@ -1,4 +1,4 @@
-"""`gaitsim robots`: the files of bodies that read files."""
+"""`gaitsim robots`."""
 
 import json
 
@@ -26,7 +26,7 @@ def test_a_file_that_can_be_used_is_described(shaped, gaitsim, tmp_path, file):
     assert found["repairs"] == ["its corners are round"]
 
 
-def test_one_that_cannot_be_used_ends_with_1_and_the_reason(shaped, gaitsim, file):
+def test_an_unusable_file_exits_with_1_and_the_reason(shaped, gaitsim, file):
     file.write_text("flat")
     done = gaitsim("robots", "check", "a.shape", code=1)
     assert "a.shape cannot be used: a flat shape cannot roll" in done.stderr
@@ -37,7 +37,7 @@ def test_one_that_cannot_be_used_ends_with_1_and_the_reason(shaped, gaitsim, fil
     assert "too long" in gaitsim("robots", "check", "a.shape", code=1).stderr
 
 
-def test_misuse_ends_with_2(shaped, gaitsim, file):
+def test_invalid_options_exit_with_2(shaped, gaitsim, file):
     assert "file not found" in gaitsim("robots", "check", "none.shape", code=2).stderr
     assert ".png" in gaitsim("robots", "check", "a.shape", "--picture", "a.gif", code=2).stderr
     assert "shape" in gaitsim("robots", "check", "a.sdf", code=2).stderr
@@ -45,7 +45,7 @@ def test_misuse_ends_with_2(shaped, gaitsim, file):
     assert "folder not found: nowhere" in done.stderr
 
 
-def test_what_comes_with_the_packages_is_listed(shaped, gaitsim):
+def test_installed_robots_and_servos_are_listed(shaped, gaitsim):
     said = gaitsim("robots", "list").stdout
     assert "ball" in said
     assert ".shape" in said
@@ -55,7 +55,7 @@ def test_what_comes_with_the_packages_is_listed(shaped, gaitsim):
     assert "ball" in gaitsim("plugins", "show", "cube").stdout
 
 
-def test_a_body_s_conditions_are_listed(gaitsim):
+def test_conditions_of_a_body_are_listed(gaitsim):
     said = gaitsim("plugins", "show", "walker").stdout
     assert "joint_offset" in said
     assert "0.3 to 1.2" in said

@@ -18,7 +18,7 @@ SLOW = ("--set", "organism.pause=0.05", "--generations", 1000)
 
 @pytest.fixture
 def fingerprint(gaitsim):
-    """The fingerprint of a run, which is all that is printed."""
+    """Return a function that prints the fingerprint of a run, and nothing else."""
 
     def fingerprint(run):
         shown = gaitsim("show", run, "--fingerprint")
@@ -30,7 +30,7 @@ def fingerprint(gaitsim):
 
 
 def wait_for(path, generation=None):
-    """Wait until a file is there, or until a history has come to a generation."""
+    """Wait until a file exists, or until a history has reached a generation."""
     until(
         lambda: path.exists() and (generation is None or path.read_text().count("\n") > generation)
     )
@@ -51,15 +51,15 @@ def test_a_run_is_printed_in_plain_lines(program, puppet_file, tmp_path):
 
 
 def strict(text):
-    """JSON as the standard has it, without NaN."""
+    """Parse standard JSON, which has no NaN."""
 
-    def refuse(constant):
+    def reject(constant):
         raise AssertionError(constant)
 
-    return json.loads(text, parse_constant=refuse)
+    return json.loads(text, parse_constant=reject)
 
 
-def test_json_is_a_line_a_generation_and_a_summary(gaitsim, puppet_file, fingerprint):
+def test_json_is_one_line_per_generation_and_a_summary(gaitsim, puppet_file, fingerprint):
     done = gaitsim("run", puppet_file, "--json")
     assert done.stderr == ""
     *rows, summary = map(strict, done.stdout.splitlines())
@@ -70,7 +70,7 @@ def test_json_is_a_line_a_generation_and_a_summary(gaitsim, puppet_file, fingerp
     assert summary["score"] == max(row["best"] for row in rows)
     assert summary["score"] == pytest.approx(sum(summary["terms"].values()))
     assert summary["fingerprint"] + "\n" == fingerprint("puppet")
-    # Of a run that is finished, the summary alone.
+    # A finished run prints only the summary.
     again = gaitsim("resume", "puppet", "--json")
     assert list(map(strict, again.stdout.splitlines())) == [summary]
 
@@ -84,7 +84,9 @@ class Failing(Reach):
 """
 
 
-def test_a_run_in_which_all_fail_continues_and_says_why(gaitsim, puppet_file, install, monkeypatch):
+def test_a_run_in_which_all_fail_continues_and_reports_the_reason(
+    gaitsim, puppet_file, install, monkeypatch
+):
     folder = install("failing", FAILING, {"fitness": {"failing": "Failing"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     done = gaitsim("run", puppet_file, "--set", "fitness.plugin=failing")
@@ -101,7 +103,7 @@ def test_a_run_in_which_all_fail_continues_and_says_why(gaitsim, puppet_file, in
         gaitsim(command, "puppet", code=0 if command == "plot" else 2)
 
 
-def test_the_spider_is_the_same_in_one_go_resumed_and_with_any_workers(gaitsim, fingerprint):
+def test_spiders_are_bit_identical_when_resumed_and_with_any_workers(gaitsim, fingerprint):
     gaitsim("run", *SPIDER, "--generations", 12, "--out", "whole")
     gaitsim("run", *SPIDER, "--generations", 5, "--out", "parts", "--workers", 1)
     gaitsim("resume", "parts", "--generations", 8, "--workers", 3)
@@ -111,9 +113,7 @@ def test_the_spider_is_the_same_in_one_go_resumed_and_with_any_workers(gaitsim, 
     assert fingerprint("other") != fingerprint("whole")
 
 
-def test_a_body_in_plain_python_is_the_same_with_worker_processes(
-    gaitsim, puppet_file, fingerprint
-):
+def test_a_body_in_python_is_bit_identical_with_worker_processes(gaitsim, puppet_file, fingerprint):
     gaitsim("run", puppet_file, "--out", "one")
     gaitsim("run", puppet_file, "--out", "two", "--workers", 2)
     assert fingerprint("one") == fingerprint("two")
@@ -121,13 +121,13 @@ def test_a_body_in_plain_python_is_the_same_with_worker_processes(
 
 @posix
 @pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
-def test_a_run_killed_again_and_again_is_the_same(
+def test_a_repeatedly_killed_run_is_bit_identical(
     gaitsim, start, puppet_file, fingerprint, tmp_path, workers
 ):
     experiment = (puppet_file, "--generations", 40, "--set", "organism.pause=0.01")
     gaitsim("run", *experiment, "--out", "whole")
     run = tmp_path / "killed"
-    # During start-up, about the first generation, and later on.
+    # Killed during start-up, near the first generation, and later.
     for moment in (0.1, 0.5, 5, 15, 25):
         begun = (run / "experiment.toml").exists()
         arguments = ("resume", run) if begun else ("run", *experiment, "--out", run)
@@ -144,7 +144,7 @@ def test_a_run_killed_again_and_again_is_the_same(
 
 
 @pytest.mark.slow
-def test_a_run_killed_before_its_first_checkpoint_starts_again(
+def test_a_run_killed_before_its_first_checkpoint_starts_over(
     gaitsim, start, puppet_file, fingerprint, tmp_path
 ):
     experiment = (puppet_file, "--generations", 2, "--set", "organism.pause=0.5")
@@ -162,7 +162,7 @@ def test_a_run_killed_before_its_first_checkpoint_starts_again(
 @posix
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_saves_and_says_how_to_resume(
+def test_an_interrupt_saves_the_run_and_prints_how_to_resume(
     gaitsim, start, puppet_file, tmp_path, number, workers
 ):
     run = tmp_path / "my run"
@@ -170,7 +170,7 @@ def test_an_interrupt_saves_and_says_how_to_resume(
         "run", puppet_file, *SLOW, "--out", "my run", "--workers", workers, start_new_session=True
     )
     wait_for(run / "history.csv", 3)
-    # As a terminal does: to the workers, too.
+    # As from a terminal: the workers receive the signal, too.
     os.killpg(process.pid, number)
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
@@ -199,7 +199,7 @@ class Asleep(Puppet):
 
 @posix
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_second_interrupt_stops_at_once(
+def test_a_second_interrupt_stops_immediately(
     start, puppet_file, install, monkeypatch, tmp_path, workers
 ):
     folder = install("asleep", ASLEEP, {"organism": {"asleep": "Asleep"}})
@@ -230,7 +230,7 @@ class Sleepy(Puppet):
 
 
 @posix
-def test_an_interrupt_while_preparing_stops_at_once(
+def test_an_interrupt_during_preparation_stops_immediately(
     gaitsim, start, puppet_file, install, monkeypatch
 ):
     folder = install("sleepy", SLEEPY, {"organism": {"sleepy": "Sleepy"}})
@@ -252,7 +252,7 @@ def test_workers_end_with_a_killed_program(start, puppet_file, tmp_path):
     wait_for(tmp_path / "run/history.csv", 2)
     process.kill()
     process.wait()
-    # The pipe ends when the last worker that holds it does.
+    # The pipe closes when the last worker that holds it ends.
     assert select.select([process.stderr], [], [], 60)[0]
     while os.read(process.stderr.fileno(), 1000):
         assert select.select([process.stderr], [], [], 60)[0]
@@ -285,7 +285,7 @@ class Body(puppets.Puppet):
 
 
 @pytest.mark.parametrize("how", ["raises", "ends", "shape", "none", "changes"])
-def test_a_plugin_that_fails_midway_leaves_a_run_that_resumes(
+def test_a_run_resumes_after_its_plugin_failed(
     gaitsim, puppet_file, install, monkeypatch, fingerprint, how
 ):
     folder = install("spoilt", SPOILT, {"organism": {"spoilt": "Body"}})
@@ -311,7 +311,7 @@ def test_a_missing_plugin_is_reported_with_its_package(program, puppet_file, tmp
     assert "finished" in program("runs", **without).stdout
 
 
-def test_another_version_of_a_plugin_is_used_on_request(
+def test_a_different_version_of_a_plugin_is_used_on_request(
     gaitsim, puppet_file, fingerprint, install, monkeypatch, puppets
 ):
     def installed(version):
@@ -348,7 +348,7 @@ def test_a_damaged_checkpoint_is_reported_and_changes_nothing(
     assert (tmp_path / "run/population.damaged-1.pickle").exists()
 
 
-def test_one_process_writes_a_run(gaitsim, start, puppet_file, tmp_path):
+def test_only_one_process_writes_a_run(gaitsim, start, puppet_file, tmp_path):
     process = start("run", puppet_file, *SLOW, "--out", "run")
     wait_for(tmp_path / "run/history.csv", 2)
     done = gaitsim("resume", "run", code=2)
@@ -358,7 +358,7 @@ def test_one_process_writes_a_run(gaitsim, start, puppet_file, tmp_path):
     assert process.poll() is None
 
 
-def test_runs_that_begin_at_once_get_a_folder_each(start, puppet_file, tmp_path):
+def test_runs_that_start_together_get_separate_folders(start, puppet_file, tmp_path):
     both = [start("run", puppet_file, "--out", "run") for _ in range(2)]
     said = {process.communicate(timeout=60)[0].splitlines()[0] for process in both}
     assert said == {"run run", "run run-2"}
@@ -393,7 +393,7 @@ def test_a_reader_that_closes_the_pipe_is_not_an_error(start, puppet_file):
 
 
 @posix
-def test_a_terminal_is_left_as_it_was(start, puppet_file, tmp_path):
+def test_the_terminal_is_restored(start, puppet_file, tmp_path):
     ours, theirs = pty.openpty()
     streams = {"stdin": theirs, "stdout": theirs, "stderr": theirs}
     process = start("run", puppet_file, *SLOW, "--out", "run", **streams)
@@ -413,10 +413,10 @@ def test_a_terminal_is_left_as_it_was(start, puppet_file, tmp_path):
     assert process.wait() == 130
     assert "Traceback" not in seen.decode()
     assert "Continue with: gaitsim resume run" in " ".join(seen.decode().split())
-    assert seen.count(b"\x1b[?25l") == seen.count(b"\x1b[?25h")  # the cursor is there again
+    assert seen.count(b"\x1b[?25l") == seen.count(b"\x1b[?25h")  # the cursor is visible again
 
 
-def test_nothing_of_a_plugin_is_imported_for_a_list_of_runs(program, puppet_file):
+def test_listing_runs_imports_no_plugins(program, puppet_file):
     program("run", puppet_file)
     code = (
         "import sys\nfrom gaitsim.cli import main\nsys.argv = ['gaitsim', 'runs']\n"
@@ -425,7 +425,7 @@ def test_nothing_of_a_plugin_is_imported_for_a_list_of_runs(program, puppet_file
     assert "puppet" in program(args=[sys.executable, "-c", code]).stdout
 
 
-def test_a_run_over_worlds_ends_in_unseen_ones(gaitsim):
+def test_a_run_over_worlds_ends_with_unseen_worlds(gaitsim):
     over = ("--set", "organism.duration=1", "--set", "worlds.number=2", "--workers", 1)
     run = ("run", "walker", "--population", 6, "--generations", 2, *over)
     found = json.loads(gaitsim(*run, "--json").stdout.splitlines()[-1])["unseen_worlds"]

@@ -8,10 +8,10 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 def strict(text):
-    def refuse(constant):
+    def reject(constant):
         raise AssertionError(constant)
 
-    return json.loads(text, parse_constant=refuse)
+    return json.loads(text, parse_constant=reject)
 
 
 @pytest.fixture
@@ -22,11 +22,11 @@ def finished(gaitsim, puppet_file, tmp_path):
 
 
 @pytest.fixture
-def unbegun(puppet, tmp_path):
+def unstarted(puppet, tmp_path):
     """A run without a generation."""
     from gaitsim.runs.files.folder import create_run
 
-    return create_run(puppet(), tmp_path / "runs/unbegun")
+    return create_run(puppet(), tmp_path / "runs/unstarted")
 
 
 def test_a_run_is_shown_in_full(gaitsim, finished):
@@ -45,7 +45,7 @@ def test_a_run_is_shown_in_full(gaitsim, finished):
     assert gaitsim("show", "runs/puppet").stdout == shown.stdout
 
 
-def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
+def test_json_agrees_with_the_files_of_the_run(gaitsim, finished, puppets):
     shown = strict(gaitsim("show", "puppet", "--json").stdout)
     run = RunSnapshot(finished)
     best = run.individual()
@@ -66,23 +66,25 @@ def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
     }
 
 
-def test_a_run_without_a_generation_is_shown(gaitsim, unbegun):
-    shown = gaitsim("show", "unbegun")
-    assert "No generation is finished yet. To continue: gaitsim resume runs/unbegun" in shown.stdout
-    shown = strict(gaitsim("show", "unbegun", "--json").stdout)
+def test_a_run_without_a_generation_is_shown(gaitsim, unstarted):
+    shown = gaitsim("show", "unstarted")
+    assert (
+        "No generation is finished yet. To continue: gaitsim resume runs/unstarted" in shown.stdout
+    )
+    shown = strict(gaitsim("show", "unstarted", "--json").stdout)
     assert (shown["generation"], shown["champion"], shown["fingerprint"]) == (0, None, None)
     for arguments in (
-        ("show", "unbegun", "--fingerprint"),
-        ("export", "unbegun"),
-        ("plot", "unbegun"),
+        ("show", "unstarted", "--fingerprint"),
+        ("export", "unstarted"),
+        ("plot", "unstarted"),
     ):
         done = gaitsim(*arguments, code=2)
         assert done.stdout == ""
-        assert "the run runs/unbegun has no finished generation yet" in done.stderr
-        assert "gaitsim resume runs/unbegun" in done.stderr
+        assert "the run runs/unstarted has no finished generation yet" in done.stderr
+        assert "gaitsim resume runs/unstarted" in done.stderr
 
 
-def test_runs_are_listed_whatever_they_hold(gaitsim, finished, unbegun, tmp_path, puppets):
+def test_damaged_runs_are_listed_too(gaitsim, finished, unstarted, tmp_path, puppets):
     root = tmp_path / "runs"
     for name, text in [
         ("foreign", "this is not TOML ["),
@@ -105,7 +107,7 @@ def test_runs_are_listed_whatever_they_hold(gaitsim, finished, unbegun, tmp_path
     rows = [strict(line) for line in gaitsim("runs", "--json").stdout.splitlines()]
     assert {row["run"]: row["state"] for row in rows} == {
         "puppet": "finished",
-        "unbegun": "stopped",
+        "unstarted": "stopped",
         "foreign": "damaged",
         "other": "damaged",
         "binary": "damaged",
@@ -121,7 +123,7 @@ def test_runs_are_listed_whatever_they_hold(gaitsim, finished, unbegun, tmp_path
     assert sorted(root.rglob("*")) == before
 
 
-def test_an_empty_folder_has_no_runs(gaitsim, tmp_path):
+def test_an_empty_folder_lists_no_runs(gaitsim, tmp_path):
     (tmp_path / "empty").mkdir()
     for arguments, root in [(("empty",), "empty"), ((), "runs"), (("runs/",), "runs")]:
         assert f"No runs in {root}." in gaitsim("runs", *arguments).stdout
@@ -131,7 +133,7 @@ def test_an_empty_folder_has_no_runs(gaitsim, tmp_path):
 
 
 @pytest.mark.parametrize("more", [(), ("--json",), ("--delete", "puppet", "--yes")])
-def test_a_folder_that_does_not_hold_runs_is_refused(gaitsim, finished, more):
+def test_a_folder_that_cannot_hold_runs_is_rejected(gaitsim, finished, more):
     for root, says in [
         ("nope", "folder not found: nope"),
         ("runs/nope", "folder not found: runs/nope"),
@@ -153,7 +155,7 @@ def test_a_gait_is_exported(gaitsim, finished, tmp_path):
     path = f"runs/puppet/exports/gait-generation-{generation}.mat"
     assert done.stdout == f"{path}: 5 frames × 3 joints at 4 Hz, radians\n"
     assert (tmp_path / path).stat().st_size > 0
-    # The file's name says the format, unless another one is asked for.
+    # The extension determines the format, unless --format is given.
     for arguments, start in [
         (("--out", "gait.csv"), b"time_s,"),
         (("--out", "gait.NPZ"), b"PK"),
@@ -168,10 +170,10 @@ def test_a_gait_is_exported(gaitsim, finished, tmp_path):
 
 @pytest.fixture(autouse=True)
 def installed(puppets):
-    """What the tests themselves read needs the puppets, too."""
+    """Install the puppets, which the tests themselves need to read runs."""
 
 
-def test_an_export_that_fails_ends_with_one_message(gaitsim, finished, tmp_path):
+def test_a_failed_export_is_one_message(gaitsim, finished, tmp_path):
     for arguments, says in [
         (("export", "puppet", "--generation", 6), "has no generation 6"),
         (("export", "puppet", "--out", "missing/gait.mat"), "there is no folder missing"),
@@ -206,7 +208,7 @@ def test_measures_that_are_not_finite_are_null(gaitsim, finished, install, tmp_p
     assert "[red]" in gaitsim("show", "odd-run").stdout
 
 
-def test_damage_is_one_message(gaitsim, finished):
+def test_a_damaged_run_is_one_message(gaitsim, finished):
     history = finished / "history.csv"
     text = history.read_text()
     for content in (text.replace("generation", "generations", 1), text[: len(text) // 2]):

@@ -1,4 +1,4 @@
-"""Training in stages, and starting from a kept individual, from the command line."""
+"""Training in stages, and starting from a saved individual, on the command line."""
 
 import itertools
 import json
@@ -18,17 +18,17 @@ CLIMB = ("--set", "fitness.plugin=puppet-climb", "--set", "search.elites=1")
 
 @pytest.fixture(autouse=True)
 def installed(climb):
-    """A second fitness for puppets."""
+    """Install a second fitness for puppets."""
 
 
 @pytest.fixture
-def plain(gaitsim, puppet_file, tmp_path):
-    """A run of five generations."""
+def plain_run(gaitsim, puppet_file, tmp_path):
+    """Evolve a run of five generations."""
     gaitsim("run", puppet_file)
     return tmp_path / "runs/puppet"
 
 
-def test_a_stage_is_shown_in_plain_lines(gaitsim, plain):
+def test_a_stage_is_shown_in_plain_lines(gaitsim, plain_run):
     done = gaitsim("resume", "puppet", *CLIMB, "--generations", 8)
     assert done.stderr == ""
     lines = done.stdout.splitlines()
@@ -44,7 +44,7 @@ def test_a_stage_is_shown_in_plain_lines(gaitsim, plain):
     assert "stage" not in gaitsim("resume", "puppet", "--generations", 9).stdout
 
 
-def test_a_stage_is_shown_as_json(gaitsim, plain):
+def test_a_stage_is_shown_as_json(gaitsim, plain_run):
     done = gaitsim("resume", "puppet", *CLIMB, "--generations", 8, "--json")
     begun, *rows, summary = map(json.loads, done.stdout.splitlines())
     assert begun == {
@@ -70,12 +70,12 @@ def test_a_stage_is_shown_as_json(gaitsim, plain):
     assert shown["evaluations"] == 9 * 6
 
 
-def test_the_stages_of_a_run_are_shown(gaitsim, plain):
+def test_the_stages_of_a_run_are_shown(gaitsim, plain_run):
     before = gaitsim("show", "puppet").stdout
     assert "stage" not in before
     gaitsim("resume", "puppet", *CLIMB, "--generations", 8)
-    text = (plain / "experiment.toml").read_text()
-    (plain / "experiment.toml").write_text(text.replace("weight = 0.5", "weight = 0.25"))
+    text = (plain_run / "experiment.toml").read_text()
+    (plain_run / "experiment.toml").write_text(text.replace("weight = 0.5", "weight = 0.25"))
     shown = gaitsim("show", "puppet").stdout
     lines = [line.split() for line in shown.splitlines()]
     assert ["stage", "generations", "best", "changed"] in lines
@@ -88,7 +88,7 @@ def test_the_stages_of_a_run_are_shown(gaitsim, plain):
     assert "stage 3, from generation 9: fitness.weight: 0.5, now 0.25" in done.stdout
 
 
-def test_a_run_that_a_target_stopped_is_not_finished_under_another_fitness(
+def test_a_run_that_reached_its_target_continues_with_a_different_fitness(
     gaitsim, puppet_file, tmp_path
 ):
     gaitsim("run", puppet_file, "--set", "evolution.target_score=0.1", "--generations", 50)
@@ -114,8 +114,8 @@ def test_a_run_that_a_target_stopped_is_not_finished_under_another_fitness(
     ],
     ids=str,
 )
-def test_an_invalid_change_is_one_message_and_changes_nothing(gaitsim, plain, arguments, says):
-    before = {path: path.read_bytes() for path in plain.rglob("*") if path.is_file()}
+def test_an_invalid_change_is_one_message_and_changes_nothing(gaitsim, plain_run, arguments, says):
+    before = {path: path.read_bytes() for path in plain_run.rglob("*") if path.is_file()}
     done = gaitsim("resume", "puppet", *arguments, code=2)
     assert says in done.stderr
     assert done.stdout == ""
@@ -126,14 +126,14 @@ def test_an_invalid_change_is_one_message_and_changes_nothing(gaitsim, plain, ar
 @pytest.mark.slow
 @posix
 @pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
-def test_a_staged_run_killed_again_and_again_is_the_same(
+def test_a_repeatedly_killed_staged_run_is_bit_identical(
     gaitsim, start, puppet_file, tmp_path, workers
 ):
     gaitsim("run", puppet_file, "--set", "organism.pause=0.02", "--out", "whole")
     killed = tmp_path / "killed"
     shutil.copytree(tmp_path / "whole", killed)
     gaitsim("resume", "whole", *CLIMB, "--generations", 30)
-    # While it starts, while the population is judged anew, at its first row, and later on.
+    # Killed at start-up, during the re-evaluation, at the first row, and later.
     rng = random.Random(workers)
     moments = [rng.uniform(0.1, 1.5) for _ in range(6 if workers == 1 else 2)]
     for moment, row in itertools.chain(
@@ -156,7 +156,7 @@ def test_a_staged_run_killed_again_and_again_is_the_same(
     assert (killed / "bests.bin").read_bytes() == (tmp_path / "whole/bests.bin").read_bytes()
 
 
-def test_the_spider_in_stages_is_the_same_with_any_workers(gaitsim):
+def test_spiders_in_stages_are_bit_identical_with_any_workers(gaitsim):
     spider = ("spider-recurrence", "--population", 10, "--generations", 4)
     stage = ("--set", "mutation.rate=0.3", "--set", "fitness.variance_scalar=1000")
     prints = set()
@@ -167,10 +167,10 @@ def test_the_spider_in_stages_is_the_same_with_any_workers(gaitsim):
     assert len(prints) == 1
 
 
-def test_a_run_begins_with_a_kept_individual(gaitsim, plain, puppet_file, tmp_path):
+def test_a_run_starts_from_a_saved_individual(gaitsim, plain_run, puppet_file, tmp_path):
     champion = json.loads(gaitsim("show", "puppet", "--json").stdout)["champion"]
     gaitsim("run", puppet_file, "--from", "puppet", "--seed", 8, "--out", "a")
-    gaitsim("run", puppet_file, "--from", plain, "--seed", 8, "--out", "b")
+    gaitsim("run", puppet_file, "--from", plain_run, "--seed", 8, "--out", "b")
     number = champion["generation"]
     gaitsim("run", puppet_file, "--from", f"puppet@{number}", "--seed", 8, "--out", "c")
     gaitsim("run", puppet_file, "--from", "a/start.pickle", "--seed", 8, "--out", "d")
@@ -192,7 +192,9 @@ def test_a_run_begins_with_a_kept_individual(gaitsim, plain, puppet_file, tmp_pa
         ("bits", "the genome has 3 bit genes of the organism 'bit-puppet'"),
     ],
 )
-def test_an_incompatible_start_makes_no_run(gaitsim, plain, puppet_file, tmp_path, reference, says):
+def test_an_incompatible_start_creates_no_run(
+    gaitsim, plain_run, puppet_file, tmp_path, reference, says
+):
     gaitsim("run", puppet_file, "--set", "organism.plugin=bit-puppet", "--out", "bits")
     done = gaitsim("run", puppet_file, "--from", reference, "--out", "new", code=2)
     assert says in done.stderr
@@ -202,8 +204,8 @@ def test_an_incompatible_start_makes_no_run(gaitsim, plain, puppet_file, tmp_pat
 
 @pytest.mark.slow
 @posix
-def test_a_run_from_an_individual_killed_before_its_first_generation_is_the_same(
-    gaitsim, start, plain, puppet_file, tmp_path
+def test_a_run_from_an_individual_killed_at_the_start_is_bit_identical(
+    gaitsim, start, plain_run, puppet_file, tmp_path
 ):
     arguments = (puppet_file, "--from", "puppet@2", "--set", "organism.pause=0.5")
     gaitsim("run", *arguments, "--generations", 2, "--out", "whole")

@@ -1,4 +1,4 @@
-"""What waits to be printed when a command ends."""
+"""Buffered output at the end of a command."""
 
 import os
 import sys
@@ -9,18 +9,18 @@ import pytest
 from gaitsim.cli import streams
 
 
-def test_a_reader_who_has_gone_is_no_error(monkeypatch):
+def test_a_closed_pipe_is_not_an_error(monkeypatch):
     reader, writer = os.pipe()
     os.close(reader)
     with os.fdopen(writer, "w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
         print("too late")
         assert streams.finish() == ""
-        stdout.flush()  # as Python does at its end
+        stdout.flush()  # as Python does at exit
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_a_full_disk_is_a_reason(monkeypatch):
+def test_a_full_disk_is_reported(monkeypatch):
     with Path("/dev/full").open("w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
         print("too much")
@@ -28,7 +28,7 @@ def test_a_full_disk_is_a_reason(monkeypatch):
         stdout.flush()
 
 
-def test_a_closed_stream_swallows_what_it_is_given(monkeypatch):
+def test_output_to_a_closed_stream_is_discarded(monkeypatch):
     monkeypatch.setattr(sys, "stdout", None)
     monkeypatch.setattr(sys, "stderr", None)
     streams.prepare()

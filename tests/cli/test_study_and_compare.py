@@ -19,7 +19,7 @@ generations = 19
 """
 
 
-def test_a_study_leaves_table_surfaces_and_report(gaitsim, tmp_path):
+def test_a_study_writes_table_surfaces_and_report(gaitsim, tmp_path):
     (tmp_path / "small.toml").write_text(STUDY)
     done = gaitsim("study", "small.toml", "--workers", 1)
     folder = tmp_path / "studies/small"
@@ -34,17 +34,17 @@ def test_a_study_leaves_table_surfaces_and_report(gaitsim, tmp_path):
     }
     report = (folder / "report.md").read_text()
     assert "| 10 / 19 |" in report
-    assert "| never |" in report  # of random, nothing is published
+    assert "| never |" in report  # nothing is published for random
     assert "100 fresh repeats" in report
 
 
-def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
+def test_a_finished_study_only_rewrites_its_results(gaitsim, tmp_path):
     (tmp_path / "small.toml").write_text(STUDY)
     gaitsim("study", "small.toml", "--out", "mine", "--workers", 1)
     table = (tmp_path / "mine/results.csv").read_bytes()
     assert "mine: 0 of 4 cells to run" in gaitsim("study", "mine").stderr
     assert (tmp_path / "mine/results.csv").read_bytes() == table
-    # The same study once more is another folder: nothing is overwritten.
+    # Running the same study again creates a second folder and overwrites nothing.
     assert (
         "mine-2: 4 of 4" in gaitsim("study", "small.toml", "--out", "mine", "--workers", 1).stderr
     )
@@ -60,7 +60,7 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
         (["compare", "millipede", "milipede"], "did you mean 'millipede'?"),
         (["compare", "millipede", "millipede", "--set", "mutation.rte=1"], "unknown key"),
         (["compare", "millipede", "millipede", "--population", "8"], "7 is odd"),
-        (["compare", "millipede", "millipede", "--targets", "nan"], "nan is not a score"),
+        (["compare", "millipede", "millipede", "--targets", "nan"], "invalid target: nan"),
         (["compare", "millipede", "millipede", "--targets", "1,,2"], "'1,,2' is not a list"),
         (["compare", "millipede", "millipede", "--targets", "1" + 100 * ",1"], "101 targets"),
         (
@@ -73,22 +73,22 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
         ),
     ],
 )
-def test_mistakes_are_reported(gaitsim, arguments, says):
+def test_invalid_input_is_one_message(gaitsim, arguments, says):
     done = gaitsim(*arguments, code=2)
     assert says in done.stderr
     assert done.stdout == ""
 
 
-def test_a_study_of_a_newer_gaitsim_is_reported(gaitsim, tmp_path):
+def test_a_study_from_a_newer_gaitsim_is_reported(gaitsim, tmp_path):
     (tmp_path / "small.toml").write_text("schema = 2\n" + STUDY)
-    assert "newer gaitsim" in gaitsim("study", "small.toml", code=2).stderr
+    assert "newer version of gaitsim" in gaitsim("study", "small.toml", code=2).stderr
     assert not (tmp_path / "studies").exists()
 
 
 SHORT = ("--population", 9, "--generations", 8, "--repeats", 12)
 
 
-def test_compare_reports_and_can_be_done_again(gaitsim, tmp_path):
+def test_compare_writes_a_report_with_a_command_that_repeats_it(gaitsim, tmp_path):
     done = gaitsim("compare", "millipede-random", "millipede", *SHORT, "--targets", "-1,3.5")
     folder = tmp_path / "comparisons/millipede-random-against-millipede"
     assert "differs at 5 %" in done.stdout
@@ -101,7 +101,7 @@ def test_compare_reports_and_can_be_done_again(gaitsim, tmp_path):
     assert (tmp_path / "again/results.csv").read_text() == (folder / "results.csv").read_text()
 
 
-def test_a_stopped_comparison_keeps_nothing_and_says_how_to_begin_again(
+def test_a_stopped_comparison_keeps_nothing_and_prints_how_to_repeat_it(
     gaitsim, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(
@@ -126,7 +126,7 @@ def test_compare_prints_json(gaitsim):
 
 
 @pytest.mark.slow
-def test_searches_and_populations_compare_by_evaluations(gaitsim, tmp_path):
+def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path):
     text = gaitsim("experiments", "show", "spider").stdout
     head, _, _ = text.replace('name = "spider"', 'name = "cma"').partition("[search]")
     (tmp_path / "cma.toml").write_text(
@@ -155,12 +155,12 @@ def test_searches_and_populations_compare_by_evaluations(gaitsim, tmp_path):
 
 
 @pytest.mark.slow
-def test_compare_warns_of_scores_that_do_not_compare(gaitsim, tmp_path):
+def test_compare_warns_of_incomparable_scores(gaitsim, tmp_path):
     backward = ("--set", "fitness.direction=backward")
     done = gaitsim("compare", "millipede", "millipede-random", *SHORT, *backward)
     assert "Warning" not in done.stderr
     done = gaitsim("compare", "millipede", "spider-recurrence", *SHORT, "--workers", 1)
-    said = "do not compare: organism.plugin and fitness.plugin differ"
+    said = "are not comparable: organism.plugin and fitness.plugin differ"
     assert said in done.stderr
     assert (
         said in (tmp_path / "comparisons/millipede-against-spider-recurrence/report.md").read_text()
@@ -168,9 +168,7 @@ def test_compare_warns_of_scores_that_do_not_compare(gaitsim, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_study_continues_from_any_folder_after_its_files_are_deleted(
-    gaitsim, tmp_path, monkeypatch
-):
+def test_a_study_resumes_from_its_folder_without_the_original_files(gaitsim, tmp_path, monkeypatch):
     (tmp_path / "mine.toml").write_text(gaitsim("experiments", "show", "millipede").stdout)
     text = STUDY.replace('"millipede-mutation"]', '"mine.toml"]').split("[published")[0]
     (tmp_path / "small.toml").write_text(text)
@@ -185,7 +183,7 @@ def test_a_study_continues_from_any_folder_after_its_files_are_deleted(
     assert (tmp_path / "studies/small/results.csv").read_bytes() == table
 
 
-def test_names_with_markup_are_shown_as_they_are(gaitsim, tmp_path):
+def test_names_with_markup_are_shown_verbatim(gaitsim, tmp_path):
     odd = tmp_path / "[bold]x.toml"
     odd.write_text(gaitsim("experiments", "show", "millipede").stdout)
     (tmp_path / "s.toml").write_text(
@@ -194,11 +192,11 @@ def test_names_with_markup_are_shown_as_they_are(gaitsim, tmp_path):
     )
     done = gaitsim("study", "s.toml", "--workers", 1)
     assert "[bold]x.toml" in done.stdout
-    assert "organism.pairs" in done.stdout  # the cell that reached it, in full
+    assert "organism.pairs" in done.stdout  # the cell that reached the target, untruncated
     assert "[bold]x.toml" in (tmp_path / "studies/study/report.md").read_text()
 
 
-def test_a_comparison_that_cannot_be_written_is_not_begun(gaitsim, tmp_path):
+def test_a_comparison_that_cannot_be_written_does_not_start(gaitsim, tmp_path):
     (tmp_path / "file").write_text("")
     done = gaitsim("compare", "millipede", "millipede", *SHORT, "--out", "file/x", code=2)
     assert "repeats are done" not in done.stderr

@@ -1,4 +1,4 @@
-"""`gaitsim verify`: its words, its JSON, its exit codes."""
+"""`gaitsim verify`: its output, JSON and exit codes."""
 
 import json
 
@@ -7,13 +7,13 @@ import pytest
 
 @pytest.fixture
 def run(gaitsim, puppet_file, tmp_path):
-    """A run of five generations."""
+    """Evolve a run of five generations."""
     gaitsim("run", puppet_file)
     return tmp_path / "runs/puppet"
 
 
-def spoil(run):
-    """Change one number of the history's third generation."""
+def change_history(run):
+    """Change one number in the third generation of the history."""
     path = run / "history.csv"
     lines = path.read_text().splitlines()
     cells = lines[3].split(",")
@@ -22,7 +22,7 @@ def spoil(run):
     path.write_text("\n".join(lines) + "\n")
 
 
-def test_an_identical_run_ends_with_0(gaitsim, run):
+def test_an_identical_run_exits_with_0(gaitsim, run):
     assert gaitsim("verify", "puppet").stdout.splitlines() == [
         "runs/puppet: identical",
         "reproduced in full: 1, 5 of 5",
@@ -36,8 +36,8 @@ def test_an_identical_run_ends_with_0(gaitsim, run):
     assert done.stderr == ""
 
 
-def test_a_different_run_ends_with_1_and_names_the_generation(gaitsim, run):
-    spoil(run)
+def test_a_different_run_exits_with_1_and_names_the_generation(gaitsim, run):
+    change_history(run)
     lines = gaitsim("verify", "puppet", "--generations", "1,5", code=1).stdout.splitlines()
     assert lines[0] == "runs/puppet: different, first in generation 3"
     assert lines[1].startswith("  generation 3: its row or record of history.csv, bests.bin")
@@ -51,13 +51,13 @@ def test_json_is_one_object(gaitsim, run):
     assert (found["whole"], found["best"], found["differences"]) == ([5], [2], [])
     assert found["not_reproduced"] == [[1, 1], [3, 4]]
     assert found["made_with"][0]["fitness puppet-reach"] == "gaitsim-puppets 1.0"
-    spoil(run)
+    change_history(run)
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert [one["generation"] for one in found["differences"]] == [3]
 
 
 @pytest.mark.parametrize("name", ["population.pickle", "population.previous.pickle"])
-def test_a_damaged_checkpoint_ends_with_1_and_is_named(gaitsim, run, name):
+def test_a_damaged_checkpoint_exits_with_1_and_is_named(gaitsim, run, name):
     path = run / name
     path.write_bytes(path.read_bytes()[:50])
     done = gaitsim("verify", "puppet", "--all", code=1)
@@ -68,15 +68,15 @@ def test_a_damaged_checkpoint_ends_with_1_and_is_named(gaitsim, run, name):
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert (found["identical"], found["differences"]) == (False, [])
     assert found["damaged"] == [lines[1].strip()]
-    # Told together with what differs in the generations.
-    spoil(run)
+    # Reported together with the differences in the generations.
+    change_history(run)
     lines = gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()
     assert lines[0] == "runs/puppet: different, first in generation 3"
     assert lines[1].startswith(f"  {name} cannot be read")
     assert lines[2].startswith("  generation 3: ")
 
 
-def test_a_changed_experiment_file_ends_with_1_and_names_the_options(gaitsim, run):
+def test_a_changed_experiment_file_exits_with_1_and_names_the_options(gaitsim, run):
     path = run / "experiment.toml"
     text = path.read_text()
     path.write_text(text.replace("seed = 1", "seed = 77").replace("elites = 2", "elites = 0"))
@@ -95,7 +95,7 @@ def test_a_changed_experiment_file_ends_with_1_and_names_the_options(gaitsim, ru
     assert json.loads(gaitsim("verify", "puppet", "--json").stdout)["experiment"] == []
 
 
-def test_a_run_that_was_led_on_is_identical(gaitsim, run):
+def test_a_resumed_run_is_identical(gaitsim, run):
     gaitsim("resume", "puppet", "--generations", 7)
     gaitsim("verify", "puppet", "--all", "--workers", 1)
     gaitsim("resume", "puppet", "--set", "search.elites=1", "--generations", 9)
@@ -104,7 +104,7 @@ def test_a_run_that_was_led_on_is_identical(gaitsim, run):
     gaitsim("verify", "puppet-2", "--all", "--workers", 1)
 
 
-def test_no_whole_checkpoint_is_a_mistake(gaitsim, run):
+def test_a_run_without_an_intact_checkpoint_is_an_error(gaitsim, run):
     for name in ("population.pickle", "population.previous.pickle"):
         (run / name).write_bytes(b"")
     assert "neither checkpoint can be read" in gaitsim("verify", "puppet", code=2).stderr
@@ -130,16 +130,16 @@ def test_a_run_without_checksums_is_reported(gaitsim, run):
         (("puppet", "--all", "--generations", "1"), "--all and --generations cannot"),
     ],
 )
-def test_mistakes_end_with_2(gaitsim, run, arguments, words):
+def test_invalid_options_exit_with_2(gaitsim, run, arguments, words):
     assert words in gaitsim("verify", *arguments, code=2).stderr
 
 
-def test_a_damaged_run_is_a_mistake(gaitsim, run):
+def test_a_damaged_run_is_an_error(gaitsim, run):
     (run / "bests.bin").write_bytes(b"")
     assert "bests.bin ends at generation 0" in gaitsim("verify", "puppet", code=2).stderr
 
 
-def test_ctrl_c_ends_it(gaitsim, run, monkeypatch):
+def test_ctrl_c_stops_it(gaitsim, run, monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 

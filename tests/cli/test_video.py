@@ -13,15 +13,15 @@ def run(gaitsim, puppet_file):
     return "mine"
 
 
-def test_the_video_is_among_the_exports(gaitsim, run, tmp_path):
+def test_the_video_is_written_to_the_exports(gaitsim, run, tmp_path):
     said = gaitsim("video", run, *QUICK).stdout
     (path,) = (tmp_path / "runs" / "mine" / "exports").iterdir()
     assert path.name.startswith("video-generation-")
     assert path.suffix == ".mp4"
-    assert said == f"{path.relative_to(tmp_path)}: 3 pictures of 160 × 120 at 2 a second, 1.5 s\n"
+    assert said == f"{path.relative_to(tmp_path)}: 3 pictures of 160 × 120 at 2 per second, 1.5 s\n"
 
 
-def test_the_format_is_as_the_name_ends(gaitsim, run, tmp_path):
+def test_the_extension_determines_the_format(gaitsim, run, tmp_path):
     gaitsim("video", run, *QUICK, "--out", "a.GIF", "--theme", "dark", "--view", "top")
     with Image.open(tmp_path / "a.GIF") as gif:
         assert gif.format == "GIF"
@@ -61,7 +61,7 @@ def test_several_generations(gaitsim, run, tmp_path):
         (["--generations", "1,2", "--generation", "1"], "--generation and --generations cannot"),
     ],
 )
-def test_an_invalid_option_ends_with_one_message(gaitsim, run, tmp_path, arguments, says):
+def test_an_invalid_option_is_one_message(gaitsim, run, tmp_path, arguments, says):
     before = sorted(tmp_path.rglob("*"))
     error = gaitsim("video", run, *arguments, code=2).stderr
     assert says in error.replace("\n", " ")
@@ -70,11 +70,11 @@ def test_an_invalid_option_ends_with_one_message(gaitsim, run, tmp_path, argumen
     assert sorted(after) == [path for path in before if path.name != "exports"]
 
 
-def test_a_run_that_is_not_there(gaitsim, run):
+def test_a_missing_run_is_reported(gaitsim, run):
     assert "there is no run 'other'" in gaitsim("video", "other", code=2).stderr
 
 
-def test_ctrl_c_leaves_nothing(gaitsim, run, tmp_path, monkeypatch):
+def test_ctrl_c_leaves_no_file(gaitsim, run, tmp_path, monkeypatch):
     from gaitsim.render.scene import Scene
 
     draw = Scene.draw

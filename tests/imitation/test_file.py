@@ -22,14 +22,14 @@ def imitation():
 
 
 @pytest.fixture
-def kept(imitation, tmp_path):
+def saved(imitation, tmp_path):
     path = tmp_path / "imitator.npz"
     save_imitator(imitation, path)
     return path
 
 
-def test_it_comes_back_as_it_was(imitation, kept):
-    again = load_imitator(kept)
+def test_a_saved_imitator_is_loaded_unchanged(imitation, saved):
+    again = load_imitator(saved)
     assert again.gait.angles.tobytes() == imitation.gait.angles.tobytes()
     assert again.commanded.tobytes() == imitation.commanded.tobytes()
     assert (again.gait.frame_rate, again.gait.joint_names) == (25.0, ("a", "b", "c"))
@@ -37,12 +37,12 @@ def test_it_comes_back_as_it_was(imitation, kept):
     before, after = imitation.imitator, again.imitator
     assert after.network.genes.tobytes() == before.network.genes.tobytes()
     assert (after.network.activation, after.network.output) == ("leaky-relu", "leaky-relu")
-    # The loaded network plays the gait that is beside it.
+    # The loaded network plays the gait stored with it.
     assert np.array_equal(after.free_run(again.commanded[0], 20), imitation.commanded)
 
 
-def test_others_find_the_gait_in_it(imitation, kept):
-    with np.load(kept, allow_pickle=False) as file:
+def test_the_file_is_a_gait_file_too(imitation, saved):
+    with np.load(saved, allow_pickle=False) as file:
         assert np.array_equal(file["joint_angles"], imitation.gait.angles)
         assert file["frame_rate"] == 25.0
         assert file["W1"].shape == (48, 3)
@@ -50,15 +50,15 @@ def test_others_find_the_gait_in_it(imitation, kept):
         assert str(file["units"]) == "rad"
 
 
-def test_the_same_is_the_same_file(imitation, kept, tmp_path):
+def test_equal_imitators_give_equal_files(imitation, saved, tmp_path):
     save_imitator(imitation, tmp_path / "again.npz")
-    assert (tmp_path / "again.npz").read_bytes() == kept.read_bytes()
+    assert (tmp_path / "again.npz").read_bytes() == saved.read_bytes()
 
 
-def changed(kept, **fields):
-    with np.load(kept, allow_pickle=False) as file:
+def changed(saved, **fields):
+    with np.load(saved, allow_pickle=False) as file:
         everything = {name: file[name] for name in file.files} | fields
-    np.savez(kept, **{name: value for name, value in everything.items() if value is not None})
+    np.savez(saved, **{name: value for name, value in everything.items() if value is not None})
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def changed(kept, **fields):
         ({"commanded": np.full((20, 3), np.nan)}, "commanded has values that are not finite"),
         ({"joint_names": np.array(["a"])}, "for 1 joints"),
         ({"W1": np.zeros((48, 4))}, "network of"),
-        ({"W2": np.zeros((3, 47))}, "W2 has the shape"),
+        ({"W2": np.zeros((3, 47))}, "W2 has shape"),
         ({"W1": None, "W2": None}, "at least one"),
         ({"activation": "rot13"}, "rot13"),
         ({"scale": 0.0}, "scale 0.0"),
@@ -77,20 +77,20 @@ def changed(kept, **fields):
         ({"centre": np.array([object()] * 3)}, "allow_pickle=False"),
     ],
 )
-def test_foreign_files_are_refused(kept, fields, says):
-    changed(kept, **fields)
+def test_foreign_files_are_rejected(saved, fields, says):
+    changed(saved, **fields)
     with pytest.raises(GaitsimError, match=says):
-        load_imitator(kept)
+        load_imitator(saved)
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"nonsense" * 100])
-def test_foreign_bytes_are_refused(tmp_path, content):
+def test_foreign_bytes_are_rejected(tmp_path, content):
     (tmp_path / "x.npz").write_bytes(content)
     with pytest.raises(GaitsimError, match=r"x\.npz"):
         load_imitator(tmp_path / "x.npz")
 
 
-def test_a_bomb_is_not_unpacked(tmp_path):
+def test_a_zip_bomb_is_not_unpacked(tmp_path):
     bomb = io.BytesIO()
     with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("joint_angles.npy", bytes(65 * 2**20))
@@ -99,14 +99,14 @@ def test_a_bomb_is_not_unpacked(tmp_path):
         load_imitator(tmp_path / "x.npz")
 
 
-def test_a_file_that_is_not_there(tmp_path):
+def test_a_missing_file_is_reported(tmp_path):
     with pytest.raises(GaitsimError, match=r"cannot read .*No such file"):
         load_imitator(tmp_path / "x.npz")
     with pytest.raises(GaitsimError, match=r"cannot read .*directory"):
         load_imitator(tmp_path)
 
 
-def test_names_that_are_long_stay_whole(imitation, tmp_path):
+def test_long_names_are_not_truncated(imitation, tmp_path):
     names = ("a" * 200, "ü b", "c")
     save_imitator(
         replace(imitation, gait=replace(imitation.gait, joint_names=names)), tmp_path / "x.npz"

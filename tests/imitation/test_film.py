@@ -18,7 +18,7 @@ def result():
     return gs.imitate(Individual(experiment, 0.0, {}, 1, genome), epochs=2)
 
 
-def test_it_begins_with_the_error_and_shows_both(result):
+def test_the_video_shows_the_error_and_then_both_bodies(result):
     film = imitation_film(result, RenderSettings(size=(320, 240), fps=2, speed=5))
     curve, *_, last = film.pictures()
     assert curve.shape == last.shape == (240, 320, 4)
@@ -30,7 +30,7 @@ def test_it_begins_with_the_error_and_shows_both(result):
 
 
 @pytest.mark.slow
-def test_python_and_the_command_write_it(result, tmp_path, monkeypatch, gaitsim):
+def test_python_and_the_command_write_the_video(result, tmp_path, monkeypatch, gaitsim):
     monkeypatch.chdir(tmp_path)
     path = result.video("small.gif", size=(160, 120), fps=8, dark=True)
     assert path.stat().st_size > 1000
@@ -43,7 +43,7 @@ def test_python_and_the_command_write_it(result, tmp_path, monkeypatch, gaitsim)
         assert sum(1 for _ in container.decode(shown)) == 345
 
 
-def test_ctrl_c_in_the_video_writes_nothing(result, tmp_path, monkeypatch, gaitsim):
+def test_ctrl_c_during_the_video_writes_nothing(result, tmp_path, monkeypatch, gaitsim):
     from gaitsim.render.film import Film
 
     def interrupted(*arguments):

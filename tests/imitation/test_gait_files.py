@@ -1,4 +1,4 @@
-"""Gait files are imitated as runs are: the same network, on a body that is found or given."""
+"""Imitating gait files gives the same network as imitating runs, on a found or given body."""
 
 import json
 import shutil
@@ -17,7 +17,7 @@ from gaitsim.individual import Individual
 
 @pytest.fixture(scope="module")
 def champion():
-    """A spider of which no run is recorded."""
+    """Return the champion of an unrecorded run of spiders."""
     experiment = load_experiment("spider")
     genome = experiment.space().random(1, np.random.default_rng(3))[0]
     return Individual(experiment, 0.0, {}, 1, genome)
@@ -39,9 +39,7 @@ def same(one, other):
 
 
 @pytest.mark.parametrize("format", ["mat", "npz", "csv"])
-def test_an_exported_gait_gives_the_network_of_its_run_to_the_bit(
-    format, champion, folder, gaitsim
-):
+def test_an_exported_gait_gives_the_same_network_as_its_run(format, champion, folder, gaitsim):
     gs.export(champion, f"bestGait.{format}")
     gaitsim("imitate", f"bestGait.{format}", "--body", "spider", "--epochs", 3)
     learnt = gs.imitate(champion, epochs=3)
@@ -50,10 +48,10 @@ def test_an_exported_gait_gives_the_network_of_its_run_to_the_bit(
     assert read_gait(folder / "imitator-gait.mat").angles.shape == (300, 24)
 
 
-def test_the_names_of_the_joints_find_the_body(champion, folder, gaitsim, monkeypatch):
+def test_joint_names_determine_the_body(champion, folder, gaitsim, monkeypatch):
     known = registry.entries
     few = {name: known(registry.EXPERIMENTS)[name] for name in ("walker", "spider-cma", "spider")}
-    # The others take seconds to import.
+    # The other presets take seconds to import.
     monkeypatch.setattr(
         registry, "entries", lambda kind: few if kind == registry.EXPERIMENTS else known(kind)
     )
@@ -62,7 +60,7 @@ def test_the_names_of_the_joints_find_the_body(champion, folder, gaitsim, monkey
     assert "the preset spider;" in said.stderr
 
 
-def test_a_file_among_the_exports_of_a_run_has_its_body(champion, folder, gaitsim):
+def test_a_file_in_the_exports_of_a_run_has_the_body_of_the_run(champion, folder, gaitsim):
     source = champion.experiment.to_toml().replace('name = "spider"', 'name = "mine"', 1)
     exports = folder / "mine" / "exports"
     exports.mkdir(parents=True)
@@ -75,7 +73,7 @@ def test_a_file_among_the_exports_of_a_run_has_its_body(champion, folder, gaitsi
     assert "mine" in given.stderr
 
 
-def test_unnamed_joints_of_another_frame_rate_are_those_of_the_body_that_is_given(champion, folder):
+def test_a_file_without_joint_names_uses_the_given_body(champion, folder):
     gait = gait_of(champion)
     between = (gait.angles[:-1] + gait.angles[1:]) / 2
     finer = np.stack([gait.angles[:-1], between], axis=1).reshape(-1, 24)
@@ -87,7 +85,7 @@ def test_unnamed_joints_of_another_frame_rate_are_those_of_the_body_that_is_give
     assert all(path.is_file() for path in files.values())
 
 
-def test_angles_beyond_the_limits_of_the_body_are_learnt_and_counted(champion, folder, gaitsim):
+def test_angles_beyond_the_limits_are_learnt_and_counted(champion, folder, gaitsim):
     wide = 5 * gait_of(champion).angles
     np.savez(folder / "wide.npz", bestGait=wide)
     said = gaitsim("imitate", "wide.npz", "--body", "spider", "--epochs", 1, "--json")
@@ -98,7 +96,7 @@ def test_angles_beyond_the_limits_of_the_body_are_learnt_and_counted(champion, f
     assert exact.expert_beyond_limits == 0
 
 
-def test_a_body_that_cannot_play_learns_without_a_score(puppet, folder, gaitsim):
+def test_without_play_an_imitator_has_no_score(puppet, folder, gaitsim):
     angles = np.sin(np.arange(12.0)).reshape(4, 3)
     (folder / "puppet.toml").write_text(puppet().to_toml())
     names = tuple(puppet().organism.joint_names())
@@ -132,7 +130,7 @@ ANGLES = np.zeros((3, 24))
         (("run", "--body", "spider"), "run is not a run"),
     ],
 )
-def test_bad_input_is_one_message(arguments, says, folder, gaitsim):
+def test_invalid_input_is_one_message(arguments, says, folder, gaitsim):
     (folder / "run").mkdir()
     (folder / "notes.txt").write_text("no gait")
     np.savez(folder / "unnamed.npz", bestGait=ANGLES)
@@ -146,12 +144,12 @@ def test_bad_input_is_one_message(arguments, says, folder, gaitsim):
     assert not list(folder.glob("imitator-*"))
 
 
-def test_a_run_has_its_own_body(puppet_run):
+def test_a_run_rejects_a_given_body(puppet_run):
     with pytest.raises(gs.GaitsimError, match="defines its own body"):
         gs.imitate(puppet_run().path, body="spider")
 
 
-def test_wrong_arguments_in_python_are_one_message(champion):
+def test_invalid_arguments_in_python_are_one_message(champion):
     for arguments, says in (
         ({"epoch": 3}, "epoch"),
         ({"epochs": 0}, "epochs"),

@@ -1,4 +1,4 @@
-"""The default spider's champion, which is learnt, played, and judged."""
+"""Imitators of the default spider's champion: training, playing and evaluation."""
 
 import json
 from functools import partial
@@ -29,7 +29,7 @@ def evolved(experiment, path):
 
 @pytest.fixture(scope="module")
 def spider(tmp_path_factory):
-    """A run of the default spider, cut short."""
+    """Evolve the default spider for fewer generations, and return the run."""
     experiment = load_experiment("spider", {"evolution.generations": 80})
     return evolved(experiment, tmp_path_factory.mktemp("imitation") / "spider")
 
@@ -44,7 +44,7 @@ def puppet_run(puppet, tmp_path, monkeypatch):
     "settings",
     [pytest.param(SETTINGS[name], id=name, marks=pytest.mark.slow) for name in SETTINGS],
 )
-def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
+def test_the_imitator_walks_nine_tenths_of_the_distance(spider, settings):
     expert = spider.individual()
     result = imitate(expert, settings)
     whole, reached = (individual.measures["forward"] for individual in (expert, result.played))
@@ -52,7 +52,7 @@ def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
     assert result.forward_kept == reached / whole
     assert reached >= 0.9 * whole
     assert result.imitation.commanded.shape == (300, 24)
-    # It walks rather than repeats: every joint that the expert moves is moved by it.
+    # It really walks: it moves every joint that the expert moves.
     moved = np.ptp(expert.joint_angles, axis=0) > 0.1
     assert (np.ptp(result.imitation.commanded, axis=0)[moved] > 0.05).all()
     assert result.one_step < 1e-5
@@ -68,7 +68,7 @@ def test_the_expert_walks_straight_and_never_falls(spider):
     assert measures["least margin"] > 0
 
 
-def test_what_the_body_cannot_follow_is_counted(spider):
+def test_commanded_angles_beyond_the_limits_are_counted(spider):
     result = imitate(spider.individual(), SETTINGS["source"])
     played, commanded = result.imitation.gait.angles, result.imitation.commanded
     assert result.beyond_limits == np.count_nonzero(np.abs(played - commanded) > 1e-6)
@@ -113,7 +113,7 @@ def test_all_activations_are_compared(spider, gaitsim, tmp_path):
     assert load_imitator(tmp_path / "imitator.npz").imitator.network.activation == "tanh"
 
 
-def test_a_short_way_names_the_other_settings_and_a_missing_folder_is_created(
+def test_a_short_walk_suggests_other_settings_and_a_missing_folder_is_created(
     spider, gaitsim, tmp_path
 ):
     out = tmp_path / "new" / "folder"
@@ -122,7 +122,7 @@ def test_a_short_way_names_the_other_settings_and_a_missing_folder_is_created(
     assert (out / "imitator.npz").is_file()
 
 
-def test_a_third_partys_body_without_play(puppet_run, gaitsim):
+def test_a_third_party_body_without_play(puppet_run, gaitsim):
     said = gaitsim("imitate", puppet_run.path, "--epochs", 2)
     assert "network 3-48-3" in said.stdout
     assert "cannot play joint angles" in said.stdout
@@ -132,7 +132,7 @@ def test_a_third_partys_body_without_play(puppet_run, gaitsim):
     assert plain["expert"]["measures"]["reach"] > 0
 
 
-def test_a_third_partys_body_with_play(puppet_run, puppets, monkeypatch, gaitsim):
+def test_a_third_party_body_with_play(puppet_run, puppets, monkeypatch, gaitsim):
     def play(self, joint_angles):
         held = np.clip(joint_angles, -1.0, 1.0)
         return Motion(4.0, {"joint_angles": held, "reach": np.sin(held[:, -1]).sum(axis=1)})
@@ -174,7 +174,7 @@ def test_a_body_without_joint_angles_is_one_message(puppets, puppet_run, monkeyp
         (("run", "--out", "run/experiment.toml/new"), "experiment.toml is not a folder"),
     ],
 )
-def test_bad_input_is_one_message(puppet_run, gaitsim, arguments, says):
+def test_invalid_input_is_one_message(puppet_run, gaitsim, arguments, says):
     said = gaitsim("imitate", *arguments, code=2)
     assert says in said.stderr
     assert not (puppet_run.path / "exports" / "imitator.npz").exists()

@@ -11,7 +11,7 @@ from gaitsim.network import ACTIVATION_CODES, Network
 
 
 def waves(frames=40, joints=3, period=20.0, amplitude=0.3):
-    """A gait: one sine, a phase a joint."""
+    """Return a gait of one sine with a different phase for each joint."""
     time = np.arange(frames)[:, None]
     return amplitude * np.sin(2 * np.pi * time / period + np.arange(joints))
 
@@ -35,7 +35,7 @@ def test_a_step_follows_the_networks_gradient(activation, output):
 
 
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
-def test_the_same_seed_gives_the_same_bits_whatever_the_chunks(settings, monkeypatch):
+def test_a_seed_determines_the_network_whatever_the_chunks(settings, monkeypatch):
     short = Settings(**{**vars(settings), "epochs": 7})
     one, errors = learn(waves(), short)
     monkeypatch.setattr(module, "CHUNK", 3)
@@ -48,17 +48,17 @@ def test_the_same_seed_gives_the_same_bits_whatever_the_chunks(settings, monkeyp
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
-def test_it_learns(settings, activation):
+def test_the_error_falls(settings, activation):
     chosen = Settings(**{**vars(settings), "activation": activation, "epochs": 400})
     imitator, errors = learn(waves(), chosen)
-    standing = np.mean(np.diff(waves(), axis=0) ** 2)  # an answer that repeats its question
+    standing = np.mean(np.diff(waves(), axis=0) ** 2)  # the error of repeating the input
     assert errors[-1] < standing / 3
     assert errors[-1] < errors[0]
     assert imitator.one_step_error(waves()) == pytest.approx(errors[-1], rel=1e-9)
     assert imitator.network.sizes == (3, 48, 3)
 
 
-def test_it_plays_on_its_own_from_the_first_frame():
+def test_free_running_starts_from_the_first_frame():
     expert = waves()
     imitator, _ = learn(expert, Settings(activation="tanh"))
     played = imitator.free_run(expert[0], 60)
@@ -70,7 +70,7 @@ def test_it_plays_on_its_own_from_the_first_frame():
     assert np.abs(played[:40] - expert).max() < 0.1
 
 
-def test_what_runs_away_stays_a_number():
+def test_diverging_angles_stay_finite():
     imitator, _ = learn(waves(), Settings(epochs=1))
     wild = Network(
         tuple(100 * weight for weight in imitator.network.weights), imitator.network.biases
@@ -80,7 +80,7 @@ def test_what_runs_away_stays_a_number():
     assert np.abs(played).max() == pytest.approx(2 * np.pi)
 
 
-def test_a_steady_network_sees_the_middle_of_the_range_as_zero():
+def test_normalised_inputs_are_zero_in_the_middle_of_the_range():
     expert = waves() + np.array([1.0, -2.0, 0.0])
     imitator, _ = learn(expert, Settings(epochs=1, normalise=True))
     assert imitator.centre == pytest.approx([1.0, -2.0, 0.0], abs=0.02)
@@ -100,7 +100,7 @@ def test_progress_counts_every_epoch():
     assert said == [module.CHUNK, module.CHUNK, 1]
 
 
-def test_a_training_that_diverges_is_refused():
+def test_a_diverging_training_is_an_error():
     with pytest.raises(GaitsimError, match="diverged") as error:
         learn(waves(amplitude=3.0), Settings(learning_rate=10.0))
     assert "smaller learning rate" in str(error.value)

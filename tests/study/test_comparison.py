@@ -13,7 +13,7 @@ from gaitsim.study.running import repeat_experiment
 SHORT = {"evolution.population": 9, "evolution.generations": 12}
 
 
-def compared(
+def compare_experiments(
     *names: str, targets: tuple[float, ...] = (), more: Overrides | None = None, repeats: int = 40
 ):
     budget, loaded = equal_budgets(load_experiments(names, SHORT | (more or {})), None)
@@ -22,7 +22,7 @@ def compared(
 
 
 def test_equal_experiments_do_not_differ() -> None:
-    found = compared("millipede-double-mutation", "millipede-double-mutation")
+    found = compare_experiments("millipede-double-mutation", "millipede-double-mutation")
     (pair,) = found.pairs
     assert (pair.first, pair.second) == (
         "millipede-double-mutation",
@@ -36,7 +36,7 @@ def test_equal_experiments_do_not_differ() -> None:
 
 def test_a_large_difference_is_found() -> None:
     longer = {"evolution.population": 35, "evolution.generations": 37}
-    found = compared("millipede-random", "millipede-crossover", "millipede", more=longer)
+    found = compare_experiments("millipede-random", "millipede-crossover", "millipede", more=longer)
     assert len(found.pairs) == 3
     pair = found.pairs[0]
     assert pair.differs
@@ -44,7 +44,7 @@ def test_a_large_difference_is_found() -> None:
 
 
 def test_the_default_targets_are_quartiles_of_all_scores() -> None:
-    found = compared("millipede-random", "millipede-crossover")
+    found = compare_experiments("millipede-random", "millipede-crossover")
     every = np.sort(np.concatenate([one.final for one in found.samples.values()]))
     step = 10 ** np.floor(np.log10(np.ptp(every)) - 3)
     assert len(found.ert_targets) == 3
@@ -54,8 +54,8 @@ def test_the_default_targets_are_quartiles_of_all_scores() -> None:
     assert found.ert_rule in methods(found)
 
 
-def test_a_target_out_of_reach_is_said_in_one_line() -> None:
-    found = compared("millipede-random", "millipede", targets=(3, 98, 99), repeats=9)
+def test_unreached_targets_are_reported_in_one_line() -> None:
+    found = compare_experiments("millipede-random", "millipede", targets=(3, 98, 99), repeats=9)
     (note,) = found.notes
     assert "98 or any higher target" in note
     assert note in report(found, "x", [])
@@ -67,8 +67,10 @@ def test_a_target_out_of_reach_is_said_in_one_line() -> None:
     assert given["targets_chosen"] == given["ert_targets_chosen"] == "given by the user"
 
 
-def test_few_repeats_or_equal_scores_are_said() -> None:
-    samples = compared("millipede-random", "millipede", "millipede-mutation", repeats=9).samples
+def test_too_few_repeats_and_equal_scores_are_reported() -> None:
+    samples = compare_experiments(
+        "millipede-random", "millipede", "millipede-mutation", repeats=9
+    ).samples
     few = {key: Sample(one.experiment, one.best[:2]) for key, one in samples.items()}
     scores, targets = analyse(few, 108).notes
     assert "2 repeats are too few" in scores
@@ -82,7 +84,7 @@ def test_few_repeats_or_equal_scores_are_said() -> None:
     assert report(found, "x", [])
 
 
-def test_the_order_of_experiments_changes_no_number(tmp_path) -> None:
+def test_the_order_of_experiments_changes_no_result(tmp_path) -> None:
     one, other = tmp_path / "a.toml", tmp_path / "b.toml"
     text = gs.load_experiment("millipede").to_toml()
     one.write_text(text)
@@ -95,7 +97,7 @@ def test_the_order_of_experiments_changes_no_number(tmp_path) -> None:
     assert forward == backward
     seeds = [e.seed for e in budgets[0].values()]
     assert len(set(seeds)) == len(given)
-    # Another competitor changes nothing, and the files that are written give the same again.
+    # A third experiment changes nothing, and the written files reproduce the results.
     assert load_experiments(given[1:3], {})["millipede-random"].seed == seeds[2]
     for label, text in forward.items():
         (tmp_path / f"{label}.toml").write_text(text)
@@ -105,7 +107,7 @@ def test_the_order_of_experiments_changes_no_number(tmp_path) -> None:
 
 def test_statistics_do_not_depend_on_the_order() -> None:
     names = ("millipede-random", "millipede-mutation", "millipede-random")
-    one, other = (to_dict(compared(*way, repeats=9)) for way in (names, names[::-1]))
+    one, other = (to_dict(compare_experiments(*way, repeats=9)) for way in (names, names[::-1]))
     assert one["experiments"] == other["experiments"]
     assert (one["targets"], one["ert_targets"]) == (other["targets"], other["ert_targets"])
     for kind in ("comparisons", "target_comparisons"):
@@ -121,27 +123,27 @@ def test_statistics_do_not_depend_on_the_order() -> None:
             }
 
 
-def test_experiments_of_other_populations_have_equal_budgets() -> None:
+def test_experiments_with_different_populations_have_equal_budgets() -> None:
     one, other = load_experiments(["millipede", "millipede-random"], SHORT).values()
     other = with_overrides(other, {"evolution.population": 41})
     sizes = one.individuals, other.individuals
     assert sizes[0] < sizes[1] < 12 * sizes[0]
     budget, short = equal_budgets({"a": one, "b": other}, None)
-    assert budget == 12 * sizes[0]  # the whole of the first one
+    assert budget == 12 * sizes[0]  # all of the first experiment
     lengths = [e.evolution.generations for e in short.values()]
     assert lengths == [12, budget // sizes[1]]
     samples = {k: Sample(e, repeat_experiment(e, 5)) for k, e in short.items()}
     found = analyse(samples, budget, ())
     assert budget - sizes[1] < samples["b"].evaluations[-1] <= budget == found.evaluations
-    # A generation of the whole budget is allowed, a larger one is not.
+    # A generation may use the whole budget, but not more.
     assert equal_budgets({"a": one, "b": other}, sizes[1])[1]["b"].evolution.generations == 1
     with pytest.raises(GaitsimError, match="not enough for one generation of b") as caught:
         equal_budgets({"a": one, "b": other}, sizes[1] - 1)
     assert str(sizes[1]) in caught.value.allowed
 
 
-def test_report_and_json_hold_the_figures() -> None:
-    found = compared("millipede-random", "millipede-mutation", targets=(3.0, 4.0))
+def test_report_and_json_hold_the_numbers() -> None:
+    found = compare_experiments("millipede-random", "millipede-mutation", targets=(3.0, 4.0))
     text = report(found, "gaitsim compare a b", [])
     for piece in ("after 108 evaluations, 40 repeats", "A12", "ERT", "gaitsim compare a b", "Holm"):
         assert piece in text
@@ -158,23 +160,23 @@ def test_report_and_json_hold_the_figures() -> None:
     ("arguments", "says"),
     [
         ({"experiments": "millipede"}, "a comparison needs two experiments"),
-        ({"repeats": 1}, "1 is not a number of repeats"),
-        ({"evaluations": 9.5}, "9.5 is not a number of evaluations"),
+        ({"repeats": 1}, "invalid number of repeats: 1"),
+        ({"evaluations": 9.5}, "invalid number of evaluations: 9.5"),
         ({"evaluations": 8}, "not enough for one generation"),
         ({"evaluations": 10**12}, "not allowed: number of generations"),
-        ({"targets": [1, float("inf")]}, "inf is not a score"),
-        ({"targets": "high"}, "'high' is not a score"),
+        ({"targets": [1, float("inf")]}, "invalid target: inf"),
+        ({"targets": "high"}, "invalid target: 'high'"),
     ],
 )
-def test_mistakes_are_told_before_anything_is_evolved(arguments, says) -> None:
+def test_invalid_arguments_are_reported_before_any_evolution(arguments, says) -> None:
     with pytest.raises(GaitsimError, match=says):
         gs.compare(**{"experiments": ["millipede", "millipede"], "set": SHORT} | arguments)
 
 
-def test_in_python_it_is_the_same_comparison() -> None:
+def test_python_and_the_command_give_the_same_comparison() -> None:
     names = ["millipede-random", "millipede-mutation"]
     found = gs.compare(names, repeats=40, set=SHORT, targets=[3.0])
-    same = compared(*names, targets=(3.0,))
+    same = compare_experiments(*names, targets=(3.0,))
     assert to_dict(found) == to_dict(same)
     assert found.plot("convergence").axes[0].get_xlim() == (0, found.evaluations)
     with pytest.raises(GaitsimError, match="convergence, ecdf"):

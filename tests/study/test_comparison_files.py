@@ -1,4 +1,4 @@
-"""The report follows from its files alone, here without the code that wrote it."""
+"""The report can be recomputed from its files alone, without the code that wrote them."""
 
 import csv
 import io
@@ -33,7 +33,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def tables(found) -> list[list[list[str]]]:
-    """The rows of each table of the report."""
+    """Return the rows of each table of the report."""
     parts = report(found, "x", []).split("\n## ")[1:]
     lines = [[line for line in part.splitlines() if line.startswith("|")][2:] for part in parts]
     return [[line.strip("| ").split(" | ") for line in rows] for rows in lines]
@@ -41,7 +41,7 @@ def tables(found) -> list[list[list[str]]]:
 
 @pytest.fixture(scope="module")
 def runs(found) -> dict[str, list[list[tuple[int, float]]]]:
-    """The evaluations and scores of each repeat, by experiment."""
+    """Return the evaluations and scores of each repeat, by experiment."""
     held = {label: [[] for _ in range(REPEATS)] for label in GENERATIONS}
     for row in csv.DictReader(io.StringIO(results(found))):
         at = int(row["evaluations"]), float(row["best"])
@@ -61,15 +61,15 @@ def bounds(values) -> list[float]:
     return np.percentile(values, [2.5, 97.5]).tolist()
 
 
-def draws(tables, label) -> np.ndarray:
+def resamples(tables, label) -> np.ndarray:
     (seed,) = (int(row[2]) for row in tables[-1] if row[1] == label)
     return np.random.default_rng([seed, REPEATS]).integers(0, REPEATS, (9999, REPEATS))
 
 
-def test_the_scores(found, tables, runs) -> None:
+def test_the_scores_follow_from_the_files(found, tables, runs) -> None:
     finals = {label: np.array([run[-1][1] for run in each]) for label, each in runs.items()}
     for row, (label, final) in zip(tables[0], finals.items(), strict=True):
-        medians = np.median(final[draws(tables, label)], axis=1)
+        medians = np.median(final[resamples(tables, label)], axis=1)
         values = [np.median(final), *bounds(medians), *np.quantile(final, [0.25, 0.75])]
         form = "{:.3f} | {:.3f} to {:.3f} | {:.3f} to {:.3f} | {:.3f} to {:.3f}"
         assert row == [label, *cell([*values, final.min(), final.max()], form)]
@@ -81,7 +81,7 @@ def test_the_scores(found, tables, runs) -> None:
     assert targets == pytest.approx(np.floor(pooled[[5, 11, 17]] / step) * step)
 
 
-def test_the_areas(found, tables, runs) -> None:
+def test_the_areas_follow_from_the_files(found, tables, runs) -> None:
     firsts = [np.median([run[0][1] for run in each]) for each in runs.values()]
     targets = np.linspace(
         min(firsts), max(run[-1][1] for each in runs.values() for run in each), 51
@@ -90,7 +90,7 @@ def test_the_areas(found, tables, runs) -> None:
     for row, (label, each) in zip(tables[2], runs.items(), strict=True):
         times = np.array([runtimes(each, target) for target in found.targets])
         area = np.maximum(0, 1 - times / found.evaluations).mean(axis=0)
-        resampled = bounds(area[draws(tables, label)].mean(axis=1))
+        resampled = bounds(area[resamples(tables, label)].mean(axis=1))
         values = [area.mean(), *resampled, 100 * np.isfinite(times).mean()]
         assert row == [label, *cell(values, "{:.3f} | {:.3f} to {:.3f} | {:.0f} %")]
         for one in csv.DictReader(io.StringIO(curves(found))):
@@ -99,20 +99,20 @@ def test_the_areas(found, tables, runs) -> None:
                 assert float(one["share"]) == pytest.approx(share)
 
 
-def test_the_running_times(tables, runs) -> None:
+def test_the_running_times_follow_from_the_files(tables, runs) -> None:
     for target, label, *row in tables[3]:
         times = runtimes(runs[label], float(target))
         won = np.isfinite(times)
         spent = np.where(won, times, runs[label][0][-1][0])
-        drawn = draws(tables, label)
+        drawn = resamples(tables, label)
         low, high = bounds(won[drawn].sum(axis=1) / spent[drawn].sum(axis=1))
         ert, *ends = (1 / one if one else math.inf for one in (won.sum() / spent.sum(), high, low))
         text = "{} of {} | {:,.0f} | {:,.0f} to {:,.0f}".format(won.sum(), REPEATS, ert, *ends)
         assert row == text.replace("inf to inf", "–").replace("inf", "∞").split(" | ")
 
 
-def ranked(one, other) -> float:
-    """Twice the smaller tail of the rank sum, by counting the ways to deal the ranks."""
+def rank_test(one, other) -> float:
+    """Return twice the smaller tail of the rank sum, by enumerating all assignments of ranks."""
     ranks = (2 * stats.rankdata([*one, *other])).astype(int).tolist()
     ways = [Counter({0: 1}), *(Counter() for _ in one)]
     for rank in ranks:
@@ -131,11 +131,11 @@ def holm(values) -> list[float]:
     return [min(1, max(steps[: ordered.index(p) + 1])) for p in values]
 
 
-def test_the_tests_at_the_targets(tables, runs) -> None:
+def test_the_tests_at_the_targets_follow_from_the_files(tables, runs) -> None:
     times = [[runtimes(each, float(target)) for each in runs.values()] for target, *_ in tables[4]]
     won = [[int(np.isfinite(one).sum()) for one in pair] for pair in times]
     fisher = [stats.fisher_exact([pair, [REPEATS - k for k in pair]]).pvalue for pair in won]
-    ranks = [ranked(*pair) for pair in times]
+    ranks = [rank_test(*pair) for pair in times]
     for column, values in ((2, fisher), (3, ranks)):
         said = [f"{p:.2g} ({q:.2g})" for p, q in zip(values, holm(values), strict=True)]
         assert [row[column] for row in tables[4]] == said

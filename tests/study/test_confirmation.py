@@ -6,8 +6,8 @@ from in_turn import InTurn
 from scipy import stats
 
 from gaitsim.study.confirmation import search
-from gaitsim.study.confirming import confirm
 from gaitsim.study.file import cells, parse_study
+from gaitsim.study.fresh_repeats import confirm
 from gaitsim.study.means import Means
 from gaitsim.study.results import write_results
 from gaitsim.study.running import FRESH, results, run_cells
@@ -34,21 +34,21 @@ def study():
 
 
 def means(true, repeats):
-    """The means of repeats whose scores are drawn about true means, (generations,)."""
+    """Return the means of repeats whose scores are drawn around true means, (generations,)."""
     error = np.full(len(true), SPREAD / np.sqrt(repeats))
     return Means(repeats, DRAWN.normal(true, error), error, np.zeros(len(true)))
 
 
-def truth(cell):
-    """A mean that grows with population and generations, (generations,)."""
+def true_means(cell):
+    """Return means that grow with population and generations, (generations,)."""
     generations = np.arange(2, cell.experiment.evolution.generations + 1, 2)
     return 5 + (generations * cell.experiment.evolution.population - 60) / 60
 
 
-def found_by(study, true, sweep=None, refused=0):
-    """What a search reports, and the cells that it asked for, round by round.
+def run_search(study, true, sweep=None, failing=0):
+    """Return the result of a search, and the cells that it requested in each round.
 
-    The first `refused` tests get means far below the target.
+    The first `failing` tests get means far below the target.
     """
     every = [(cell, sweep or means(true(cell), 20)) for cell in CELLS]
     going, rounds, seeds, answer = search(study, study.target, every), [], {}, None
@@ -62,13 +62,13 @@ def found_by(study, true, sweep=None, refused=0):
             known = seeds.setdefault(cell.index, [])
             known += [cell.experiment.seed] * (cell.experiment.seed not in known)
             test = known.index(cell.experiment.seed) == 1
-            lower, refused = (99, refused - 1) if test and refused else (0, refused)
+            lower, failing = (99, failing - 1) if test and failing else (0, failing)
             answer.append(means(true(cell) - lower, study.fresh.repeats))
 
 
-def test_intervals_are_students_and_survive_failures():
+def test_intervals_without_skew_are_students_and_allow_for_failures():
     half = np.random.default_rng(0).normal(size=(9, 4))
-    scores = np.concatenate([half, -half])  # of no skew
+    scores = np.concatenate([half, -half])  # no skew
     scores[2, 1] = -np.inf
     scores[:, 2] = 1.7e308
     scores[:, 3] = 3.0
@@ -82,31 +82,31 @@ def test_intervals_are_students_and_survive_failures():
     assert Means.of(scores[:1]).interval(0.95)[0][0] == -np.inf
 
 
-def test_intervals_of_skewed_scores_exceed_the_true_mean_as_seldom_as_they_say():
+def test_intervals_of_skewed_scores_have_their_confidence_level():
     drawn = np.random.default_rng(1)
-    lost = drawn.random((300, 4000)) < 0.08  # of scores that are 10, or 1 lower to 3 lower
+    lost = drawn.random((300, 4000)) < 0.08  # scores of 10, or lower by 1 to 3
     scores = 10 - lost * drawn.uniform(1, 3, lost.shape)
     low, high = Means.of(scores).interval(0.95)
     true = 10 - 0.08 * 2
     assert (low > true).mean() < 0.035
     assert (high < true).mean() < 0.035
     straight = scores.mean(axis=0) - 1.968 * stats.sem(scores)
-    assert (straight > true).mean() > 0.045  # what Student's t alone would do
+    assert (straight > true).mean() > 0.045  # as with Student's t alone
 
 
-def test_what_a_lucky_sweep_proposes_is_seldom_claimed(study):
+def test_false_candidates_of_a_sweep_are_rarely_confirmed(study):
     wrong = reached = 0
     for _ in range(100):
-        found, _ = found_by(study, lambda cell: np.full(len(truth(cell)), 5 - 1e-9))
+        found, _ = run_search(study, lambda cell: np.full(len(true_means(cell)), 5 - 1e-9))
         wrong += found.reached
-        found, _ = found_by(study, truth)
+        found, _ = run_search(study, true_means)
         reached += found.reached and found.population * found.generations >= 60
     assert wrong < 8  # 2.5 % of 100, and three standard deviations
     assert reached > 90
 
 
-def test_nothing_is_repeated_that_costs_more_than_what_surely_reaches(study):
-    found, rounds = found_by(study, lambda cell: 100 * (truth(cell) - 5) + 4.9)
+def test_cells_that_cost_more_than_a_clear_candidate_are_not_repeated(study):
+    found, rounds = run_search(study, lambda cell: 100 * (true_means(cell) - 5) + 4.9)
     cost = found.population * found.generations
     assert found.reached
     assert cost == 66  # 11 × 6; 60 is missed by 0.1
@@ -114,40 +114,40 @@ def test_nothing_is_repeated_that_costs_more_than_what_surely_reaches(study):
     assert all(one.population * one.generations <= cost for one in evolutions)
 
 
-def test_a_refused_candidate_gives_way_to_the_next_at_half_the_error(study):
-    usual, _ = found_by(study, lambda cell: 100 * (truth(cell) - 5) + 4.9)
-    later, _ = found_by(study, lambda cell: 100 * (truth(cell) - 5) + 4.9, refused=1)
+def test_after_a_failed_test_the_next_candidate_has_half_the_error(study):
+    usual, _ = run_search(study, lambda cell: 100 * (true_means(cell) - 5) + 4.9)
+    later, _ = run_search(study, lambda cell: 100 * (true_means(cell) - 5) + 4.9, failing=1)
     assert (usual.level, usual.reached, later.reached) == (0.975, True, True)
-    # All generations of the refused row are of one set, so several tests may fail.
+    # One set covers all generations of the failing row, so several tests may fail.
     assert 1 - later.level in [pytest.approx(0.025 / 2**k) for k in range(1, 4)]
     cost, more = (one.population * one.generations for one in (usual, later))
     assert more > cost
 
 
 @pytest.mark.parametrize("target", [9.0, 1e300])
-def test_a_target_that_nothing_reaches_shows_the_highest_mean(study, target):
+def test_an_unreached_target_reports_the_highest_mean(study, target):
     changed = study.model_copy(update={"target": target})
-    found, rounds = found_by(changed, truth)
+    found, rounds = run_search(changed, true_means)
     assert not found.reached
     assert (found.population >= 9, found.repeats) == (True, 400)
-    assert found.low < truth(rounds[-1][0])[-1] < found.high
+    assert found.low < true_means(rounds[-1][0])[-1] < found.high
 
 
-def test_the_highest_mean_of_an_unlucky_sweep_is_tested_last(study):
+def test_the_highest_mean_below_the_target_is_tested_last(study):
     low = Means(20, np.full(4, 4.0), np.full(4, 0.1), np.zeros(4))
-    found, rounds = found_by(study, lambda cell: truth(cell) + 1, low)
+    found, rounds = run_search(study, lambda cell: true_means(cell) + 1, low)
     assert len(rounds) == 1
     assert found.reached
     assert found.low >= 5
 
 
-def test_repeats_that_all_fail_reach_nothing_and_are_not_repeated(study):
+def test_cells_whose_repeats_all_fail_are_not_tested(study):
     failed = Means.of(np.full((20, 4), -np.inf))
-    found, rounds = found_by(study, truth, sweep=failed)
+    found, rounds = run_search(study, true_means, sweep=failed)
     assert (found.reached, found.mean, found.repeats, rounds) == (False, -np.inf, 0, [])
 
 
-def test_a_stopped_confirmation_continues_to_the_same_end(study, tmp_path):
+def test_a_stopped_confirmation_resumes_to_the_same_result(study, tmp_path):
     few = study.model_copy(update={"confirm": 100})
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     for folder in (whole, cut):
@@ -175,6 +175,6 @@ def test_a_stopped_confirmation_continues_to_the_same_end(study, tmp_path):
     assert not any(np.array_equal(one, other) for one in fresh for other in swept)
 
 
-def test_no_target_needs_no_fresh_repeats(study, tmp_path):
+def test_without_a_target_there_are_no_fresh_repeats(study, tmp_path):
     assert confirm(tmp_path, study.model_copy(update={"target": None}), [], 1) == []
     assert not [*tmp_path.iterdir()]

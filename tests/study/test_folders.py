@@ -1,4 +1,4 @@
-"""Folders of studies and comparisons at a glance, also those that strangers sent."""
+"""Summaries of the folders of studies and comparisons, including untrusted ones."""
 
 import os
 import sys
@@ -11,9 +11,9 @@ from gaitsim.runs.files.lock import RunLock
 from gaitsim.study.comparison import Sample, analyse
 from gaitsim.study.comparison_report import report, tables
 from gaitsim.study.competitors import load_experiments
-from gaitsim.study.confirming import confirm
-from gaitsim.study.file import cells, parse_study, resolved
+from gaitsim.study.file import cells, experiment_files, parse_study
 from gaitsim.study.folders import LARGEST_REPORT, MOST_ROWS, list_folders, read_report, sections
+from gaitsim.study.fresh_repeats import confirm
 from gaitsim.study.results import table, write_results
 from gaitsim.study.running import results, run_cells
 
@@ -31,11 +31,11 @@ target = 2.0
 
 @pytest.fixture
 def studies(tmp_path):
-    """A folder with a study of which one cell of two is finished."""
+    """Return a folder with a study that has finished one of two cells."""
     folder = tmp_path / "studies/small"
     folder.mkdir(parents=True)
     study = parse_study(STUDY, "small.toml")
-    for name, text in {"study.toml": STUDY, **resolved(study)}.items():
+    for name, text in {"study.toml": STUDY, **experiment_files(study)}.items():
         (folder / name).write_text(text)
     list(run_cells(folder, study, cells(study)[:1], 1))
     return tmp_path / "studies"
@@ -49,21 +49,21 @@ def finish(folder):
     return study
 
 
-def the(studies):
+def only_folder(studies):
     (found,) = list_folders([studies])
     return found
 
 
-class TestAtAGlance:
+class TestListFolders:
     def test_a_study_is_stopped_running_or_finished(self, studies):
-        one = the(studies)
+        one = only_folder(studies)
         assert (one.kind, one.state, one.done, one.total) == ("study", "stopped", 1, 2)
         assert one.description == "a small one"
         lock = RunLock(studies / "small")
-        assert the(studies).state == "running"
+        assert only_folder(studies).state == "running"
         lock.release()
         finish(studies / "small")
-        assert (the(studies).state, the(studies).done) == ("finished", 2)
+        assert (only_folder(studies).state, only_folder(studies).done) == ("finished", 2)
 
     def test_a_comparison_is_finished_with_its_report(self, tmp_path):
         (tmp_path / "a-against-b").mkdir()
@@ -75,20 +75,20 @@ class TestAtAGlance:
         (one,) = list_folders([tmp_path])
         assert one.state == "finished"
 
-    def test_one_that_is_damaged_says_why(self, studies):
+    def test_a_damaged_study_has_a_problem(self, studies):
         (studies / "small/study.toml").write_text("name = 3\n")
-        assert the(studies).state == "damaged"
-        assert "experiments is required" in str(the(studies).problem)
+        assert only_folder(studies).state == "damaged"
+        assert "experiments is required" in str(only_folder(studies).problem)
 
-    def test_other_folders_files_and_links_are_left_out(self, studies):
+    def test_other_folders_files_and_links_are_ignored(self, studies):
         (studies / "other").mkdir()
         (studies / "file").write_text("")
         (studies / "link").symlink_to("small")
-        assert the(studies).path.name == "small"
+        assert only_folder(studies).path.name == "small"
 
 
-class TestResults:
-    def test_those_of_a_study_are_its_report_and_each_cell_with_its_interval(self, studies):
+class TestSections:
+    def test_a_study_has_its_report_and_each_cell_with_its_interval(self, studies):
         folder = studies / "small"
         study = finish(folder)
         first, cheapest, every = sections(folder)
@@ -100,14 +100,14 @@ class TestResults:
         ]
         (_, best), *_ = results(folder, study, cells(study))[0]
         last = best[:, -1]
-        # 4.302653 is Student's t of 97.5 % with two degrees of freedom.
+        # 4.302653 is the 97.5 % quantile of Student's t with two degrees of freedom.
         half = 4.302653 * last.std(ddof=1) / np.sqrt(3)
         row = dict(zip(every.columns, every.rows[0], strict=True))
         assert row["generations"] == "4"
         assert row["mean ± 95 %"] == f"{last.mean():.4f} ± {half:.4f}"
         assert row["median"] == f"{np.median(last):.4f}"
 
-    def test_those_of_a_comparison_are_all_its_tables(self):
+    def test_a_comparison_has_all_its_tables(self):
         loaded = load_experiments(["millipede-random", "millipede-random"], {})
         scores = np.random.default_rng(0).random((5, 9)).cumsum(axis=1)
         found = analyse({key: Sample(one, scores) for key, one in loaded.items()}, 9999, [2.0])
@@ -120,7 +120,7 @@ class TestResults:
         assert read[2].rows[0][-1] == "no"
         assert read[-1].command == "gaitsim compare 'a b' c"
 
-    def test_a_bar_in_a_name_stays(self):
+    def test_a_vertical_bar_in_a_name_is_kept(self):
         read = read_report("# x\n\n| a | b |\n| --- | --- |\n| p\\|q | 1 |\n")
         assert read[0].rows == (("p|q", "1"),)
 
@@ -134,14 +134,14 @@ class TestResults:
         ],
         ids=["no text", "too large", "other columns", "no table"],
     )
-    def test_files_of_strangers_are_refused(self, studies, name, content, says):
+    def test_foreign_files_are_rejected(self, studies, name, content, says):
         (studies / "small" / name).write_bytes(content)
         with pytest.raises(GaitsimError, match=says):
             sections(studies / "small")
 
     @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs pipes and links")
     @pytest.mark.parametrize("name", ["report.md", "results.csv"])
-    def test_pipes_and_links_are_refused(self, studies, name):
+    def test_pipes_and_links_are_rejected(self, studies, name):
         for make in (os.mkfifo, lambda path: path.symlink_to("/etc/passwd")):
             path = studies / "small" / name
             path.unlink(missing_ok=True)
@@ -149,7 +149,7 @@ class TestResults:
             with pytest.raises(GaitsimError, match="cannot read"):
                 sections(studies / "small")
 
-    def test_a_long_table_is_cut_and_odd_rows_are_left_out(self, studies):
+    def test_a_long_table_is_cut_and_invalid_rows_are_ignored(self, studies):
         study = parse_study(STUDY, "small.toml")
         head = table(study, ()).strip()
         rest = "5,4,20,3,nonsense,0,0,0,0,0,0"

@@ -1,4 +1,4 @@
-"""Folders of studies from strangers: a study resumes, or ends with one message."""
+"""Untrusted folders of studies: a study resumes, or ends with one message."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render.plots.surfaces import plot_surfaces
 from gaitsim.study.file import MOST_SCORES, cells, parse_study, read_study
 from gaitsim.study.results import write_results
-from gaitsim.study.running import CELLS, FRESH, finished, results, run_cells
+from gaitsim.study.running import CELLS, FRESH, read_result, results, run_cells
 
 SMALL = """
 name = "small"
@@ -30,7 +30,7 @@ millipede-random = { population = 5, generations = 4 }
 
 @pytest.fixture(scope="module")
 def studied(tmp_path_factory):
-    """The folder of a finished study."""
+    """Return the folder of a finished study."""
     study = parse_study(SMALL, "small.toml")
     folder = tmp_path_factory.mktemp("study")
     (folder / "study.toml").write_text(SMALL)
@@ -44,7 +44,7 @@ def studied(tmp_path_factory):
 
 @pytest.fixture
 def folder(studied, tmp_path):
-    """A copy of it, with something outside."""
+    """Return a copy of the study, beside a folder outside it."""
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside" / "file").write_text("theirs")
     return shutil.copytree(studied, tmp_path / "study")
@@ -83,7 +83,7 @@ ATTACKS = (pipe, link, link_to_nothing, link_to_a_folder, endless, huge, directo
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
-def test_each_file_of_a_study(attack, folder, gaitsim):
+def test_attacks_on_each_file_of_a_study(attack, folder, gaitsim):
     whole = folder.parent / "whole"
     folder.rename(whole)
     for file in ("study.toml", "1.toml", "results.csv", "report.md", ".lock", CELLS, FRESH):
@@ -92,11 +92,11 @@ def test_each_file_of_a_study(attack, folder, gaitsim):
         path = folder / file
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
         attack(path)
-        # A file that the study replaces does no harm; nor does a lock, which is only locked.
+        # Attacks on files that the study replaces, or only locks, have no effect.
         harmless = {pipe: file in ("results.csv", "report.md"), directory: file in (CELLS, FRESH)}
         harmless[huge] = file in ("results.csv", "report.md", ".lock")
         if file in (CELLS, FRESH) and attack is directory:
-            continue  # it is what it was: a folder
+            continue  # the attack changes nothing: it is a folder already
         said = gaitsim("study", folder, "--workers", 1, code=0 if harmless.get(attack) else 2)
         assert harmless.get(attack) or file in said.stderr
         outside = folder.parent / "outside"
@@ -104,7 +104,7 @@ def test_each_file_of_a_study(attack, folder, gaitsim):
         assert (outside / "file").read_text() == "theirs"
 
 
-def test_results_of_cells(folder):
+def test_damaged_results_are_missing(folder):
     study, _ = read_study(str(folder / "study.toml"))
     every = cells(study, folder)
     assert not results(folder, study, every)[1]
@@ -112,18 +112,18 @@ def test_results_of_cells(folder):
     for attack in ATTACKS:
         shutil.rmtree(first) if first.is_dir() and not first.is_symlink() else first.unlink()
         attack(first)
-        assert finished(folder, study, every[0]) is None
+        assert read_result(folder, study, every[0]) is None
     first.rmdir() if not any(first.iterdir()) else shutil.rmtree(first)
     for number in (np.nan, np.inf):
         np.save(first, np.full((2, 3), number))
-        assert finished(folder, study, every[0]) is None
+        assert read_result(folder, study, every[0]) is None
     for data in mutations((folder / CELLS / min((folder / CELLS).iterdir())).read_bytes(), 50):
         first.write_bytes(data)
-        best = finished(folder, study, every[0])
+        best = read_result(folder, study, every[0])
         assert best is None or best.shape == (2, 3)
 
 
-def test_scores_as_large_as_numbers_go(tmp_path):
+def test_the_largest_scores_are_summarised(tmp_path):
     study = parse_study(SMALL.replace('"organism.pairs" = [2]', ""), "s")
     found = [(cell, np.full((2, 3), score)) for cell in cells(study) for score in (1.7e308, -1e308)]
     write_results(tmp_path, study, found)
@@ -134,19 +134,19 @@ def test_scores_as_large_as_numbers_go(tmp_path):
         plot_surfaces(tmp_path, study, found)
 
 
-def test_a_study_records_so_many_scores():
+def test_the_number_of_recorded_scores_is_limited():
     text = SMALL.replace("repeats = 2", "repeats = 1_000_000").replace("= 3 }", "= 100_000_000 }")
     with pytest.raises(GaitsimError, match=f"more than {MOST_SCORES:,} scores"):
         cells(parse_study(text, "s"))
 
 
-def test_no_more_than_some_problems_are_told():
+def test_the_number_of_reported_problems_is_limited():
     text = SMALL.replace("[5, 7]", "{ from = 6, to = 100_000, step = 2 }")
     with pytest.raises(GaitsimError, match="cells after the first 20 were not checked"):
         cells(parse_study(text, "s"))
 
 
-def mutants_are_read_or_refused(number, path):
+def check_mutants(number, path):
     refused = count()
     for data in mutations(SMALL.encode(), number):
         path.write_bytes(data)
@@ -159,10 +159,10 @@ def mutants_are_read_or_refused(number, path):
     assert next(refused) > number // 2
 
 
-def test_mutants_of_a_study_file(tmp_path):
-    mutants_are_read_or_refused(50, tmp_path / "study.toml")
+def test_some_mutants_of_a_study_file_are_read_or_rejected(tmp_path):
+    check_mutants(50, tmp_path / "study.toml")
 
 
 @pytest.mark.slow
-def test_many_mutants_of_a_study_file(tmp_path):
-    mutants_are_read_or_refused(500, tmp_path / "study.toml")
+def test_many_mutants_of_a_study_file_are_read_or_rejected(tmp_path):
+    check_mutants(500, tmp_path / "study.toml")

@@ -22,10 +22,10 @@ def judgement(results):
     return Judgement("forward", "m", nominal, RANGES, {"friction": ""}, 0, worlds, outcomes)
 
 
-def test_runs_rank_by_the_worst_tenth_and_worlds_are_paired():
+def test_runs_are_ranked_by_the_worst_tenth_in_paired_worlds():
     """A constant difference in each world has no spread, however much the worlds differ."""
     results = RNG.normal(1.5, 0.3, 100)
-    wide = np.r_[np.full(90, 9.0), np.full(10, 0.1)]  # far on average, and ten bad worlds
+    wide = np.r_[np.full(90, 9.0), np.full(10, 0.1)]  # far on average, but with ten bad worlds
     found = ranking(
         {"wide": judgement(wide), "low": judgement(results - 0.2), "high": judgement(results)},
         RANGES,
@@ -59,6 +59,6 @@ def test_the_widest_ranges_are_used_and_named():
 
 
 @pytest.mark.parametrize(("runs", "named"), [(["a"], "two runs"), (["a", "./a"], "twice")])
-def test_fewer_than_two_runs_are_refused(runs, named):
+def test_fewer_than_two_runs_are_rejected(runs, named):
     with pytest.raises(GaitsimError, match=named):
         rank_in_worlds([Path(one) for one in runs])

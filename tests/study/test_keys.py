@@ -1,4 +1,4 @@
-"""No study reuses a result of another experiment."""
+"""Studies never reuse a result of a different experiment."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -39,13 +39,13 @@ def key(experiment, repeats=10, generations=(5, 10)):
 
 
 @pytest.mark.parametrize(("name", "given", "change"), CHANGES, ids=lambda one: str(one)[:50])
-def test_each_section_has_a_part_in_the_key(name, given, change):
+def test_the_key_depends_on_each_section(name, given, change):
     one = load_experiment(name, given)
     assert key(one) == key(load_experiment(name, given))
     assert key(one) != key(with_overrides(one, change))
 
 
-def test_every_number_of_every_section_has_a_part_in_the_key():
+def test_the_key_depends_on_every_number():
     one = load_experiment("walker", {"worlds.number": 3})
     keys = [key(one)]
     for section, model in one.sections().items():
@@ -57,12 +57,12 @@ def test_every_number_of_every_section_has_a_part_in_the_key():
     assert len({*keys}) == len(keys)
 
 
-def test_repeats_and_recorded_generations_have_a_part_in_the_key():
+def test_the_key_depends_on_repeats_and_recorded_generations():
     one = load_experiment("millipede")
     assert len({key(one), key(one, repeats=11), key(one, generations=(10,))}) == 3
 
 
-def test_versions_of_libraries_and_requirements_have_a_part_in_the_key(monkeypatch):
+def test_the_key_depends_on_versions_of_libraries_and_requirements(monkeypatch):
     one = load_experiment("millipede")
     keys = {key(one)}
     monkeypatch.setattr("gaitsim.study.keys._requirements", lambda package: ("jax",))
@@ -73,7 +73,7 @@ def test_versions_of_libraries_and_requirements_have_a_part_in_the_key(monkeypat
 
 
 @pytest.mark.slow
-def test_the_content_of_a_robots_file_has_a_part_in_the_key(tmp_path):
+def test_the_key_depends_on_the_content_of_a_robot_file(tmp_path):
     file = tmp_path / "mine.xml"
     text = (Path(gaitsim_robot.__file__).parent / "models/quadruped.xml").read_text()
     file.write_text(text)
@@ -93,7 +93,7 @@ repeats = 3
 """
 
 
-def test_a_study_edited_in_its_folder_runs_its_cells_again(gaitsim, tmp_path):
+def test_a_study_edited_in_its_folder_reruns_its_cells(gaitsim, tmp_path):
     (tmp_path / "rates.toml").write_text(STUDY)
     assert "2 of 2 cells to run" in gaitsim("study", "rates.toml", "--workers", 1).stderr
     folder = tmp_path / "studies/rates"

@@ -32,8 +32,8 @@ def test_expected_running_time_counts_failures() -> None:
     assert (found.successes, found.repeats) == (2, 3)
     assert found.ert == (20 + 30 + 10) / 2
     assert found.rate == pytest.approx(2 / 3)
-    # The least: three times the repeat that took ten. The most: a resample of the failed one,
-    # which is 1 in 27, more than the 2.5 % beyond the interval.
+    # Lower end: three times the repeat that took ten. Upper end: only the failed repeat, which is
+    # 1 in 27 resamples, more than the 2.5 % outside the interval.
     assert (found.low, found.high) == (10, np.inf)
     never = summarise_target(BEST, EVALUATIONS, 6.0, rng())
     assert (never.ert, never.low, never.high) == (np.inf, np.inf, np.inf)
@@ -48,9 +48,14 @@ RUNS = settings(max_examples=40, suppress_health_check=[HealthCheck.function_sco
 
 @RUNS
 @given(BESTS, st.integers(0, 6))
-def test_ert_is_that_of_hansen_and_others(scores: list[list[int]], target: int) -> None:
-    """Equation of Hansen et al. 2021: ERT = RT_s + (1 - p_s) / p_s RT_us, means of the runtimes of
-    the successful and of the unsuccessful runs; p_s is the share of successful ones."""
+def test_ert_agrees_with_the_equation_of_hansen_and_others(
+    scores: list[list[int]], target: int
+) -> None:
+    """ERT = RT_s + (1 − p_s) / p_s RT_us, after Hansen et al. (2021).
+
+    RT_s and RT_us are the mean runtimes of successful and unsuccessful runs; p_s is the share of
+    successful runs.
+    """
     runs = [np.maximum.accumulate(one).tolist() for one in scores]
     runtimes = [7 * (1 + next(i for i in range(4) if run[i] >= target))
                 for run in runs if run[-1] >= target]  # fmt: skip
@@ -62,34 +67,34 @@ def test_ert_is_that_of_hansen_and_others(scores: list[list[int]], target: int) 
     assert found.low <= found.high
 
 
-def test_the_interval_of_an_ert_covers_it_as_often_as_it_says() -> None:
-    """Runs of at most 5 generations of 1, which succeed in each with probability 0.3."""
+def test_the_interval_of_an_ert_has_its_confidence_level() -> None:
+    """Runs last at most 5 generations of 1, each of which succeeds with probability 0.3."""
     p, last = 0.3, 5
     tried = 1 - (1 - p) ** last
-    truth = 1 / p  # restarts until success are one geometric distribution
+    truth = 1 / p  # the number of restarts until success has a geometric distribution
     draws, covered = np.random.default_rng(3), 0
     for _ in range(100):
         runtime = draws.geometric(p, 60)
         best = (np.arange(1, last + 1) >= runtime[:, None]).astype(float)
         found = summarise_target(best, np.arange(1, last + 1), 1.0, draws)
         covered += found.low <= truth <= found.high
-    assert 0.8 < tried < 0.9  # some fail
+    assert 0.8 < tried < 0.9  # some repeats fail
     assert 87 <= covered <= 100  # 95, within three and a half standard deviations
 
 
-def test_ecdf_and_area_by_hand() -> None:
+def test_ecdf_and_area_of_a_small_example() -> None:
     found = ecdf(BEST, EVALUATIONS, 50, np.array([1.0, 2.0, 3.0, 5.0]), rng())
     # Of 12 pairs: after one generation 1 + 1 + 4, after two 4 + 2 + 4, after three 4 + 3 + 4.
     assert found.share.tolist() == [6 / 12, 10 / 12, 11 / 12]
-    # Nothing for ten evaluations, then three steps, the last one twice as long.
+    # Zero for ten evaluations, then three steps, the last one twice as long.
     assert found.area == pytest.approx((6 + 10 + 11 + 11) / 12 / 5)
-    # The areas of the worst and of the best repeat, each of which is 1 in 27 resamples.
+    # The areas of the worst and the best repeat; each alone is 1 in 27 resamples.
     assert (found.low, found.high) == pytest.approx((2.25 / 5, 4 / 5))
 
 
 @RUNS
 @given(BESTS, st.integers(1, 3))
-def test_the_ecdf_is_that_of_the_runtimes(scores: list[list[int]], size: int) -> None:
+def test_the_ecdf_is_the_distribution_of_runtimes(scores: list[list[int]], size: int) -> None:
     """A step function of evaluations does not depend on how generations are cut."""
     best = np.maximum.accumulate(np.array(scores, dtype=float), axis=1)
     targets = np.array([1.0, 3.0, 4.0])
@@ -117,17 +122,17 @@ def test_targets_lie_between_the_worst_start_and_the_best_end() -> None:
     assert np.isfinite(spaced_targets([np.array([[-1.7e308, 1.7e308]])])).all()
 
 
-def test_targets_of_running_times_are_quartiles_of_all_where_none_are_given() -> None:
+def test_default_targets_of_running_times_are_quartiles_of_all_scores() -> None:
     assert chosen_targets([5.0, 2.0], [BEST]) == [2.0, 5.0]
     one, other = np.array([0.0, 1.23456, 4.0, 9.0]), np.array([2.34567, 3.0, 5.0, 10.0])
-    # Those of the second, fourth and sixth of eight, in hundredths, as the range is 10.
+    # The second, fourth and sixth of eight scores, in hundredths, as the range is 10.
     assert chosen_targets([], [one, other]) == [1.23, 3.0, 5.0]
     assert chosen_targets([], [-one]) == [-9.0, -4.0, -1.235]
     assert chosen_targets([], [np.full(3, 1 / 3)]) == [1 / 3]
     assert chosen_targets([], [np.array([-1.7e308, 1.7e308])]) == [-1.7e308, 1.7e308]
 
 
-def test_a_target_stays_reached_where_the_best_score_begins_anew() -> None:
+def test_a_target_stays_reached_if_the_best_score_is_reset() -> None:
     best = np.array([[1.0, 4.0, 2.0]])
     assert ecdf(best, EVALUATIONS, 30, np.array([3.0]), rng()).share.tolist() == [0, 1, 1]
     assert runtimes(best, EVALUATIONS, 3.0).tolist() == [20]

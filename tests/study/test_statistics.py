@@ -27,7 +27,7 @@ def test_description_of_a_known_sample() -> None:
 
 
 @pytest.mark.slow
-def test_the_interval_of_the_median_covers_it_as_often_as_it_says() -> None:
+def test_the_interval_of_the_median_has_its_confidence_level() -> None:
     rng = np.random.default_rng(1)
     covered = 0
     for _ in range(200):
@@ -38,7 +38,7 @@ def test_the_interval_of_the_median_covers_it_as_often_as_it_says() -> None:
     assert 178 <= covered <= 199
 
 
-def test_a_constant_sample_has_an_interval_of_no_width() -> None:
+def test_the_interval_of_a_constant_sample_has_zero_width() -> None:
     found = describe([2.0] * 7, np.random.default_rng(0))
     assert (found.median_low, found.median_high, found.std) == (2, 2, 0)
 
@@ -51,7 +51,7 @@ def test_a12_is_the_share_of_pairs_won(first: list[int], second: list[int]) -> N
     assert found.a12 == pytest.approx(expected)
 
 
-def test_the_rank_test_is_scipy_s() -> None:
+def test_the_rank_test_agrees_with_scipy() -> None:
     rng = np.random.default_rng(2)
     first, second = rng.normal(0, 1, 40), rng.normal(1, 1, 35)
     (found,) = compare({"a": first, "b": second})
@@ -64,8 +64,8 @@ def test_the_rank_test_is_scipy_s() -> None:
 
 @settings(max_examples=25)
 @given(st.lists(st.integers(0, 4), min_size=4, max_size=9), st.integers(2, 3))
-def test_values_with_ties_are_tested_exactly(values: list[int], n: int) -> None:
-    """Of all ways to deal the values, those whose rank sum is as far to one side, twice."""
+def test_the_rank_test_is_exact_with_ties(values: list[int], n: int) -> None:
+    """The p-value is twice the share of assignments whose rank sum is at least as extreme."""
     ranks = stats.rankdata(values)
     sums = [sum(ranks[i] for i in chosen)
             for chosen in itertools.combinations(range(len(values)), n)]  # fmt: skip
@@ -75,7 +75,7 @@ def test_values_with_ties_are_tested_exactly(values: list[int], n: int) -> None:
     assert rank_test(values[n:], values[:n]) == (p, pytest.approx(1 - a12))
 
 
-def test_the_least_p_is_that_of_samples_apart() -> None:
+def test_the_smallest_p_belongs_to_disjoint_samples() -> None:
     for n in (1, 2, 3, 6):
         p, _ = rank_test(range(n), range(n, 2 * n))
         assert least_p(n, 1) == pytest.approx(p)
@@ -108,5 +108,5 @@ def test_holm_on_a_published_example() -> None:
         (0.0, "large"),
     ],
 )
-def test_effects_have_their_usual_names(a12: float, name: str) -> None:
+def test_effects_have_their_conventional_names(a12: float, name: str) -> None:
     assert effect_name(a12) == name

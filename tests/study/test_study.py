@@ -11,7 +11,13 @@ from gaitsim.evaluation.executors import WorkerLostError
 from gaitsim.evaluation.processes import ProcessExecutor
 from gaitsim.study.file import cells, parse_study, read_study
 from gaitsim.study.results import table
-from gaitsim.study.running import finished, recorded, repeat_experiment, results, run_cells
+from gaitsim.study.running import (
+    read_result,
+    recorded_generations,
+    repeat_experiment,
+    results,
+    run_cells,
+)
 
 SMALL = """
 name = "small"
@@ -40,14 +46,14 @@ def test_cells_are_the_product_of_the_axes() -> None:
     assert len({cell.experiment.seed for cell in found}) == 12
 
 
-def test_a_long_text_of_an_axis_reaches_the_experiment_whole() -> None:
+def test_a_long_text_of_an_axis_reaches_the_experiment_untruncated() -> None:
     text = "a description of more than sixty characters, which no message would show " * 2
     study = f'name = "s"\nexperiments = ["millipede"]\n[axes]\ndescription = ["{text}", "short"]\n'
     first, second = cells(parse_study(study, "s"))
     assert (first.experiment.description, second.experiment.description) == (text, "short")
 
 
-def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
+def test_a_seed_that_is_an_axis_is_not_changed() -> None:
     text = 'name = "s"\nexperiments = ["millipede"]\n[axes]\nseed = [5, 3]\n'
     assert [cell.experiment.seed for cell in cells(parse_study(text, "s"))] == [5, 3]
 
@@ -67,7 +73,7 @@ def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
         ('"millipede-mutation"|"millipede-mutatoin"', "did you mean 'millipede-mutation'"),
         ('"millipede-mutation"|"millipede-random"', "listed twice"),
         ('name = "small"|name = "../small"', "not allowed"),
-        ('name = "small"|name = "small"\nschema = 2', "newer gaitsim"),
+        ('name = "small"|name = "small"\nschema = 2', "newer version of gaitsim"),
         ('name = "small"|name = ', "not valid TOML"),
         ('"organism.pairs"|"experiment"', "a column of the table"),
         ("target = 2.0|published.nosuch = {population = 1, generations = 1}", "is not among"),
@@ -75,7 +81,7 @@ def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
         ('experiments = ["millipede-random", "millipede-mutation"]|', "experiments is required"),
     ],
 )
-def test_each_mistake_is_reported(change: str, says: str) -> None:
+def test_each_problem_is_reported(change: str, says: str) -> None:
     before, after = change.split("|", 1)
     text = SMALL.replace(before, after)
     assert text != SMALL
@@ -90,7 +96,7 @@ def test_all_problems_are_reported_at_once() -> None:
     assert len(error.value.problems) == 2
 
 
-def test_steps_of_a_range_are_what_one_would_write() -> None:
+def test_steps_of_a_range_are_rounded_as_users_write_them() -> None:
     text = 'name = "s"\nexperiments = ["spider"]\n[axes]\n"mutation.rate" = '
     text += "{ from = 0.0, to = 0.5, step = 0.1 }"
     assert parse_study(text, "s").values("mutation.rate") == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
@@ -100,18 +106,18 @@ DAMAGE = [b"", b"PK\x03\x04garbage", b"\x93NUMPY\x01\x00\x10\x00((((((((((((((((
 
 
 @pytest.mark.parametrize("damage", [*DAMAGE, "nan"])
-def test_a_damaged_cell_is_not_done(tmp_path, damage) -> None:
+def test_a_damaged_cell_is_missing(tmp_path, damage) -> None:
     study = parse_study(SMALL, "small.toml")
     (cell, *_) = cells(study)
     list(run_cells(tmp_path, study, [cell], 1))
-    best = finished(tmp_path, study, cell)
+    best = read_result(tmp_path, study, cell)
     assert best.shape == (4, 2)
     (file,) = (tmp_path / "cells").iterdir()
     if damage == "nan":
         np.save(file, np.full((4, 2), np.nan))
     else:
         file.write_bytes(damage)
-    assert finished(tmp_path, study, cell) is None
+    assert read_result(tmp_path, study, cell) is None
 
 
 @pytest.mark.parametrize(
@@ -126,25 +132,25 @@ def test_a_changed_study_reuses_no_result(tmp_path, change) -> None:
     assert results(tmp_path, changed, cells(changed))[0] == []
 
 
-def test_a_result_of_another_version_of_a_plugin_is_not_reused(tmp_path) -> None:
+def test_a_result_of_a_different_version_of_a_plugin_is_not_reused(tmp_path) -> None:
     study = parse_study(SMALL, "small.toml")
     (cell, *_) = cells(study)
     list(run_cells(tmp_path, study, [cell], 1))
     entries = cell.experiment.entries
     newer = {**entries, "organism": replace(entries["organism"], version="99.0")}
     other = replace(cell, experiment=replace(cell.experiment, entries=newer))
-    assert finished(tmp_path, study, cell) is not None
-    assert finished(tmp_path, study, other) is None
+    assert read_result(tmp_path, study, cell) is not None
+    assert read_result(tmp_path, study, other) is None
 
 
-def test_the_recorded_generations_are_every_so_many_and_the_last() -> None:
+def test_the_last_generation_is_always_recorded() -> None:
     (cell, *_) = cells(parse_study(SMALL, "small.toml"))
-    assert recorded(cell.experiment, 4).tolist() == [4, 6]
-    assert recorded(cell.experiment, 2).tolist() == [2, 4, 6]
-    assert recorded(cell.experiment, 9).tolist() == [6]
+    assert recorded_generations(cell.experiment, 4).tolist() == [4, 6]
+    assert recorded_generations(cell.experiment, 2).tolist() == [2, 4, 6]
+    assert recorded_generations(cell.experiment, 9).tolist() == [6]
 
 
-def test_a_longer_run_has_the_shorter_ones_in_it() -> None:
+def test_a_longer_run_starts_like_a_shorter_one() -> None:
     (cell, *_) = cells(parse_study(SMALL, "small.toml"))
     whole = repeat_experiment(cell.experiment, 5)
     evolution = cell.experiment.evolution.model_copy(update={"generations": 3})
@@ -161,7 +167,7 @@ def test_an_interrupted_study_resumes_to_the_same_table(tmp_path) -> None:
     list(run_cells(whole, study, every, 1))
     some = run_cells(cut, study, every, 2)
     done = [next(some) for _ in range(3)]
-    some.close()  # as Ctrl-C does
+    some.close()  # as on Ctrl-C
     (damaged,) = (cut / "cells").glob(f"{done[0].index:06d}-*.npy")
     damaged.write_bytes(b"damaged")
     _, missing = results(cut, study, every)
@@ -178,7 +184,7 @@ def test_an_interrupted_study_resumes_to_the_same_table(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_the_cell_of_a_worker_that_dies_is_run_again(tmp_path) -> None:
+def test_the_cell_of_a_worker_that_dies_is_rerun(tmp_path) -> None:
     study = parse_study(SMALL, "small.toml")
     every = cells(study)
     whole, hurt = tmp_path / "whole", tmp_path / "hurt"
@@ -193,7 +199,9 @@ def test_the_cell_of_a_worker_that_dies_is_run_again(tmp_path) -> None:
     list(some)
     assert told
     for cell in every:
-        np.testing.assert_array_equal(finished(hurt, study, cell), finished(whole, study, cell))
+        np.testing.assert_array_equal(
+            read_result(hurt, study, cell), read_result(whole, study, cell)
+        )
 
 
 def test_a_cell_that_kills_its_workers_is_reported(tmp_path, monkeypatch) -> None:
@@ -212,4 +220,6 @@ def test_the_bundled_study_is_the_published_sweep() -> None:
     assert study.values("evolution.population") == list(range(3, 80, 2))
     found = cells(study)
     assert len(found) == 195
-    assert recorded(found[0].experiment, study.record_every).tolist() == list(range(2, 81, 2))
+    assert recorded_generations(found[0].experiment, study.record_every).tolist() == list(
+        range(2, 81, 2)
+    )

@@ -9,14 +9,14 @@ ONE = np.array([10.0, 20.0, 20.0, NEVER, NEVER])
 OTHER = np.array([20.0, NEVER, NEVER, NEVER, NEVER])
 
 
-def test_successes_and_times_by_hand() -> None:
+def test_successes_and_times_of_a_small_example() -> None:
     (found,) = compare_times({2.5: {"a": ONE, "b": OTHER}})
-    # 3 of 5 and 1 of 5: of 10 choose 4 ways, 2 · (5·10 + 5) are as unlikely or more.
+    # 3 of 5 and 1 of 5: of the 10 choose 4 tables, 2 · (5·10 + 5) are at least as unlikely.
     assert found.p_success == pytest.approx(110 / 210)
-    # a is sooner in 4 + 4 + 5 of 25 pairs, and ties in 2 · 1 of 20s and 2 · 4 without success.
+    # a is sooner in 4 + 4 + 5 of 25 pairs; 2 · 1 pairs tie at 20, and 2 · 4 without success.
     assert found.a12 == pytest.approx((13 + 5) / 25)
     assert found.effect == "large"
-    # Any value above all others stands for no success: Gehan's test where all end together.
+    # Any value above all others can represent no success: Gehan's test with equal censoring.
     ends = [np.where(np.isinf(one), 999, one) for one in (ONE, OTHER)]
     exact = stats.mannwhitneyu(*ends, method=stats.PermutationMethod(n_resamples=252))
     assert found.p_time == pytest.approx(exact.pvalue)

@@ -64,10 +64,13 @@ class TestDifferences:
         ("sections", "message"),
         [
             ({"mutation": {"plugin": "b"}}, ""),
-            ({"fitness": {"plugin": "b", "k": 1}}, "do not compare: fitness.plugin differs."),
-            ({"fitness": {"plugin": "a", "k": 2}}, "do not compare: fitness.k differs."),
-            ({"organism": {"plugin": "b"}}, "do not compare: organism.plugin differs."),
-            ({"organism": {"plugin": "a", "legs": 6}}, "may not compare: organism.legs differs."),
+            ({"fitness": {"plugin": "b", "k": 1}}, "are not comparable: fitness.plugin differs."),
+            ({"fitness": {"plugin": "a", "k": 2}}, "are not comparable: fitness.k differs."),
+            ({"organism": {"plugin": "b"}}, "are not comparable: organism.plugin differs."),
+            (
+                {"organism": {"plugin": "a", "legs": 6}},
+                "may not be comparable: organism.legs differs.",
+            ),
         ],
     )
     def test_a_warning_names_the_options_that_make_scores_incomparable(self, sections, message):
@@ -228,7 +231,7 @@ class TestScreen:
             assert cells(screen)["fitness.price"] == ["0.1, from 6: 0.3", "0.1"]
             assert shown(screen)[0].stages == (5,)
             message = str(screen.query_one("#warning").render())
-            assert "do not compare: fitness.price differs" in message
+            assert "are not comparable: fitness.price differs" in message
             assert screen.query_one(Curves).marks == (6.0,)
 
         compare(two, test)
@@ -331,7 +334,7 @@ class TestCommand:
 
     def test_a_warning_is_printed_drawn_and_in_json(self, gaitsim, make_run):
         runs = [make_run("one"), make_run("dear", "fitness.price=0.3")]
-        message = "do not compare: fitness.price differs"
+        message = "are not comparable: fitness.price differs"
         done = gaitsim("differences", *runs, "--plot", "a.svg")
         assert message in done.stderr
         assert message in Path("a.svg").read_text()
@@ -360,7 +363,7 @@ class TestPlay:
         [
             ((), "not a terminal"),
             (("--at", "99"), "99 s is after the end of the motion"),
-            (("--speed", "0"), "invalid speed 0"),
+            (("--speed", "0"), "invalid speed: 0"),
             (("--generation", "9"), "no generation 9"),
         ],
     )

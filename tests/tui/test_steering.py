@@ -6,7 +6,7 @@ import pytest
 from kite import fly_kites
 
 from gaitsim.errors import GaitsimError
-from gaitsim.steering import drive_with
+from gaitsim.steering import create_drive
 from gaitsim.tui.screens.steering import Steering
 
 
@@ -44,7 +44,7 @@ async def fly(driver, screen, clock, seconds):
 def test_keys_choose_commands_until_the_flight_ends(kite, drive):
     async def test(driver):
         clock = Clock()
-        screen = await open_steering(driver, partial(drive_with, kite, {}), clock)
+        screen = await open_steering(driver, partial(create_drive, kite, {}), clock)
         assert screen.drive.command.name == "stay"
         await driver.press("up")
         assert screen.drive.command.name == "rise"
@@ -74,7 +74,7 @@ def test_keys_choose_commands_until_the_flight_ends(kite, drive):
 def test_pause_help_and_view_keys_at_several_sizes(kite, drive):
     async def test(driver):
         clock = Clock()
-        screen = await open_steering(driver, partial(drive_with, kite, {}), clock)
+        screen = await open_steering(driver, partial(create_drive, kite, {}), clock)
         await driver.press("p")
         seconds = screen.drive.seconds
         clock.now += 0.5

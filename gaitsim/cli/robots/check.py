@@ -8,10 +8,10 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from gaitsim.cli.console import echo, errors, print_json, record, status, wrote
+from gaitsim.cli.console import echo, errors, print_json, print_record, report_files, status
 from gaitsim.cli.facts import print_facts
 from gaitsim.cli.options import Json
-from gaitsim.cli.parsing import file_format
+from gaitsim.cli.parsing import choose_format
 from gaitsim.cli.streams import machine_readable
 from gaitsim.contracts import BodyFile, Facts, RealSpace, Skeleton
 from gaitsim.errors import ExperimentError, GaitsimError
@@ -25,7 +25,7 @@ from gaitsim.render.still import write_still
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
 
-UNUSABLE = 1
+UNUSABLE = 1  # exit code
 
 
 def check(
@@ -61,22 +61,22 @@ def check(
         if not folder.is_dir():
             raise GaitsimError(f"folder not found: {folder}", where="--root")
     if picture is not None:
-        file_format(None, picture, ("png",), "png", "pictures")
+        choose_format(None, picture, ("png",), "png", "pictures")
         check_folder(picture)
     if model_out is not None:
         _check_model_out(model_out)
     try:
         with status(f"Reading {file} …"):
             found, experiment = read_body(file, root or ())
-            facts = _described(experiment)
-            skeleton = None if picture is None else _standing(experiment)
+            facts = _describe(experiment)
+            skeleton = None if picture is None else _standing_skeleton(experiment)
     except GaitsimError as caught:
         problems = caught.problems if isinstance(caught, ExperimentError) else ()
         error = problems[0] if len(problems) == 1 else caught
         if json:
             print_json({"file": str(file), "usable": False, "problem": error.to_dict()})
         elif machine_readable():
-            record("error", **error.to_dict())
+            print_record("error", **error.to_dict())
         else:
             errors().print(f"{file} cannot be used: {error}", style="red")
         sys.exit(UNUSABLE)
@@ -87,7 +87,7 @@ def check(
     if picture is not None and skeleton is not None:
         write_still(skeleton, picture, found.name, str(file))
         written.append(picture)
-    wrote(*written)
+    report_files(*written)
     if json:
         print_json(
             {
@@ -123,12 +123,12 @@ def _check_model_out(path: Path) -> None:
     check_folder(path)
 
 
-def _described(experiment: Experiment) -> Facts:
+def _describe(experiment: Experiment) -> Facts:
     with plugin_errors(experiment.entries["organism"], "describing itself"):
         return experiment.organism.describe()
 
 
-def _standing(experiment: Experiment) -> Skeleton:
+def _standing_skeleton(experiment: Experiment) -> Skeleton:
     """Return the skeleton for the central genome, whose motion starts in the standing pose."""
     space = experiment.space()
     middle = (

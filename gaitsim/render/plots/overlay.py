@@ -9,7 +9,7 @@ from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
 from gaitsim.render.terminal.curve_view import run_curves
-from gaitsim.study.compare_runs import ComparedRun, in_words, warning
+from gaitsim.study.compare_runs import ComparedRun, quantity_label, warning
 
 
 def plot_overlay(
@@ -48,7 +48,7 @@ def plot_overlay(
             )
         axes.margins(x=0)
         axes.set_xlabel(f"{by} (s)" if by == "seconds" else by)
-        axes.set_ylabel(in_words(quantity))
+        axes.set_ylabel(quantity_label(quantity))
         axes.set_title("\n".join(wrap(warning(runs), 56)), color=theme.colours[1], size=7)
         add_heading(figure, f"{len(drawn)} runs", *axes.get_legend_handles_labels())
     save(figure, path, theme)

@@ -8,7 +8,7 @@ import numpy as np
 from gaitsim.render.plots.style import LIGHT, save, styled
 from gaitsim.runs.files.atomic import writing
 from gaitsim.study.file import EXPERIMENT, Cell, Study
-from gaitsim.study.running import Best, recorded
+from gaitsim.study.running import Best, recorded_generations
 
 
 def surface_axis(study: Study) -> str | None:
@@ -47,7 +47,7 @@ def _plot_surface(
     from matplotlib.ticker import MaxNLocator
 
     mine = [(cell, best) for cell, best in results if cell.point[EXPERIMENT] == experiment]
-    generations = recorded(mine[0][0].experiment, study.record_every)
+    generations = recorded_generations(mine[0][0].experiment, study.record_every)
     along = np.array([cell.point[axis] for cell, _ in mine], dtype=float)
     means = np.stack([best.mean(axis=0) for _, best in mine])
     means[~np.isfinite(means)] = np.nan  # a repeat without a score leaves a hole in the surface

@@ -50,7 +50,7 @@ def run_curves(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Se
         by: horizontal axis, a name in `gaitsim.study.compare_runs.AXES`.
     """
     return [
-        Series(one.label, one.axis(by), one.history[quantity], one.begins)
+        Series(one.label, one.axis(by), one.history[quantity], one.stage_starts)
         for one in runs
         if one.history
     ]

@@ -24,7 +24,7 @@ from gaitsim.study.compare_runs import (
     RunsReader,
     comparison_table,
     fair_axis,
-    in_words,
+    quantity_label,
     warning,
 )
 from gaitsim.tui.formatting import clip, clip_name
@@ -149,12 +149,12 @@ Curves of several runs in one plot, updated while runs evolve.
             replace(one, name=clip_name(one.name, NAME))
             for one in run_curves(drawn, self.quantity, self.by)
         ]
-        marks = sorted({mark for one in drawn for mark in one.marks(self.by)})
+        marks = sorted({mark for one in drawn for mark in one.stage_marks(self.by)})
         self.query_one(Curves).set_series(
             series,
             marks,
             x_label=self.by,
-            y_label=in_words(self.quantity),
+            y_label=quantity_label(self.quantity),
             message="no generation is finished yet",
         )
 
@@ -186,7 +186,7 @@ Curves of several runs in one plot, updated while runs evolve.
             yield heading.append(clip_name(one.label, NAME))
 
     def _update_title(self) -> None:
-        self.sub_title = f"{in_words(self.quantity)} by {self.by}"
+        self.sub_title = f"{quantity_label(self.quantity)} by {self.by}"
 
     def watch_by(self) -> None:
         self._update_title()

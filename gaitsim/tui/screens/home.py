@@ -258,9 +258,9 @@ other terminals.
 
     def _steer(self) -> None:
         from gaitsim.runs.files.folder import command
-        from gaitsim.steering import drive_of
+        from gaitsim.steering import default_drive
 
-        self.gaitsim.open_steering(drive_of, command("steer"))
+        self.gaitsim.open_steering(default_drive, command("steer"))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "back":

@@ -18,7 +18,7 @@ from textual.widgets import Input, Select, Static
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import RUNS, create_run, free_name
-from gaitsim.steering import drive_with, offered_commands
+from gaitsim.steering import create_drive, offered_commands
 from gaitsim.tui.builder import (
     SECTIONS,
     ExperimentBuilder,
@@ -262,7 +262,7 @@ restores; Ctrl-Z undoes all changes.
         if found is not None and found.experiment is not None:
             experiment = found.experiment
             if offered_commands(experiment):
-                load = partial(drive_with, experiment, {})
+                load = partial(create_drive, experiment, {})
                 steer = partial(self.gaitsim.open_steering, load, "")
                 yield PaletteCommand("Steer", "Fly this body yourself with the arrow keys", steer)
 

@@ -14,7 +14,7 @@ from textual.reactive import reactive
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import EXPERIMENT, command
-from gaitsim.steering import drive_with, offered_commands
+from gaitsim.steering import create_drive, offered_commands
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 from gaitsim.tui.screens.numbering import (
     describe,
@@ -364,7 +364,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         for one in offered_commands(experiment):
             do = partial(
                 self.gaitsim.open_steering,
-                partial(drive_with, experiment, {one.name: reference}),
+                partial(create_drive, experiment, {one.name: reference}),
                 command("steer", pane.run / EXPERIMENT, "--controller", f"{one.name}={reference}"),
             )
             about = f"Fly the body yourself; this individual's network takes over to {one.help}"

@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
-from gaitsim.study.folders import PLACES, StudyFolder, list_folders
+from gaitsim.study.folders import DEFAULT_FOLDERS, StudyFolder, list_folders
 from gaitsim.tui.formatting import age, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.study_dialog import COMPARISON, SWEEP, StudyDialog
@@ -236,7 +236,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
     def command_line(self) -> str:
         one = self._chosen() if self.is_mounted else None
         if one is None:
-            return shlex.join(["ls", *map(str, PLACES)])
+            return shlex.join(["ls", *map(str, DEFAULT_FOLDERS)])
         if one.kind == "study":
             return command("study", one.path)
         task = self._latest_task(one.path)

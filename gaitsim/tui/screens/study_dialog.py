@@ -20,7 +20,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import free_name
-from gaitsim.study.folders import PLACES
+from gaitsim.study.folders import DEFAULT_FOLDERS
 from gaitsim.tui.builder import Option
 from gaitsim.tui.product_options import Settings, split_words
 from gaitsim.tui.products import Product, default
@@ -49,7 +49,7 @@ class StudyOptions(Settings):
 
         study, _ = read_study(self.study)
         cells(study, source=self.study)
-        return free_name(PLACES[0] / study.name)
+        return free_name(DEFAULT_FOLDERS[0] / study.name)
 
 
 class ComparisonOptions(Settings):
@@ -101,7 +101,9 @@ class ComparisonOptions(Settings):
         changes = {f"evolution.{key}": value for key, value in given.items() if value is not None}
         loaded = load_experiments(split_words(self.experiments), changes)
         equal_budgets(loaded, self.evaluations)
-        return free_name(PLACES[1] / "-against-".join(one.name for one in loaded.values())[:150])
+        return free_name(
+            DEFAULT_FOLDERS[1] / "-against-".join(one.name for one in loaded.values())[:150]
+        )
 
 
 SWEEP = Product("New study", ("study",), StudyOptions)

@@ -10,10 +10,10 @@ from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.study.confirmation import Reached, search
 from gaitsim.study.file import EXPERIMENT, Cell, Study
 from gaitsim.study.means import Means
-from gaitsim.study.running import FRESH, Best, finished, run_cells
+from gaitsim.study.running import FRESH, Best, read_result, run_cells
 
 OnSets = Callable[[int, int], None]
-"""Called with the numbers of finished and of needed sets of fresh repeats."""
+"""Callback that receives the numbers of finished and of needed sets of fresh repeats."""
 
 
 def confirm(
@@ -35,7 +35,7 @@ def confirm(
         study: the study.
         results: results of the sweep.
         workers: number of processes; None for one per core.
-        on_sets: called when sets are needed or finished.
+        on_sets: called whenever sets become needed or finished.
         on_warning: called with a message for the user when workers died.
         cluster: workers to use instead of processes; the caller closes it.
 
@@ -62,15 +62,15 @@ def confirm(
     own = ProcessExecutor(workers or cores(), on_warning) if cluster is None else None
     try:
         while answers:
-            asked = {}
+            requested = {}
             for name, means in answers.items():
                 try:
-                    asked[name] = searches[name].send(means)  # type: ignore[arg-type]
+                    requested[name] = searches[name].send(means)  # type: ignore[arg-type]
                 except StopIteration as stop:
                     found[name] = stop.value
             # The sets of all experiments run together, so that no worker waits for an experiment.
-            needed = [cell for cells in asked.values() for cell in cells]
-            missing = [one for one in needed if finished(folder, fresh, one, FRESH) is None]
+            needed = [cell for cells in requested.values() for cell in cells]
+            missing = [one for one in needed if read_result(folder, fresh, one, FRESH) is None]
             done, total = done + len(needed) - len(missing), total + len(needed)
             on_sets(done, total)
             for _ in run_cells(folder, fresh, missing, workers, on_warning, cluster or own, FRESH):
@@ -78,7 +78,7 @@ def confirm(
                 on_sets(done, total)
             answers = {
                 name: [_means(folder, fresh, cell) for cell in cells]
-                for name, cells in asked.items()
+                for name, cells in requested.items()
             }
     finally:
         if own is not None:
@@ -87,7 +87,7 @@ def confirm(
 
 
 def _means(folder: Path, fresh: Study, cell: Cell) -> Means:
-    best = finished(folder, fresh, cell, FRESH)
+    best = read_result(folder, fresh, cell, FRESH)
     if best is None:
         raise RunError(f"fresh repeats of cell {cell.index} of {folder} are missing or damaged")
     return Means.of(best)

@@ -1,4 +1,4 @@
-"""Draw pictures of characters in the sixteen colours of the terminal."""
+"""Colour character graphics with the sixteen colours of the terminal."""
 
 from collections.abc import Sequence
 
@@ -19,11 +19,11 @@ BODY = (
     *(f"bold {side}" for side in _SIDES),
     "default",
 )
-LINES = ("cyan", "yellow", "green", "red", "white", "blue")  # of curves, in their order
+LINES = ("cyan", "yellow", "green", "red", "white", "blue")  # colours of curves, in order
 
 
 def lines(codes: NDArray[np.uint32], inks: Inks, styles: Sequence[str]) -> list[Text]:
-    """Return one line of text per row.
+    """Return one coloured line of text per row.
 
     Args:
         codes: characters as code points, (rows, columns).
