@@ -10,9 +10,9 @@ from gaitsim.contracts import Members
 from gaitsim.render.ticks import round_step
 
 EMPTY = -1  # number of the member in an empty cell
-_FEW = 0.1  # maximum share of cells below the colour scale of a map
+_MAX_LOW_SHARE = 0.1  # maximum share of cells below the colour scale of a map
 MAX_PARTS = 60  # default maximum number of parts of an axis in a panel
-_MANY = 4_000  # Voronoi cells from which axes have twice as many parts
+_MANY_CELLS = 4_000  # Voronoi cells from which axes have twice as many parts
 _ROUNDING = 1e-9  # share of an axis added to values, so that values on a border are above it
 _ALL_PAIRS = 4  # maximum axes of an archive whose pairs keep their natural order
 
@@ -132,7 +132,9 @@ class ArchiveView:
             # The width of parts is a round number. Values are often multiples of one, such as
             # 1/20 for duty factors in strides of 20 frames; narrower parts would remain empty.
             span = borders[-1] - borders[0]
-            parts = max(1, round(span / round_step(span / (20 if self.total >= _MANY else 10))))
+            parts = max(
+                1, round(span / round_step(span / (20 if self.total >= _MANY_CELLS else 10)))
+            )
         while parts > most:
             parts = -(-parts // 2)
         return np.linspace(borders[0], borders[-1], parts + 1)
@@ -184,6 +186,6 @@ def colour_scale_low(scores: NDArray[np.float64]) -> tuple[float, bool]:
 
     Leaving out a few bad elites keeps them from taking most of the colours.
     """
-    least, usual, most = np.quantile(scores, [0, _FEW, 1])
+    least, usual, most = np.quantile(scores, [0, _MAX_LOW_SHARE, 1])
     few = most - usual < 0.75 * (most - least)
     return float(usual if few else least), bool(few)

@@ -14,7 +14,7 @@ FORMATS = get_args(VideoFormat)
 FPS = {"mp4": 30.0, "gif": 25.0}
 SIZES = {"mp4": (1280, 720), "gif": (640, 360)}
 FASTEST = {"mp4": 120.0, "gif": 50.0}  # browsers slow down faster GIFs
-SMALLEST, LARGEST = 64, 4096  # pixels
+MIN_PIXELS, MAX_PIXELS = 64, 4096  # pixels
 SPEEDS = 0.01, 100.0
 
 
@@ -65,8 +65,8 @@ class RenderSettings:
 
     def _check_size(self) -> None:
         width, height = self.pixels
-        where, allowed = "--size", f"{SMALLEST}x{SMALLEST} to {LARGEST}x{LARGEST}"
-        if not (SMALLEST <= width <= LARGEST and SMALLEST <= height <= LARGEST):
+        where, allowed = "--size", f"{MIN_PIXELS}x{MIN_PIXELS} to {MAX_PIXELS}x{MAX_PIXELS}"
+        if not (MIN_PIXELS <= width <= MAX_PIXELS and MIN_PIXELS <= height <= MAX_PIXELS):
             raise GaitsimError(
                 f"invalid size of a video: {width}x{height} pixels",
                 where=where,

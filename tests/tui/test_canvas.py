@@ -16,7 +16,7 @@ from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, ink_runs
-from gaitsim.render.terminal.view import FARTHEST, NAMED, Viewpoint, camera
+from gaitsim.render.terminal.view import MIN_ZOOM, NAMED, Viewpoint, camera
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
 
@@ -212,7 +212,7 @@ class TestPicture:
             scale = camera(view, clip, clip.at(1.0), 160, 80).scale
             assert -0.5 <= metres * scale - 2 * (len(drawn[1]) - 1) <= 1.5
         point = Clip(Skeleton(np.zeros((2, 1, 2, 3)), ("limb",), 1.0))
-        for zoom in (1.0, FARTHEST):
+        for zoom in (1.0, MIN_ZOOM):
             codes, _ = body.picture(point, 0.0, Viewpoint(zoom=zoom), 80, 20)
             assert "mm" not in text(codes)[-1]
 

@@ -17,7 +17,7 @@ from gaitsim.evolution import evolve
 from gaitsim.experiment import parse_assignments, parse_experiment
 from gaitsim.individual import Member
 from gaitsim.render.colours import LEFT, RIGHT
-from gaitsim.render.terminal.footfalls import CURSOR, FIRST, QUIET, strip
+from gaitsim.render.terminal.footfalls import CURSOR, FIRST, SWING_INK, strip
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -573,7 +573,7 @@ class TestFootfalls:
         assert rows[0] == "L1 │█▌·····"
         assert rows[1] == "R1 │·▐█····"
         assert inks[0, 4] == FIRST + LEFT
-        assert inks[1, 4] == QUIET
+        assert inks[1, 4] == SWING_INK
         assert inks[0, 3] == inks[1, 3] == CURSOR
 
     def test_the_cursor_moves_before_the_diagram_scrolls(self):

@@ -25,7 +25,7 @@ from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
 SCRIPTS = ("rig.js", "gaits.js", "cells.js", "gait_list.js", "atlas.js")
-_DIGITS = 1e-4  # rounding of numbers that are only printed, as a share of their range
+_PRINTED_STEP = 1e-4  # rounding of numbers that are only printed, as a share of their range
 _FRAME_FIELDS = ("points", "poses", "centre", "angles", "ground", "measures", "terms")
 
 Json = dict[str, Any]
@@ -155,7 +155,7 @@ def _raster(view: ArchiveView) -> Packed | None:
 def _row(values: Any) -> Packed:
     """Return one number per member in a single row, as neighbours in an archive are dissimilar."""
     span = float(np.ptp(values)) or float(np.abs(values).max()) or 1.0
-    return pack(np.asarray(values)[None], 10.0 ** np.floor(np.log10(span * _DIGITS)))
+    return pack(np.asarray(values)[None], 10.0 ** np.floor(np.log10(span * _PRINTED_STEP)))
 
 
 def _body(individual: Individual, rig: Rig) -> Json:

@@ -17,9 +17,11 @@ from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.clip import Clip
 
 STEP = 1e-5  # rounding of positions, m, and of the components of quaternions
-FINEST = 20_000  # minimum steps in the span of a body, so that small bodies move smoothly
-ANGLE = 1e-6  # rounding of joint angles, rad
-_TOGETHER = 0.05  # maximum distance of segment ends that are one point, in steps
+MIN_STEPS_PER_SPAN = (
+    20_000  # minimum steps in the span of a body, so that small bodies move smoothly
+)
+ANGLE_STEP = 1e-6  # rounding of joint angles, rad
+_MERGE_DISTANCE = 0.05  # maximum distance of segment ends that are one point, in steps
 _SIDES = {MIDDLE: "", LEFT: "left", RIGHT: "right"}
 
 Json = dict[str, Any]
@@ -91,14 +93,14 @@ def _step(clip: Clip) -> float:
     skeleton = clip.skeleton
     found = (skeleton.segments, skeleton.path, skeleton.contacts, skeleton.poses)
     farthest = max(float(np.abs(one).max(initial=0.0)) for one in found if one is not None)
-    return max(min(STEP, clip.anatomy.span / FINEST), farthest / MAX_STEPS)
+    return max(min(STEP, clip.anatomy.span / MIN_STEPS_PER_SPAN), farthest / MAX_STEPS)
 
 
 def _segments(clip: Clip, step: float) -> Json:
     """Return a body of limbs, plates and hulls, with points as their corners."""
     anatomy = clip.anatomy
     places = clip.skeleton.segments.reshape(len(clip.skeleton.segments), -1, 3)
-    ends, first = _merge_ends(places, _TOGETHER * step)
+    ends, first = _merge_ends(places, _MERGE_DISTANCE * step)
     roles = np.where(anatomy.damaged, "damaged", np.where(anatomy.trunks, "trunk", "limb"))
     limbs = zip(anatomy.limbs.tolist(), anatomy.radii.tolist(), roles.tolist(), strict=True)
     plates = zip(anatomy.plates, anatomy.plate_radii, strict=True)
@@ -181,11 +183,11 @@ def _mesh(solid: Solid, step: float) -> Json:
 
 
 def _angles(individual: Individual) -> Json | None:
-    """Return the joint angles, rounded to `ANGLE`; None for a body without joints."""
+    """Return the joint angles, rounded to `ANGLE_STEP`; None for a body without joints."""
     if individual.joint_angles is None:
         return None
     gait = gait_of(individual)
-    return {"names": list(gait.joint_names), "values": pack(gait.angles, ANGLE)}
+    return {"names": list(gait.joint_names), "values": pack(gait.angles, ANGLE_STEP)}
 
 
 def _feet(skeleton: Skeleton, step: float) -> Json | None:

@@ -16,8 +16,8 @@ from gaitsim.render.page.packing import Packed, pack
 from gaitsim.render.page.strides import Floats, stride_of
 
 MAX_WAVE_ERROR = 1e-6  # rad: maximum error of an angle computed from shared waves
-SAMPLE = 64  # number of individuals from which waves are derived
-MOST_WAVES = 8
+SAMPLE_SIZE = 64  # number of individuals from which waves are derived
+MAX_WAVES = 8
 _CHUNK = 50  # individuals with motions in memory at once, per worker
 _WAVE_STEP = 1e-9  # rounding of waves, which are at most 1
 _STRIDE_STEP = float(np.radians(0.4))  # rounding of the angles of strides
@@ -54,7 +54,7 @@ class Waves:
 
 
 def shared_waves(angles: Floats) -> Waves | None:
-    """Return the waves that joint angles share; None if more than `MOST_WAVES` are needed.
+    """Return the waves that joint angles share; None if more than `MAX_WAVES` are needed.
 
     Angles of one frequency, such as A sin(2πft + φ), are sums of a sine and a cosine. The
     Gram-Schmidt process on the angles over time, starting with the largest remainder, finds these
@@ -65,7 +65,7 @@ def shared_waves(angles: Floats) -> Waves | None:
     """
     courses = angles.swapaxes(1, 2).reshape(-1, angles.shape[1])
     left, found = courses.copy(), []
-    for _ in range(MOST_WAVES):
+    for _ in range(MAX_WAVES):
         most = left[np.abs(left).max(axis=1).argmax()]
         size = np.abs(most).max()
         if size > 0:
@@ -108,7 +108,7 @@ def gaits_data(
     channel = experiment.organism.channels.get("joint_angles")
     if channel is None or channel.axes != ("frames", "joints") or not len(genomes):
         return None
-    some = genomes[np.unique(np.linspace(0, len(genomes) - 1, SAMPLE).astype(int))]
+    some = genomes[np.unique(np.linspace(0, len(genomes) - 1, SAMPLE_SIZE).astype(int))]
     angles, rate = _angles(experiment, some)
     shared: Json = {"joints": list(experiment.organism.joint_names()), "frameRate": rate}
 

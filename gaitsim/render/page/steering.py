@@ -20,8 +20,8 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.steering import Drive
 
 SCRIPTS = ("pad.js", "steering.js")
-ABOUT = "Each key selects an evolved network that controls the body."
-SHOWN = 0.5  # seconds of motion from which the drawn shape of the body is derived
+DESCRIPTION = "Each key selects an evolved network that controls the body."
+POSE_SECONDS = 0.5  # seconds of motion from which the drawn shape of the body is derived
 
 
 def write_page(experiment: Experiment, controllers: Mapping[str, Genomes], path: Path) -> str:
@@ -62,10 +62,10 @@ def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
     with plugin_errors(entry, "storing the data of its steering page"):
         json.dumps(own.data, allow_nan=False)
     drive = Drive(experiment, controllers)
-    drive.advance_to(SHOWN)
+    drive.advance_to(POSE_SECONDS)
     data: dict[str, Any] = {
         "title": f"Steer the {entry.name}",
-        "description": ABOUT,
+        "description": DESCRIPTION,
         "theme": themes(),
         "made": program_version(),
         "clip": body_data(Clip(drive.skeleton)),

@@ -7,7 +7,7 @@ Floats = NDArray[np.float64]
 
 SETTLED = 0.15  # share of the motion at its start in which the gait may not have settled
 _SEARCHED = 4  # number of harmonics in the search for the period
-_SAME = 0.02  # differences of equal strides, as a share of the greatest difference
+_MAX_DIFFERENCE = 0.02  # differences of equal strides, as a share of the greatest difference
 
 
 def stride_of(angles: Floats) -> tuple[float, Floats]:
@@ -50,7 +50,7 @@ def _period(angles: Floats) -> float:
     differences = np.array([np.mean((angles[lag:] - angles[:-lag]) ** 2) for lag in lags])
     if not differences.max() > 0:
         return float(frames)
-    near = differences <= differences.min() + _SAME * differences.max()
+    near = differences <= differences.min() + _MAX_DIFFERENCE * differences.max()
     # Skip short shifts, up to the first that changes the angles: neighbouring frames are similar.
     first = int(np.argmax(differences > differences.max() / 3))
     candidates = np.flatnonzero(near[first:]) + first

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
-_APART = 4  # maximum number of axes with separate panels; more axes give a matrix of panels
-_MOST = 10  # maximum number of axes, which have 45 panels
+_MAX_SEPARATE = 4  # maximum number of axes with separate panels; more axes give a matrix of panels
+_MAX_AXES = 10  # maximum number of axes, which have 45 panels
 _COLOURS = "viridis"
-_PARTS = 1_000, 1_000  # maximum cells along both axes of a panel
-_MOST_VECTORS = 20_000  # maximum cells of a panel as vectors in SVG and PDF; more are a bitmap
+_MAX_PARTS = 1_000, 1_000  # maximum cells along both axes of a panel
+_MAX_VECTORS = 20_000  # maximum cells of a panel as vectors in SVG and PDF; more are a bitmap
 
 
 def archive_figure(request: Request) -> "Figure":
@@ -51,11 +51,11 @@ def archive_figure(request: Request) -> "Figure":
     labels = {name: _label(name, individual.unit_of(name)) for name in archive.names}
     score = _label("score", individual.experiment.fitness.unit)
     scores = archive.members.scores
-    shown = np.concatenate([archive.panel(*one, most=_PARTS).scores.ravel() for one in panels])
+    shown = np.concatenate([archive.panel(*one, most=_MAX_PARTS).scores.ravel() for one in panels])
     low, extended = colour_scale_low(shown[np.isfinite(shown)])
     norm = Normalize(low, max(float(scores.max()), low + 1e-9))
     with styled(theme):
-        matrix = len(panels) > 1 and len(archive.names) > _APART
+        matrix = len(panels) > 1 and len(archive.names) > _MAX_SEPARATE
         figure = Figure(figsize=_size(len(panels), matrix))
         places = _triangle(figure, len(archive.names)) if matrix else _rows(figure, len(panels))
         drawn: Any = None
@@ -107,14 +107,14 @@ def _panels(known: Sequence[str], asked: Sequence[str]) -> list[tuple[str, ...]]
         raise GaitsimError(what, where="--axes", allowed=", ".join(known))
     if asked or len(known) == 1:
         return [tuple(asked or known)]
-    if len(known) > _MOST:
+    if len(known) > _MAX_AXES:
         raise NothingToPlotError(
             f"too many axes to plot: {len(known)}, which have "
             f"{len(known) * (len(known) - 1) // 2} pairs",
-            allowed=f"at most {_MOST} axes at once",
+            allowed=f"at most {_MAX_AXES} axes at once",
             remedy=f"choose two, such as --axes '{known[0]}' '{known[1]}'",
         )
-    if len(known) > _APART:  # row after row of the matrix
+    if len(known) > _MAX_SEPARATE:  # row after row of the matrix
         return [(across, up) for row, up in enumerate(known) for across in known[:row]]
     return list(combinations(known, 2))
 
@@ -163,22 +163,22 @@ def _draw_cells(
         shapes = polygons(centroids[:, columns], np.array(ends))
         drawn = PolyCollection([shapes[cell] for cell in cells], norm=norm, cmap=_COLOURS)
         drawn.set_array(archive.members.scores)
-        drawn.set(edgecolor="face", linewidth=0.2, rasterized=len(cells) > _MOST_VECTORS)
+        drawn.set(edgecolor="face", linewidth=0.2, rasterized=len(cells) > _MAX_VECTORS)
         axes.add_collection(drawn, autolim=False)
         return drawn
-    panel = archive.panel(across, up, most=_PARTS)
+    panel = archive.panel(across, up, most=_MAX_PARTS)
     return axes.pcolormesh(
         *panel.borders,
         np.ma.masked_invalid(panel.scores.T),
         norm=norm,
         cmap=_COLOURS,
-        rasterized=panel.scores.size > _MOST_VECTORS,
+        rasterized=panel.scores.size > _MAX_VECTORS,
     )
 
 
 def _draw_steps(axes: "Axes", archive: ArchiveView, name: str, theme: Theme) -> None:
     """Draw the score in each cell of one axis."""
-    panel = archive.panel(name, most=_PARTS)
+    panel = archive.panel(name, most=_MAX_PARTS)
     axes.stairs(panel.scores, *panel.borders, baseline=None, color=theme.colours[0])
     axes.set_xlim(*archive.borders[name][[0, -1]])
 

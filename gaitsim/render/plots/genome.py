@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST = 1000  # maximum number of generations drawn, about the horizontal dots of the picture
-_NAMED = 48  # maximum number of genes with names
-_GROUPS = 24  # maximum number of groups of genes with names
+_MAX_GENERATIONS = (
+    1000  # maximum number of generations drawn, about the horizontal dots of the picture
+)
+_MAX_NAMES = 48  # maximum number of genes with names
+_MAX_GROUPS = 24  # maximum number of groups of genes with names
 
 
 def genome_figure(request: Request) -> "Figure":
@@ -43,7 +45,7 @@ def genome_figure(request: Request) -> "Figure":
     if not len(bests):
         raise unfinished(run.path)
     space, last = run.experiment.space(), len(bests)
-    columns = np.unique(np.linspace(0, last - 1, min(last, _MOST)).round().astype(int))
+    columns = np.unique(np.linspace(0, last - 1, min(last, _MAX_GENERATIONS)).round().astype(int))
     bits, places = isinstance(space, BitSpace), _positions(space, bests["genome"][columns], request)
     low, high = (0.0, 1.0) if bits else _range(places)
     with styled(theme):
@@ -103,12 +105,12 @@ def _range(places: NDArray[np.float64]) -> tuple[float, float]:
 def _name_rows(axes: "Axes", labels: tuple[str, ...], theme: Theme) -> None:
     """Write the name of each gene, or, of too many genes, the first words that groups share."""
     axes.tick_params(axis="y", labelsize=5.5, length=0)
-    if len(labels) <= _NAMED:
+    if len(labels) <= _MAX_NAMES:
         axes.set_yticks(range(len(labels)), [shorten(label, 24) for label in labels])
         return
     groups = [(name, len([*same])) for name, same in groupby(labels, _group)]
     ends = np.cumsum([count for _, count in groups])
-    if len(groups) > _GROUPS:
+    if len(groups) > _MAX_GROUPS:
         axes.set_ylabel("gene")
         return
     middles = ends - np.array([count for _, count in groups]) / 2 - 0.5

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DEFAULT_SECONDS = 2.0  # seconds; more would be illegible in a column's width
-_NEAR = 0.4  # share of the stall torque that torques must reach for a line at the stall torque
+_NEAR_STALL = (
+    0.4  # share of the stall torque that torques must reach for a line at the stall torque
+)
 _MAX_UNGROUPED = 6  # maximum number of joints without legs in one panel
 _WIDTHS = 1.8, 1.2, 0.7  # points; wide first lines remain visible below later lines
 
@@ -110,7 +112,7 @@ def _stall_torque(individual: Individual, name: str, values: Floats) -> float | 
         return None
     stall = np.asarray(read_values(individual, "stall_torque"), np.float64)
     least, most = float(stall.min()), float(stall.max())
-    return most if least == most and 0 < most <= values.max() / _NEAR else None
+    return most if least == most and 0 < most <= values.max() / _NEAR_STALL else None
 
 
 def require_joints(individual: Individual) -> None:

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOMENTS = 6  # maximum number of moments at which the body is drawn
-_SMALLEST = 0.07  # minimum size of a drawn body, as a share of the scene
-_FLYING = 0.25  # ratio of height to width above which a scene has a height scale
+_MAX_MOMENTS = 6  # maximum number of moments at which the body is drawn
+_MIN_BODY_SIZE = 0.07  # minimum size of a drawn body, as a share of the scene
+_MIN_HEIGHT_RATIO = 0.25  # ratio of height to width above which a scene has a height scale
 
-_POINT = 1e-6  # m; anything smaller is a point
+_MIN_EXTENT = 1e-6  # m; anything smaller is a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Scene:
     def planar(self) -> bool:
         """Whether the body is a line along x when seen from above."""
         long, wide = np.ptp(self.bodies[..., :2].reshape(-1, 2), axis=0)
-        return bool(wide <= _POINT * long)
+        return bool(wide <= _MIN_EXTENT * long)
 
 
 def path_figure(request: Request) -> "Figure":
@@ -70,7 +70,7 @@ def path_figure(request: Request) -> "Figure":
         )
     points = np.concatenate([scene.path, scene.bodies.reshape(-1, 3)])
     low, high = points.min(axis=0), points.max(axis=0)
-    if (high - low).max() < _POINT:  # a point that does not move
+    if (high - low).max() < _MIN_EXTENT:  # a point that does not move
         low, high = low - 0.05, high + 0.05
     if low[2] > -1e-9 and low[2] < high[2] - low[2]:
         low[2] = 0.0  # include the ground
@@ -107,11 +107,11 @@ def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
     extent = float(np.ptp(segments[0].reshape(-1, 3), axis=0).max())
     across = float(np.ptp(path, axis=0).max())
     factor = 1.0
-    if 0 < extent < _SMALLEST * across:
-        factor = round_step(_SMALLEST * across / extent)
+    if 0 < extent < _MIN_BODY_SIZE * across:
+        factor = round_step(_MIN_BODY_SIZE * across / extent)
     gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     room = 1.15 * extent * factor
-    count = min(_MOMENTS, 1 + int(across / room)) if room > 0 else 1
+    count = min(_MAX_MOMENTS, 1 + int(across / room)) if room > 0 else 1
     count = max(count, 2 if gone[-1] > 0.05 * extent else 1)
     at = np.searchsorted(gone, np.linspace(0, gone[-1], count) - 1e-12)
     bodies = path[at, None, None] + factor * (segments[at] - path[at, None, None])
@@ -152,7 +152,7 @@ def _draw_corner_view(
     axes: "Axes", scene: Scene, low: Floats, high: Floats, scale: float, theme: Theme
 ) -> None:
     corner = draw_floor(axes, low, high, scale, theme)
-    if high[2] - low[2] > _FLYING * (high - low)[:2].max():
+    if high[2] - low[2] > _MIN_HEIGHT_RATIO * (high - low)[:2].max():
         draw_height_scale(axes, np.array([*corner, low[2]]), float(high[2]), theme)
     shadow = scene.path.copy()
     shadow[:, 2] = low[2]

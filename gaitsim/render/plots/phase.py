@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SHORT = 4  # maximum characters of a name on a ring
+_MAX_MARK = 4  # maximum characters of a name on a ring
 _CYCLE = 2 * np.pi
 
 
@@ -33,7 +33,7 @@ def phase_figure(request: Request) -> "Figure":
     individual, theme = request.individual, request.theme
     gait, found, stride = stride_of(individual)
     marks = [foot.name for foot in found.feet]
-    if max(map(len, marks)) > _SHORT:
+    if max(map(len, marks)) > _MAX_MARK:
         marks = [str(number) for number in range(1, len(marks) + 1)]
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 3.0))

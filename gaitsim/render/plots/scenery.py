@@ -28,9 +28,9 @@ VIEW: Floats = np.array(
     ]
 )
 
-_SIZE = 7  # font size, points
+_FONT_SIZE = 7  # font size, points
 # Points between numbers: the horizontal gap, and the vertical distance of their middles.
-_APART = (5.0, 10.0)
+_LABEL_GAPS = (5.0, 10.0)
 
 
 def project(points: NDArray[np.floating]) -> Floats:
@@ -63,11 +63,13 @@ def draw_floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: The
             axes.plot(*project(ends).T, color=theme.faint, linewidth=0.5, alpha=0.7, zorder=0)
     # The number at the corner belongs to y.
     across = range(int(first[0]), int(last[0]))
-    room = _longest_width(line * step for line in across) + _APART[0]
+    room = _longest_width(line * step for line in across) + _LABEL_GAPS[0]
     for line in _lines_to_label(across[0], across[-1], room / (step * scale * VIEW[0, 0])):
         at = project(np.array([line * step, begin[1], z]))
         _write(axes, at, f"{line * step:g}", (0, -4.5), ha="center", va="top")
-    deep = _lines_to_label(int(first[1]), int(last[1]), _APART[1] / (step * scale * VIEW[1, 1]))
+    deep = _lines_to_label(
+        int(first[1]), int(last[1]), _LABEL_GAPS[1] / (step * scale * VIEW[1, 1])
+    )
     for line in deep:
         at = project(np.array([end[0], line * step, z]))
         _write(axes, at, f"{line * step:g}", (3, -1), ha="left", va="center")
@@ -128,7 +130,9 @@ def _longest_width(numbers: Iterable[float]) -> float:
     """Return the width of the longest number, in points."""
     from matplotlib.textpath import TextPath
 
-    paths = [TextPath((0, 0), f"{number:g}".replace("-", "−"), size=_SIZE) for number in numbers]
+    paths = [
+        TextPath((0, 0), f"{number:g}".replace("-", "−"), size=_FONT_SIZE) for number in numbers
+    ]
     return max((float(path.get_extents().x1) for path in paths), default=0.0)
 
 
@@ -138,7 +142,7 @@ def _write(axes: "Axes", at: Floats, text: str, shift: tuple[float, float], **ho
         (float(at[0]), float(at[1])),
         xytext=shift,
         textcoords="offset points",
-        fontsize=_SIZE,
+        fontsize=_FONT_SIZE,
         annotation_clip=False,
         **how,
     )

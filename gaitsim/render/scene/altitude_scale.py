@@ -7,14 +7,14 @@ import numpy as np
 
 from gaitsim.render.plots.labels import format_number
 from gaitsim.render.scene.ground import steps
-from gaitsim.render.scene.labels import POINT, SMALLEST, text_path
+from gaitsim.render.scene.labels import MIN_LETTERS, POINT, text_path
 from gaitsim.render.scene.themes import Theme
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-APART = 70.0  # minimum pixels between numbers
-PARTS = 5  # divisions between two numbers
+MIN_NUMBER_GAP = 70.0  # minimum pixels between numbers
+DIVISIONS = 5  # divisions between two numbers
 
 
 class AltitudeScale:
@@ -46,8 +46,8 @@ class AltitudeScale:
         # Between the title and the clock.
         self._low, self._high = 0.16 * height, 0.84 * height
         self._scale, self._unit = scale, unit
-        self._step = steps(APART * unit / scale)[0]
-        self._size = max(14 * unit, SMALLEST)
+        self._step = steps(MIN_NUMBER_GAP * unit / scale)[0]
+        self._size = max(14 * unit, MIN_LETTERS)
         self._ticks = LineCollection([], colors=theme.faint, linewidths=1.2 * unit * POINT)
         self._numbers = PathCollection([], facecolors=theme.faint, edgecolors="none")
         self._pointer = PolyCollection([], facecolors=colours, edgecolors="none")
@@ -65,12 +65,12 @@ class AltitudeScale:
             at: height in the picture, pixels.
         """
         at = float(np.clip(at, self._low, self._high))
-        fine = self._step / PARTS
+        fine = self._step / DIVISIONS
         first = int(np.ceil(altitude / fine + (self._low - at) / (fine * self._scale)))
         last = int(np.floor(altitude / fine + (self._high - at) / (fine * self._scale)))
         number = np.arange(first, last + 1)
         y = at + (number * fine - altitude) * self._scale
-        long = number % PARTS == 0
+        long = number % DIVISIONS == 0
         length = np.where(long, 14, 7) * self._unit
         ticks = np.empty((len(number), 2, 2))
         ticks[:, 0, 0], ticks[:, 1, 0] = self._right - length, self._right

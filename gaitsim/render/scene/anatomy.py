@@ -12,7 +12,7 @@ from gaitsim.render.scene.shapes import hull_faces
 THICKNESS = 0.13  # radius of a limb, relative to the median length of segments
 SLENDER = 0.022  # maximum radius of a limb, relative to the span of the body
 FREE, TRUNK = 0.6, 2.2  # radii of a free end and of a trunk, relative to the radius of a limb
-_SAME = 1e-6  # distance of segment ends that are one joint, relative to the span
+_JOINT_TOLERANCE = 1e-6  # distance of segment ends that are one joint, relative to the span
 
 Face = tuple[int, ...]
 """Corners in order: ends of segments, as indices into (segments × 2)."""
@@ -57,7 +57,7 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
     lengths = np.median(np.linalg.norm(segments[:, :, 1] - segments[:, :, 0], axis=-1), axis=0)
     about = segments - np.asarray(skeleton.path, dtype=np.float64)[:, None, None]
     span = max(float(np.ptp(about.reshape(-1, 3), axis=0).max()), 1e-6)
-    joints = _joints(segments, _SAME * span)
+    joints = _joints(segments, _JOINT_TOLERANCE * span)
     ends = segments[0].reshape(-1, 3)
     plates, solids, framed = [], [], set[int]()
     for frame in _frames(joints):

@@ -8,7 +8,7 @@ from gaitsim.render.scene.camera import Camera, Points
 SHADES = 8  # steps in which lines fade
 PIECES = 20  # pieces of a line
 SPARSE, DENSE = 420.0, 34.0  # pixels between lines at which they have full strength, and vanish
-MOST = 80  # maximum number of lines in each direction
+MAX_LINES = 80  # maximum number of lines in each direction
 _LADDER = (1.0, 5.0)  # times powers of ten, metres: each step is a multiple of the previous one
 
 
@@ -47,7 +47,7 @@ def grid(
     every = steps(DENSE * unit / scale)
     for step, coarser in zip(every, [*every[1:], 0.0], strict=True):
         strength = np.log(step * scale / unit / DENSE) / np.log(SPARSE / DENSE)
-        lines = int(min(radius / step, MOST))
+        lines = int(min(radius / step, MAX_LINES))
         for axis in (0, 1):
             across = (np.round(middle[axis] / step) + np.arange(-lines, lines + 1)) * step
             if coarser:  # leave out the lines that the coarser grid draws

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 DPI = 64  # a power of two, so that sizes in pixels are exact in inches
 POINT = 72 / DPI  # points per pixel; Matplotlib takes line widths and letters in points
-SMALLEST = 9.0  # pixels; smaller letters are illegible
+MIN_LETTERS = 9.0  # pixels; smaller letters are illegible
 FONT = "DejaVu Sans"  # included in Matplotlib; all its digits have the same width
 ROW = 1.45  # height of a row in the table of several bodies, in heights of letters
 ROWS = 0.5  # maximum height of this table, as a share of the picture
@@ -59,7 +59,7 @@ class Labels:
         width, height = size
         unit = relative_size(width, height)
         pad, several = 22 * unit, len(clips) > 1
-        self._pad, self._small, big = pad, small_letters(size), max(21 * unit, SMALLEST)
+        self._pad, self._small, big = pad, small_letters(size), max(21 * unit, MIN_LETTERS)
         room, top = width - 2 * pad, height - pad
         title = self._text(pad, top, heading[0], big, weight="bold", va="top")
         self._fit(title, room)
@@ -210,8 +210,8 @@ class Labels:
 
     def _fit(self, text: Any, room: float) -> None:
         """Make text fit, first by smaller letters, then by an ellipsis."""
-        while self._box(text).width > room and _size(text) > 1.2 * SMALLEST:
-            text.set_fontsize(max(_size(text) / 1.1, SMALLEST) * POINT)
+        while self._box(text).width > room and _size(text) > 1.2 * MIN_LETTERS:
+            text.set_fontsize(max(_size(text) / 1.1, MIN_LETTERS) * POINT)
         whole = text.get_text()
         if self._box(text).width <= room or len(whole) == 1:
             return
@@ -234,7 +234,7 @@ def relative_size(width: float, height: float) -> float:
 
 def small_letters(size: tuple[int, int]) -> float:
     """Return the font size of small text in a picture, pixels."""
-    return max(15 * relative_size(*size), SMALLEST)
+    return max(15 * relative_size(*size), MIN_LETTERS)
 
 
 def text_width(words: str, size: float) -> float:

@@ -9,9 +9,11 @@ from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.clip import Clip, Pose
 
 MOMENTS = 100  # number of moments at which the bodies are measured
-APART = 0.15  # gap between bodies side by side, in body widths
-STEEP = 0.7  # minimum distance of lanes, in body heights, so that thin bodies hide no others
-WIDEST = 3.0  # maximum width of a lane, in body widths; bodies that drift farther leave their lane
+LANE_GAP = 0.15  # gap between bodies side by side, in body widths
+MIN_LANE = 0.7  # minimum distance of lanes, in body heights, so that thin bodies hide no others
+MAX_LANE = (
+    3.0  # maximum width of a lane, in body widths; bodies that drift farther leave their lane
+)
 
 
 class Race:
@@ -64,8 +66,8 @@ def _in_lanes(clips: Sequence[Clip]) -> list[Clip]:
     left = np.array([[y.max() for y in clip] for clip in across])
     lanes = [0.0]
     for farther, nearer in zip(right[:-1], left[1:], strict=True):
-        step = float((nearer - farther).max()) + APART * wide
-        lanes.append(lanes[-1] - max(min(step, WIDEST * wide), STEEP * tall))
+        step = float((nearer - farther).max()) + LANE_GAP * wide
+        lanes.append(lanes[-1] - max(min(step, MAX_LANE * wide), MIN_LANE * tall))
     middle = (lanes[0] + lanes[-1]) / 2
     return [
         replace(clip, lane=lane - middle, depth=floor)

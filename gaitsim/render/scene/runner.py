@@ -10,7 +10,7 @@ from gaitsim.render.scene.bodies import body, shadow
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES
-from gaitsim.render.scene.labels import POINT, SMALLEST, text_path
+from gaitsim.render.scene.labels import MIN_LETTERS, POINT, text_path
 from gaitsim.render.scene.pixels import Pixels
 from gaitsim.render.scene.shapes import discs, hull
 from gaitsim.render.scene.themes import Theme, mix, rgb
@@ -44,7 +44,7 @@ class Runner:
         from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 
         self.clip, self._picture = clip, np.array(picture)
-        self._line, self._size = 1.3 * unit, max(15 * unit, SMALLEST)
+        self._line, self._size = 1.3 * unit, max(15 * unit, MIN_LETTERS)
         line = self._line * POINT
         own, ground = rgb(colour), rgb(theme.ground)
         names = ("ground", "limb", "limb_light", "limb_edge")

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 FILLED = 0.56, 0.52  # shares of the picture's width and height that a single body may fill
 FILLED_BY_ALL = 0.8, 0.6  # shares that several bodies may fill together
-SMALLEST = 0.08  # minimum size of each of several bodies, as a share of the picture's height
-AHEAD = 0.3  # maximum distance of the leader from the middle, as a share of that height
-STEEP = 24.0  # minimum elevation of the camera for several bodies, degrees
+MIN_BODY_SIZE = 0.08  # minimum size of each of several bodies, as a share of the picture's height
+MAX_LEAD = 0.3  # maximum distance of the leader from the middle, as a share of that height
+MIN_ELEVATION = 24.0  # minimum elevation of the camera for several bodies, degrees
 
 
 class World:
@@ -59,15 +59,15 @@ class World:
         rows = ROW * small_letters(size) * len(self.clips) if several else 0.0
         self._centre = np.array([width / 2, (height - rows) / 2])
         azimuth, elevation = VIEWS[view]
-        self.angles = azimuth, max(elevation, STEEP) if several else elevation
+        self.angles = azimuth, max(elevation, MIN_ELEVATION) if several else elevation
         box, (across, above) = race.box, FILLED_BY_ALL if several else FILLED
         self.scale, self.middle = fit_box(
             box, self.angles, across * width, above * height - rows / 2, view
         )
         self._extent = max(float(np.ptp(box, axis=0).max()), race.span) if several else race.span
-        if several and self.scale * race.span < SMALLEST * height:
-            self.scale = SMALLEST * height / race.span
-            race.room = AHEAD * height / self.scale
+        if several and self.scale * race.span < MIN_BODY_SIZE * height:
+            self.scale = MIN_BODY_SIZE * height / race.span
+            race.room = MAX_LEAD * height / self.scale
             self.middle = np.zeros(3)
             self._extent = height / self.scale
         ground = rgb(theme.ground)

@@ -29,12 +29,15 @@ FOOT = DAMAGED + 1  # + side
 LABEL = FOOT + SIDES
 
 STANCE, LOST = ord("●"), ord("×")
-APART, LINES = 12.0, 12  # approximate dots between two lines of the ground, and lines across it
-ALONG = 4  # dots of a line of the ground between two crossings
+LINE_DISTANCE, MAX_LINES = (
+    12.0,
+    12,
+)  # approximate dots between two lines of the ground, and lines across it
+DOTS_PER_SQUARE = 4  # dots of a line of the ground between two crossings
 REACH = 0.75  # extent of the ground around the body, in widths of the picture
-DENSEST = 1.5  # least distance in dots between lines of the ground that are drawn
-BOLD = 150  # height of a picture, in dots, from which lines are two dots wide
-TRAIL = 80  # maximum number of points drawn of a path
+MIN_LINE_DISTANCE = 1.5  # least distance in dots between lines of the ground that are drawn
+BOLD_HEIGHT = 150  # height of a picture, in dots, from which lines are two dots wide
+MAX_TRAIL_POINTS = 80  # maximum number of points drawn of a path
 
 
 def picture(
@@ -122,11 +125,13 @@ def _ground(dots: Dots, eye: Camera, clip: Clip) -> None:
     height, width = dots.shape
     foot = np.array([eye.target[0], eye.target[1], 0.0])
     scale = float(eye.scale_at(eye.project(foot)[1]))
-    step = round_step(max(APART, width / LINES) / scale)
+    step = round_step(max(LINE_DISTANCE, width / MAX_LINES) / scale)
     reach = min(REACH * width / scale, 0.8 * eye.distance)
     lines = int(reach / step)
     across = np.arange(-lines, lines + 1) * step
-    along = np.arange(-lines * ALONG, lines * ALONG + 1) * (step / ALONG)
+    along = np.arange(-lines * DOTS_PER_SQUARE, lines * DOTS_PER_SQUARE + 1) * (
+        step / DOTS_PER_SQUARE
+    )
     grid = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
     points = np.zeros((2 * len(grid), 3))
     points[:, :2] = np.concatenate([grid, grid[:, ::-1]]) + np.rint(foot[:2] / step) * step
@@ -134,12 +139,12 @@ def _ground(dots: Dots, eye: Camera, clip: Clip) -> None:
     flat, depth = _project(eye, clip.on_ground(points), height)
     # From a low camera, lines behind one another would merge into a solid floor.
     apart = eye.scale_at(depth) * step * max(-float(eye.ahead[2]), 0.1)
-    draw_points(dots, flat[eye.in_front(depth) & (apart >= DENSEST)], GROUND)
+    draw_points(dots, flat[eye.in_front(depth) & (apart >= MIN_LINE_DISTANCE)], GROUND)
 
 
 def _track(eye: Camera, clip: Clip, pose: Pose, height: int) -> Points:
     """Return the body's past path (lines, 2, 2), on the ground or, if it flies, in the air."""
-    every = max(1, len(pose.trail) // TRAIL)
+    every = max(1, len(pose.trail) // MAX_TRAIL_POINTS)
     trail = pose.trail[::-every][::-1]
     if not clip.flies:
         trail = clip.on_ground(trail)
@@ -162,7 +167,7 @@ def _limbs(
     share = (middle.max() - middle) / spread if spread > 1e-3 * eye.distance else np.ones(len(side))
     shade = np.minimum((share * SHADES).astype(np.intp), SHADES - 1)
     inks = np.where(damaged, DAMAGED, BODY + SIDES * shade + side)
-    if height < BOLD:
+    if height < BOLD_HEIGHT:
         return ends, inks
     steep = np.abs(ends[:, 1] - ends[:, 0]).argmax(axis=1) == 1
     beside = np.where(steep[:, None], (1.0, 0.0), (0.0, 1.0))[:, None]

@@ -11,11 +11,11 @@ from gaitsim.render.ticks import format_round_length, round_step
 VIEWS = {"behind": (180.0, 18.0), "side": (-90.0, 7.0), "above": (180.0, 89.0)}
 """Azimuth from the body's heading and elevation of the camera, degrees."""
 
-HELD = 0.6  # height of the body in a picture, as a share
-NEAREST, FARTHEST = 2.5, 6.0  # height of a picture in body lengths
-ROOM = 1.25  # height of the part below the body, in its altitudes: keeps the ground in view
-WAY, BODY, SCALE = 1, 2, 3  # inks of a plan
-LEAST = 1.5  # minimum margin of a plan on every side, in body lengths
+BODY_HEIGHT = 0.6  # height of the body in a picture, as a share
+MIN_HEIGHT, MAX_HEIGHT = 2.5, 6.0  # height of a picture in body lengths
+GROUND_ROOM = 1.25  # height of the part below the body, in its altitudes: keeps the ground in view
+PATH, BODY, SCALE = 1, 2, 3  # inks of a plan
+MIN_MARGIN = 1.5  # minimum margin of a plan on every side, in body lengths
 
 
 def chase_camera(
@@ -35,14 +35,16 @@ def chase_camera(
     azimuth, elevation = VIEWS[view]
     right, up, ahead = axes(azimuth + float(np.degrees(turned)), elevation)
     width, height = columns * WIDE, rows * HIGH
-    tall = float(np.clip(ROOM * place[2] / HELD, NEAREST * size, FARTHEST * size))
-    scale = zoom * min(height / tall, width / (NEAREST * size))
+    tall = float(
+        np.clip(GROUND_ROOM * place[2] / BODY_HEIGHT, MIN_HEIGHT * size, MAX_HEIGHT * size)
+    )
+    scale = zoom * min(height / tall, width / (MIN_HEIGHT * size))
     return Camera(
         np.asarray(place, dtype=np.float64),
         *(right, up, ahead),
         distance=DISTANCE * max(size, tall / 2),
         scale=scale,
-        centre=np.array([(width - 1) / 2, HELD * (height - 1)]),
+        centre=np.array([(width - 1) / 2, BODY_HEIGHT * (height - 1)]),
     )
 
 
@@ -64,9 +66,9 @@ def draw_path(
     flat = np.stack([-path[:, 1], -path[:, 0]], axis=1)  # right, down
     low, high = flat.min(axis=0), flat.max(axis=0)
     room = np.array([columns * WIDE - 1.0, rows * HIGH - 1.0])
-    scale = float((room / (np.maximum(high - low, 0) + 2 * LEAST * size)).min())
+    scale = float((room / (np.maximum(high - low, 0) + 2 * MIN_MARGIN * size)).min())
     at = (flat - (low + high) / 2) * scale + room / 2
-    draw_lines(dots, np.stack([at[:-1], at[1:]], axis=1), np.full(len(at) - 1, WAY))
+    draw_lines(dots, np.stack([at[:-1], at[1:]], axis=1), np.full(len(at) - 1, PATH))
     codes, inks = cells(dots)
     row, column = int(at[-1, 1]) // HIGH, int(at[-1, 0]) // WIDE
     codes[row, column] = ord(ARROWS[round(turned / (np.pi / 4)) % len(ARROWS)])

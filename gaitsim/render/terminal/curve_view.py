@@ -14,9 +14,11 @@ if TYPE_CHECKING:
 
 # A few very low scores, for example in the first generations, would flatten the rest of the
 # curves.
-OUTLIERS = 0.05  # maximum share of points left out below the axis
-PRESSED = 4.0  # minimum distance of such points below the others, in heights of the others
-HUGE = 1e300  # limit of values, so that the difference of two is finite
+MAX_OUTLIERS = 0.05  # maximum share of points left out below the axis
+MIN_OUTLIER_DISTANCE = (
+    4.0  # minimum distance of such points below the others, in heights of the others
+)
+MAX_VALUE = 1e300  # limit of values, so that the difference of two is finite
 WINDOWS = (1, 5, 25, 125)  # widths of the median filter of smoothed curves, generations
 
 
@@ -97,7 +99,7 @@ class Scale:
     def share(self, values: NDArray[Any] | float) -> NDArray[np.float64]:
         """Return the position of values along the axis, from 0 at the low end to 1 at the high."""
         found = np.asarray(values, dtype=np.float64)
-        found = np.where(np.isfinite(found), np.clip(found, -HUGE, HUGE), np.nan)
+        found = np.where(np.isfinite(found), np.clip(found, -MAX_VALUE, MAX_VALUE), np.nan)
         low, high = self.low, self.high
         if self.log:
             with np.errstate(invalid="ignore", divide="ignore"):
@@ -159,7 +161,9 @@ def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
         return None
     drawn = [(one.x[at], one.y[at]) for one, at in found if not one.incomparable]
     drawn = drawn or [(one.x[at], one.y[at]) for one, at in found]
-    x, y = (np.clip(np.concatenate(part), -HUGE, HUGE) for part in zip(*drawn, strict=True))
+    x, y = (
+        np.clip(np.concatenate(part), -MAX_VALUE, MAX_VALUE) for part in zip(*drawn, strict=True)
+    )
     left = min(float(one.x[at][0]) for one, at in found)
     right = max(float(one.x[at][-1]) for one, at in found)
     log_x = view.log_x and left > 0
@@ -169,8 +173,8 @@ def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
     seen = y[(x >= across.low) & (x <= across.high)]
     seen = seen if len(seen) else y
     low, top = float(seen.min()), float(seen.max())
-    usual = float(np.quantile(seen, OUTLIERS))
-    cut = not view.whole and top - low > (1 + PRESSED) * (top - usual) > 0
+    usual = float(np.quantile(seen, MAX_OUTLIERS))
+    cut = not view.whole and top - low > (1 + MIN_OUTLIER_DISTANCE) * (top - usual) > 0
     low, below = (usual, True) if cut and view.bottom is None else (low, False)
     log_y = view.log_y and (low if view.bottom is None else view.bottom) > 0
     if top - low <= max(1e-9 * max(abs(top), abs(low)), 1e-300):

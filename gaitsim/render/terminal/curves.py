@@ -22,15 +22,15 @@ from gaitsim.render.terminal.curve_view import Frame, Scale, Series, View, frame
 from gaitsim.render.ticks import labels, log_ticks, ticks
 
 AXIS, CURSOR, FIRST = 1, 2, 3  # inks of axes, cursor and last series; the first series is highest
-MOST_INKS = 250
-LEAST = 12, 4  # minimum columns and rows of a plot
-LINED = 8  # minimum rows of a plot whose horizontal axis has a line
+MAX_INKS = 250
+MIN_SIZE = 12, 4  # minimum columns and rows of a plot
+MIN_LINED_ROWS = 8  # minimum rows of a plot whose horizontal axis has a line
 # Dots on and off along a line, which distinguish series without colours.
 DASHES = ((1, 0), (5, 3), (2, 3), (9, 3), (1, 2), (6, 6))
 MARKERS = "●◆▲■▼◇○"  # on the lines, as more than a few dashes are hard to distinguish
 _PIECES = ("━", "╍", "┅", "━", "┉", "╺")  # samples of the dashes for legends
-APART = 16  # approximate columns between two markers of a line
-FINER = 4  # groups of points per dot, horizontally
+MARKER_DISTANCE = 16  # approximate columns between two markers of a line
+GROUPS_PER_DOT = 4  # groups of points per dot, horizontally
 ALL = View()
 
 
@@ -57,19 +57,19 @@ def sample(index: int) -> str:
 
 def ink_of(index: int, count: int) -> int:
     """Return the ink of series `index` of `count`."""
-    return FIRST + (count - 1 - index) % MOST_INKS
+    return FIRST + (count - 1 - index) % MAX_INKS
 
 
 def area_of(series: Sequence[Series], columns: int, rows: int, view: View = ALL) -> Area | None:
     """Return the area of curves; None if there are no points or not enough space."""
     frame = frame_of(series, view)
-    if frame is None or columns < LEAST[0] or rows < LEAST[1]:
+    if frame is None or columns < MIN_SIZE[0] or rows < MIN_SIZE[1]:
         return None
-    height = rows - (2 if rows >= LINED else 1)
+    height = rows - (2 if rows >= MIN_LINED_ROWS else 1)
     numbers = _ticks(frame.y, min(max(height // 2, 3), 6))
     words = labels(numbers, alike=not frame.y.log)
     left = max(map(len, words), default=-1) + 2
-    if columns - left < LEAST[0] // 2:
+    if columns - left < MIN_SIZE[0] // 2:
         return None
     return Area(left, columns - left, height, frame, tuple(zip(numbers, words, strict=True)))
 
@@ -164,7 +164,7 @@ def _mark(
     x, y = x[inside], y[inside]
     if not len(x):
         return
-    number = max(columns // max(APART, 2 * count), 1)
+    number = max(columns // max(MARKER_DISTANCE, 2 * count), 1)
     wanted = (np.arange(number) + (index + 1) / (count + 1)) / number
     for place in {int(np.abs(x - one).argmin()) for one in wanted}:
         row = round((1 - y[place]) * (HIGH * rows - 1)) // HIGH
@@ -196,7 +196,7 @@ class _Paper:
 def _write_x(paper: _Paper, frame: Frame, dots: Dots, left: int, name: str) -> None:
     """Write the horizontal axis: a line if there is a row for it, numbers and the label."""
     rows, columns = paper.codes.shape
-    lined = rows >= LINED
+    lined = rows >= MIN_LINED_ROWS
     if lined:
         paper.write(rows - 2, left - 1, "└" + "─" * (columns - left))
     end = columns - len(name) - 1 if name and columns - left > 3 * len(name) else columns
@@ -239,7 +239,7 @@ def thin_series(series: Series, width: int) -> Series:
 
     Each group of neighbouring points is replaced by its lowest and its highest value.
     """
-    each = len(series.y) // max(FINER * width, 1)
+    each = len(series.y) // max(GROUPS_PER_DOT * width, 1)
     if each < 2:
         return series
     y = np.where(np.isfinite(series.y), series.y, np.nan)

@@ -18,7 +18,7 @@ from gaitsim.render.terminal.text import number
 
 TIMES = 4  # columns in the table of terms over time
 DIGITS = {"Froude number": 4, "unsupported": 1, "joint travel": 1}  # decimals; 3 by default
-_MOVED = 1e-9  # relative tolerance between the recorded and the replayed score
+_SCORE_TOLERANCE = 1e-9  # relative tolerance between the recorded and the replayed score
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def _terms_over_time(individual: Individual) -> Passage:
     if individual.worlds:
         title += " in its own world"
         warning = f"The run recorded {number(recorded, 4)}{individual.over_worlds}."
-    elif abs(individual.replayed_score - recorded) > _MOVED * max(1.0, abs(recorded)):
+    elif abs(individual.replayed_score - recorded) > _SCORE_TOLERANCE * max(1.0, abs(recorded)):
         warning = (
             f"The run recorded {number(recorded, 4)}: the body or the fitness has changed since."
         )

@@ -9,10 +9,10 @@ from gaitsim.render.terminal.body import SIDES
 from gaitsim.render.terminal.braille import SPACE, Inks
 from gaitsim.render.ticks import labels, ticks
 
-QUIET, CURSOR, FIRST = 1, 2, 3  # inks of swing, of the current frame, and of the first side
+SWING_INK, CURSOR, FIRST = 1, 2, 3  # inks of swing, of the current frame, and of the first side
 TIME = FIRST + SIDES
 WINDOW = 4.0  # approximate seconds shown: a few strides of most bodies
-WIDEST = 6  # maximum width of a frame, in half cells
+MAX_FRAME_WIDTH = 6  # maximum width of a frame, in half cells
 SWING = "·"
 _HALVES = " ▌▐█"  # halves of a cell with ground contact: neither, first, second, both
 _STACKED = " ▀▄█"  # feet of a shared row with ground contact: neither, upper, lower, both
@@ -54,7 +54,7 @@ def strip(
         return codes, inks
     steps = width if stacked else 2 * width
     each = max(1, round(WINDOW * frame_rate / steps))
-    wider = min(max(steps // frames, 1), WIDEST)
+    wider = min(max(steps // frames, 1), MAX_FRAME_WIDTH)
     if wider > 1:  # a short motion
         touching, frame, frames, each = touching.repeat(wider, 0), frame * wider, frames * wider, 1
     rate = frame_rate * max(wider, 1) / each  # steps per second
@@ -73,7 +73,7 @@ def strip(
     area = codes[:lines, gutter : gutter + wide]
     area[:] = np.where(marks == SPACE, ord(SWING), marks)
     area_inks = inks[:lines, gutter : gutter + wide]
-    area_inks[:] = np.where(marks == SPACE, QUIET, FIRST + sides[:lines, None])
+    area_inks[:] = np.where(marks == SPACE, SWING_INK, FIRST + sides[:lines, None])
     moment = (at - start) if stacked else (at - start) // 2
     if moment < wide:
         column = area[:, moment]

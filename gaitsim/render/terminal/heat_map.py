@@ -30,7 +30,7 @@ from gaitsim.render.terminal.text import number, visible
 Codes = NDArray[np.uint32]
 SHADES = "·░▒▓█"  # an empty cell, and the levels of a scale without colours
 _POINTED_SHADE = "◆"
-_MOST_BAR = 3  # maximum columns per level in the colour scale
+_MAX_LEVEL_WIDTH = 3  # maximum columns per level in the colour scale
 
 
 class HeatMap:
@@ -206,7 +206,7 @@ class HeatMap:
         low = ("≤" if scale.extended else "") + number(scale.low, 2)
         high = number(scale.high, 2)
         room = area.columns - len(low) - len(high) - 2
-        each = min((room - len(self._score) - 1) // count, _MOST_BAR * LEVELS // count)
+        each = min((room - len(self._score) - 1) // count, _MAX_LEVEL_WIDTH * LEVELS // count)
         name = f"{self._score} " if each else ""
         each = max(each, min(room // count, 1))
         row = 4 + self._height

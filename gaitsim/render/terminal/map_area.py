@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from gaitsim.render.ticks import labels, ticks
 
-LEAST = 14, 5  # minimum columns and rows of a map
+MIN_SIZE = 14, 5  # minimum columns and rows of a map
 _BELOW = 4  # rows below the cells: the axis, its numbers, its name, the colour scale
-_ENOUGH = 0.7  # share of the space that equal cells must fill; otherwise they differ by a dot
+_MIN_FILLED = 0.7  # share of the space that equal cells must fill; otherwise they differ by a dot
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,9 @@ class Area:
     @property
     def fits(self) -> bool:
         """Whether the picture has enough space for a map."""
-        return self.columns - self.left - 1 >= LEAST[0] // 2 and self.rows >= LEAST[1] + _BELOW
+        return (
+            self.columns - self.left - 1 >= MIN_SIZE[0] // 2 and self.rows >= MIN_SIZE[1] + _BELOW
+        )
 
     @property
     def high(self) -> int:
@@ -68,7 +70,7 @@ def dots_of(cells: int, room: int) -> NDArray[np.intp]:
     The cells are equal if equal cells fill most of the room.
     """
     each = room // cells
-    filled = each * cells if each * cells >= _ENOUGH * room else room
+    filled = each * cells if each * cells >= _MIN_FILLED * room else room
     return np.round(np.linspace(0, filled, cells + 1)).astype(np.intp)
 
 

@@ -15,8 +15,8 @@ CHOSEN = 4  # added to the ink of the chosen leg's label
 DOTTED = 1, 2  # dots drawn and left out in the lines of a lost leg
 SIGNS = {LOST: "✗", DAMAGED: "!"}
 HEAD = "▲"
-BESIDE = 3  # characters in a label besides the name: a sign of damage, and two brackets
-ROOM = 1  # cells between a foot and its label
+LABEL_EXTRA = 3  # characters in a label besides the name: a sign of damage, and two brackets
+LABEL_GAP = 1  # cells between a foot and its label
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ def to_cells(plan: Plan, points: Points, size: tuple[int, int]) -> Points:
     every = np.concatenate([plan.segments.reshape(-1, 2), plan.feet])
     low, high = every.min(axis=0), every.max(axis=0)
     tall, wide = np.maximum(high - low, 1e-9)
-    margin = max(map(len, plan.legs), default=0) + BESIDE + ROOM
+    margin = max(map(len, plan.legs), default=0) + LABEL_EXTRA + LABEL_GAP
     # A row is as high as two columns are wide.
     scale = max(min((columns - 2 * margin) / wide, 2 * (rows - 1) / tall), 1e-9)
     ahead, left = np.moveaxis(points - (low + high) / 2, -1, 0)
@@ -143,7 +143,7 @@ def _front(plan: Plan) -> Points:
 def _labels(plan: Plan, size: tuple[int, int]) -> NDArray[np.intp]:
     """Return the cells (legs, 2) where labels on the right begin and labels on the left end."""
     at = np.rint(to_cells(plan, plan.feet, size)).astype(np.intp)
-    at[:, 0] += np.where(plan.feet[:, 1] > 0, -ROOM + 1, ROOM)
+    at[:, 0] += np.where(plan.feet[:, 1] > 0, -LABEL_GAP + 1, LABEL_GAP)
     columns, rows = size
     return np.clip(at, 0, (columns - 1, rows - 1))
 

@@ -14,10 +14,10 @@ from gaitsim.render.terminal.braille import HIGH, SPACE, WIDE, Inks, cells, empt
 from gaitsim.render.terminal.text import number
 from gaitsim.render.ticks import UNITS, format_round_length, labels, round_step
 
-LEAST = 24, 6  # minimum columns and rows of a picture with annotations
-BAR = 6  # minimum columns of a scale bar
-LEAST_BAR = 1e-5  # metres; every body is larger
-APART = 3  # minimum rows between two ticks of altitude
+MIN_SIZE = 24, 6  # minimum columns and rows of a picture with annotations
+MIN_BAR = 6  # minimum columns of a scale bar
+MIN_LENGTH = 1e-5  # metres; every body is larger
+MIN_TICK_GAP = 3  # minimum rows between two ticks of altitude
 STEEP = 0.9  # sine of the camera's elevation above which altitude is not visible
 ARROWS = "↑↖←↙↓↘→↗"  # headings seen from above, with the initial heading up
 
@@ -39,7 +39,7 @@ def annotate(
         turned: turn to the left since the start, radians; None for a body without a heading.
     """
     rows, columns = codes.shape
-    if columns < LEAST[0] or rows < LEAST[1]:
+    if columns < MIN_SIZE[0] or rows < MIN_SIZE[1]:
         return
 
     def write(row: int, column: int, signs: list[int]) -> None:
@@ -79,9 +79,9 @@ def _bar(eye: Camera, widest: int) -> list[int]:
 
     The result is empty for a body without extent, whose scale has no meaning.
     """
-    if BAR * WIDE / eye.scale < LEAST_BAR:
+    if MIN_BAR * WIDE / eye.scale < MIN_LENGTH:
         return []
-    metres = round_step(BAR * WIDE / eye.scale)
+    metres = round_step(MIN_BAR * WIDE / eye.scale)
     width = round(metres * eye.scale)  # dots
     if width > widest * WIDE:
         return []
@@ -95,7 +95,7 @@ def _altitudes(eye: Camera, clip: Clip, pose: Pose, rows: int) -> list[tuple[int
     """Return the rows and labels of an altitude axis, with a mark at the body's altitude."""
     place, height = pose.middle, int(2 * eye.centre[1]) + 1
     scale = float(eye.scale_at(eye.project(place)[1])) * max(float(eye.up[2]), 0.1)
-    step = round_step(APART * HIGH / scale)
+    step = round_step(MIN_TICK_GAP * HIGH / scale)
     own = float(place[2]) + clip.floor
     count = int(rows * HIGH / scale / step) + 1
     at = (np.arange(-count, count + 1) + round(own / step)) * step

@@ -8,8 +8,8 @@ from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, axes, e
 from gaitsim.render.scene.clip import Clip, Pose
 
 FILLED = 0.88, 0.80  # shares of a picture's width and height that a body fills
-CLOSEST, FARTHEST = 16.0, 1 / 16
-SMALLEST = 1e-6  # metres: least size assumed for a body, which may be a point
+MAX_ZOOM, MIN_ZOOM = 16.0, 1 / 16
+MIN_EXTENT = 1e-6  # metres: least size assumed for a body, which may be a point
 
 NAMED = {**{name: VIEWS[name] for name in ("iso", "side", "top")}, "front": (0.0, 12.0)}
 
@@ -46,7 +46,7 @@ class Viewpoint:
 
     def zoomed(self, factor: float) -> "Viewpoint":
         """Return the view magnified by a factor, within limits."""
-        return replace(self, zoom=min(max(self.zoom * factor, FARTHEST), CLOSEST))
+        return replace(self, zoom=min(max(self.zoom * factor, MIN_ZOOM), MAX_ZOOM))
 
     def following(self, follow: bool) -> "Viewpoint":
         """Return the view with a camera that follows the body or shows its whole path."""
@@ -76,11 +76,13 @@ def camera(view: Viewpoint, clip: Clip, pose: Pose, width: int, height: int) -> 
         wide, tall = float(np.ptp(across)), float(np.ptp(above))
         target = (box.min(axis=0) + box.max(axis=0)) / 2
         reach = float(np.linalg.norm(np.ptp(box, axis=0))) / 2
-    scale = min(FILLED[0] * width / max(wide, SMALLEST), FILLED[1] * height / max(tall, SMALLEST))
+    scale = min(
+        FILLED[0] * width / max(wide, MIN_EXTENT), FILLED[1] * height / max(tall, MIN_EXTENT)
+    )
     return Camera(
         np.asarray(target, dtype=np.float64),
         *(right, up, ahead),
-        distance=DISTANCE * max(reach, SMALLEST),
+        distance=DISTANCE * max(reach, MIN_EXTENT),
         scale=scale * view.zoom,
         centre=np.array([(width - 1) / 2, (height - 1) / 2]),
     )
