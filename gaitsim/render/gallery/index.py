@@ -56,7 +56,6 @@ def index(title: str, cards: Iterable[Card], problems: Sequence[tuple[str, str]]
         made=escaped(program_version()),
         title=escaped(title),
         about=f"{count} run{'s' * (count != 1)}",
-        style=files("gaitsim.render.gallery").joinpath("gallery.css").read_text(encoding="utf-8"),
         main="\n".join(sections) or "<p>There are no runs here yet.</p>",
     ).encode()
 
