@@ -87,10 +87,7 @@ class Steering {
     try {
       this.stage = new gaitsim.Stage(this.canvas, this.themes.theme);
     } catch {
-      const words =
-        "This browser cannot draw in 3D (WebGL 2 is missing or disabled). " +
-        "The numbers are still available.";
-      this.canvas.replaceWith(element("p", { class: "missing" }, words));
+      gaitsim.withoutPicture(this.canvas, "The numbers are still available.");
       return;
     }
     this.ground = new gaitsim.Ground(null, 0, null);
