@@ -157,7 +157,7 @@ def screens() -> None:
         _screen(app, "tui-replay")
 
     async def live(app: GaitsimApp, press: Press) -> None:
-        screen = Live(LIVE, go=True)
+        screen = Live(LIVE, resume=True)
         app.push_screen(screen)
         async with asyncio.timeout(120):
             while not screen.is_mounted or screen.snapshot.generation < 150:

@@ -92,7 +92,7 @@ def _described(name: str, lag: float | None) -> str:
     if lag is None:
         return name
     way = "front to back" if lag > 0 else "back to front"
-    return f"a wave that runs {way} by {abs(lag):.2f} cycles a leg"
+    return f"a wave that runs {way} with a lag of {abs(lag):.2f} cycles per leg"
 
 
 def _in_pairs(phases: Floats, relative: Floats) -> tuple[NDArray[np.bool_], Layout] | None:
