@@ -202,12 +202,12 @@ def _changed_options(verdict: Verdict) -> list[str]:
     if not verdict.asked:
         return []
     options = "; ".join(
-        f"{change.key}: {value(change.now)}, made with {value(change.then)}"
+        f"{change.key} is {value(change.now)} in the file, {value(change.then)} in the run"
         for change in verdict.asked
     )
     return [
         f"{EXPERIMENT} differs from the options of the run ({options}): "
-        f"it would take effect from generation {verdict.last + 1}"
+        f"resuming would apply the file from generation {verdict.last + 1}"
     ]
 
 

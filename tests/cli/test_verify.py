@@ -82,8 +82,9 @@ def test_a_changed_experiment_file_exits_with_1_and_names_the_options(gaitsim, r
     path.write_text(text.replace("seed = 1", "seed = 77").replace("elites = 2", "elites = 0"))
     assert gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()[:2] == [
         "runs/puppet: different, although the compared generations are identical",
-        "  experiment.toml differs from the options of the run (seed: 77, "
-        "made with 1; search.elites: 0, made with 2): it would take effect from generation 6",
+        "  experiment.toml differs from the options of the run (seed is 77 in the "
+        "file, 1 in the run; search.elites is 0 in the file, 2 in the run): resuming would apply "
+        "the file from generation 6",
     ]
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert (found["identical"], found["differences"]) == (False, [])
