@@ -26,7 +26,7 @@ def read_challenge(reference: str) -> Challenge | None:
     Anything else returns None.
 
     Raises:
-        GaitsimError: the code is damaged, invalid, in another format, or cannot be read.
+        GaitsimError: the code is damaged, invalid, in a different format, or cannot be read.
     """
     if reference == STANDARD_INPUT:
         return Challenge.read(sys.stdin.buffer.read(2 * LONGEST + 1).decode("utf-8", "replace"))

@@ -138,7 +138,7 @@ def imitate(
     )
     expert = find_expert(run, body, parse_individual(generation, member))
     if expert.body and body is None and not json:
-        notice(f"Using the body of {expert.body}; --body chooses another.")
+        notice(f"Using the body of {expert.body}. To use a different one, give --body.")
     if video:
         require_play(expert.experiment)
     files = files_of(

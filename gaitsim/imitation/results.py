@@ -41,7 +41,7 @@ def files_of(
     if gait is not None and any(path.absolute() == gait.absolute() for path in files.values()):
         raise GaitsimError(
             f"the imitator's files would replace the imitated gait file {gait}",
-            remedy="choose another folder: --out FOLDER",
+            remedy="choose a different folder: --out FOLDER",
         )
     return files
 

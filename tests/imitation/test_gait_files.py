@@ -57,7 +57,7 @@ def test_joint_names_determine_the_body(champion, folder, gaitsim, monkeypatch):
     )
     gs.export(champion, "bestGait.mat")
     said = gaitsim("imitate", "bestGait.mat", "--epochs", 1)
-    assert "the preset spider;" in said.stderr
+    assert "the preset spider." in said.stderr
 
 
 def test_a_file_in_the_exports_of_a_run_has_the_body_of_the_run(champion, folder, gaitsim):
@@ -123,7 +123,7 @@ ANGLES = np.zeros((3, 24))
         (("foreign.npz", "--body", "spider"), "2 joints, such as"),
         (("unnamed.npz", "--body", "fly"), "no joint angles"),
         (("unnamed.npz", "--body", "nothing"), "nothing"),
-        (("unnamed.npz", "--body", "spider", "--generation", "3"), "neither generations"),
+        (("unnamed.npz", "--body", "spider", "--generation", "3"), "has no generations"),
         (("short.npz", "--body", "spider"), "shape (1, 24)"),
         (("nan.npz", "--body", "spider"), "not all finite"),
         (("imitator.npz", "--body", "spider"), "would replace the imitated gait file imitator.npz"),

@@ -118,7 +118,7 @@ def _check_model_out(path: Path) -> None:
         raise GaitsimError(
             f"{path} already exists",
             where="--model-out",
-            remedy="choose another name, or delete the file first",
+            remedy="choose a different name, or delete the file first",
         )
     check_folder(path)
 
