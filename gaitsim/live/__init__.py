@@ -18,7 +18,7 @@ Commands:
     {"do": "step"}                                     evolve one generation, then pause
     {"do": "set", "values": {"mutation.rate": 0.1}}    change options between two generations, as
                                                        a stage; "typed" instead of "values" holds
-                                                       texts in the syntax of --set
+                                                       strings in the syntax of --set
     {"do": "stop"}                                     save and stop after the current generation
 
 SIGTERM and the end of standard input act as `stop`. SIGINT is ignored, because Ctrl-C in a
@@ -27,8 +27,8 @@ terminal is meant for the program in the foreground. Lines that are not commands
 A snapshot is written after each change, at most twenty times a second. Its keys are as follows;
 those after `generations_per_second` appear only if they have changed:
 
-    state         preparing, running or paused; with `--listen` also queued, while as many runs
-                  evolve as there are cores; at the end finished, stopped or failed
+    state         preparing, running or paused; with `--listen` also queued, while one run per
+                  core is evolving; at the end finished, stopped or failed
     reason        reason why the run is finished; '' otherwise
     generation    last generation on disk; 0 before the first
     generations   number of planned generations

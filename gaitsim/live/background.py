@@ -1,4 +1,4 @@
-"""Start, find and stop processes that evolve runs in the background."""
+"""Start, find and stop the background processes of runs."""
 
 import json
 import os
@@ -32,7 +32,7 @@ PERIOD = 0.05  # seconds between two checks for the end of a process
 
 
 def background_state(run: Path) -> State | None:
-    """Return the state of the process that evolves a run in the background, or None."""
+    """Return the state of a run's background process; None if it has none."""
     found = background_process(run)
     return found.state if found else None
 
@@ -44,11 +44,11 @@ def check_detached(
     *,
     any_version: bool = False,
 ) -> None:
-    """Check that a run can be evolved, before it is queued.
+    """Check that a run can continue, before it is queued.
 
     Raises:
         ExperimentError: the experiment has problems, with or without the overrides.
-        RunError: a process already evolves the run, or it cannot continue with these options.
+        RunError: the run is already evolving, or it cannot continue with these options.
         GaitsimError: the run uses Python code that another process cannot import.
     """
     RunLock(run).release()
@@ -58,7 +58,7 @@ def check_detached(
         raise GaitsimError(
             f"the {entry} cannot be sent to another process",
             where=entry.target,
-            remedy="evolve the run in this process: run.resume()",
+            remedy="continue the run in this process: run.resume()",
         )
 
 
@@ -73,8 +73,8 @@ def start_detached(
 ) -> int:
     """Evolve a run in its own process, which outlives this one; return its process ID.
 
-    The run starts immediately, or is queued while as many runs evolve in the background as there
-    are cores. Later failures are reported to its clients and by
+    The run starts immediately, or is queued if one background run per core is already evolving.
+    Later failures are reported to its clients and by
     `gaitsim.runs.background.last_failure`.
 
     Args:
@@ -83,16 +83,14 @@ def start_detached(
         workers: number of parallel workers; None for the default.
         overrides: options to change at the start, by key.
         paused: whether to pause before the first generation.
-        any_version: whether to resume with other versions of packages.
+        any_version: whether to resume with different versions of packages.
 
     Raises:
         GaitsimError: the process cannot be started.
-        RunError: a process already evolves the run, or the run's folder does not exist.
+        RunError: the run is already evolving, or its folder does not exist.
     """
     if sys.platform == "win32":
-        raise GaitsimError(
-            "cannot evolve runs in the background on Windows", remedy="omit --detach"
-        )
+        raise GaitsimError("background runs are not supported on Windows", remedy="omit --detach")
     arguments = [
         *([f"--generations={generations}"] if generations is not None else []),
         *([f"--workers={workers}"] if workers is not None else []),
@@ -123,7 +121,7 @@ def start_detached(
 
 
 def stop(run: Path, timeout: float | None = None) -> bool:
-    """Stop a run that evolves in the background after its current generation, and save it.
+    """Save and stop a background run after its current generation.
 
     Args:
         run: folder of the run.
@@ -133,7 +131,7 @@ def stop(run: Path, timeout: float | None = None) -> bool:
         Whether the process has ended.
 
     Raises:
-        RunError: no process evolves the run in the background.
+        RunError: the run is not evolving in the background.
     """
     found = request_stop(run)
     if found is None:
@@ -161,7 +159,7 @@ def request_stop(run: Path) -> BackgroundProcess | None:
 
 
 def send(run: Path, *commands: Command) -> None:
-    """Send commands to the process that evolves a run in the background.
+    """Send commands to the background process of a run.
 
     Raises:
         RunError: the process does not accept them.
@@ -187,7 +185,7 @@ def send(run: Path, *commands: Command) -> None:
 
 
 def kill(run: Path) -> None:
-    """Kill the process that evolves a run in the background; it loses the current generation."""
+    """Kill the background process of a run; the current generation is lost."""
     found = background_process(run)
     if found is not None and sys.platform != "win32":
         _signal(found.pid, signal.SIGKILL)

@@ -41,8 +41,7 @@ class BackgroundControls:
 
         Args:
             generations: last generation to evolve, counted from 1; None for the planned one.
-            set: options to change from the next generation on, by key; if they affect results, a
-                new stage starts.
+            set: options to change, by key; those that affect the evolution start a stage.
             workers: number of parallel workers; None for the body's default.
 
         Raises:

@@ -1,4 +1,4 @@
-"""The clients of a process that evolves a run in the background."""
+"""The clients of a background process."""
 
 import asyncio
 import socket

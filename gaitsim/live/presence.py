@@ -1,4 +1,4 @@
-"""Files of a process that evolves a run in the background: lock, socket, state and log."""
+"""Files of a background process: lock, socket, state and log."""
 
 import json
 import os
@@ -36,14 +36,14 @@ class Presence:
     """The files that make this process visible to others, until it publishes a final state.
 
     Args:
-        run: folder of the run that this process evolves.
+        run: folder of the run.
 
     Attributes:
         listener: listening socket.
 
     Raises:
         GaitsimError: the private folder cannot be used.
-        RunError: another process evolves the run in the background, or its folder does not exist.
+        RunError: the run already has a background process, or its folder does not exist.
     """
 
     def __init__(self, run: Path) -> None:

@@ -1,4 +1,4 @@
-"""A connection to the process that evolves a run in the background."""
+"""A connection to the background process of a run."""
 
 import asyncio
 import contextlib
@@ -30,7 +30,7 @@ class RunProcess:
         overrides: options to change at the start, by key.
         paused: whether to pause before the first generation.
         initial: snapshot of the run to yield until the process sends one; None for an empty one.
-        launch: whether to start a process if none evolves the run.
+        launch: whether to start a process if the run has none.
 
     Attributes:
         last: latest snapshot.
@@ -130,7 +130,7 @@ class RunProcess:
         background.kill(self.run)
 
     def disconnect(self) -> None:
-        """Disconnect; the run continues to evolve, and the iterator ends."""
+        """Disconnect and end the iterator; the run continues to evolve."""
         self._disconnected = True
         self._updated.set()
         if self._writer is not None:
@@ -193,7 +193,7 @@ class RunProcess:
 
 
 def _in_state(known: Snapshot, state: State) -> Snapshot:
-    """Return a known snapshot in another state, without rows and events."""
+    """Return a known snapshot in a different state, without rows and events."""
     return replace(
         known,
         state=state,

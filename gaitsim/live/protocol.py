@@ -1,4 +1,4 @@
-"""Messages between the process that evolves a run and its clients."""
+"""Messages between the process of a run and its clients."""
 
 import json
 import math

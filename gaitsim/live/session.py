@@ -30,7 +30,7 @@ def evolve_live(
         overrides: options to change at the start, by key.
         generations: last generation to evolve; None for the planned one.
         workers: number of parallel workers.
-        any_version: whether to resume with other versions of packages.
+        any_version: whether to resume with different versions of packages.
 
     Returns:
         'finished', 'stopped' or 'failed'.

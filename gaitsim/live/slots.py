@@ -15,7 +15,7 @@ GUARD_TIMEOUT = 1.0  # seconds to wait while another process changes the queue
 
 
 def slot_count() -> int:
-    """Return the maximum number of runs that evolve in the background at a time.
+    """Return the maximum number of background runs that evolve at a time.
 
     Raises:
         GaitsimError: the environment variable has an invalid value.

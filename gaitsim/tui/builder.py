@@ -1,6 +1,6 @@
 """An experiment under construction: a preset and changes to it.
 
-Changes are stored as the texts of `--set`, so the UI can build only experiments that
+Changes are stored as the values of `--set`, so the UI can build only experiments that
 `gaitsim run … --set …` can build too. This module does not depend on screens.
 """
 
@@ -78,7 +78,7 @@ class ExperimentBuilder:
 
     Attributes:
         preset: preset to start from.
-        changes: texts typed by the user, by key, in the order of typing.
+        changes: strings typed by the user, by key, in the order of typing.
     """
 
     preset: LoadedPreset
@@ -101,7 +101,7 @@ class ExperimentBuilder:
         return replace(self, changes=changes if text is None else changes | {key: text})
 
     def choose(self, kind: str, name: str) -> "ExperimentBuilder":
-        """Return a copy with another plugin, without changes to options of the old plugin."""
+        """Return a copy with a different plugin, without changes to options of the old one."""
         chosen = {} if name == self.preset.plugin(kind) else {f"{kind}.{PLUGIN}": name}
         return replace(self, changes={**self.drop(kind).changes, **chosen})
 
@@ -172,7 +172,7 @@ class Validation:
         problems: problems by key or section; '' for a problem elsewhere.
         forms: forms of the sections by name.
         offered: plugins that work with the other parts, by kind.
-        toml: experiment file with long texts shortened; '' if the experiment has problems.
+        toml: experiment file with long values shortened; '' if the experiment has problems.
     """
 
     builder: ExperimentBuilder
@@ -244,7 +244,7 @@ def _uses(builder: ExperimentBuilder, catalogue: Catalogue, section: str) -> boo
 def choose_plugin(
     validation: Validation, kind: str, name: str, catalogue: Catalogue
 ) -> ExperimentBuilder:
-    """Return the builder with another plugin.
+    """Return the builder with a different plugin.
 
     After a change of the organism or the search, incompatible parts are replaced by those of a
     preset of that organism.

@@ -99,7 +99,7 @@ class Commands(Provider):
 
 
 def escape_markup(text: str) -> str:
-    """Escape a text for the palette, which interprets markup."""
+    """Escape a string for the palette, which interprets markup."""
     return text.replace("[", "\\[")
 
 

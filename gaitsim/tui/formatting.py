@@ -31,7 +31,7 @@ def duration(seconds: float) -> str:
 
 
 def clip(text: str, width: int) -> str:
-    """Clip a text to `width` cells, with '…'; escape control characters."""
+    """Clip a string to `width` cells, with '…'; escape control characters."""
     text = visible(text)
     return text if cell_len(text) <= width else set_cell_size(text, max(0, width - 1)) + "…"
 

@@ -50,7 +50,7 @@ def check_keys(config: Config, ids: Collection[str]) -> list[GaitsimError]:
                 found.append(
                     GaitsimError(
                         f"there is no key {literal(key.strip())}",
-                        allowed='a character, or a name such as "enter", "f5" and "ctrl+d"',
+                        allowed='a character, or a name such as "enter", "f5" or "ctrl+d"',
                         remedy=nearest(bare, sorted(KEYS)),
                         **place,
                     )

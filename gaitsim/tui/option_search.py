@@ -15,7 +15,7 @@ from gaitsim.tui.catalogue import Catalogue
 
 
 class FoundOption(NamedTuple):
-    """An option: its key, value and meaning, and its plugin if another one is chosen."""
+    """An option: its key, value and meaning, and its plugin if a different one is chosen."""
 
     key: str
     text: str

@@ -1,4 +1,4 @@
-"""A filter that prevents untrusted texts from controlling the terminal, in every widget."""
+"""A filter that prevents untrusted text from controlling the terminal, in every widget."""
 
 import unicodedata
 

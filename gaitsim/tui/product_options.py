@@ -285,12 +285,12 @@ class Differences(Settings):
 
 
 def split_names(text: str | None) -> list[str]:
-    """Return the comma-separated names in a text; names may contain spaces."""
+    """Return the comma-separated names in a string; names may contain spaces."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def split_words(text: str) -> list[str]:
-    """Return the words of a text; quoted words may contain spaces."""
+    """Return the words of a string; quoted words may contain spaces."""
     import shlex
 
     try:

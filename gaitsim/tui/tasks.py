@@ -89,7 +89,7 @@ class Task:
         del self.output[:-KEPT]
 
     def add_record(self, line: str) -> None:
-        """Process a line of standard error: a record, or a text printed by a library."""
+        """Process a line of standard error: a record, or output of a library."""
         try:
             record = json.loads(line)
             match record:

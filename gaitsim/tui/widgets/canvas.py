@@ -90,7 +90,7 @@ class BodyCanvas(Cells, can_focus=True):
 
     @dataclass
     class Moved(Message):
-        """Posted when another frame is shown."""
+        """Posted when a different frame is shown."""
 
         canvas: "BodyCanvas"
 
@@ -119,7 +119,7 @@ class BodyCanvas(Cells, can_focus=True):
             self.set_skeleton(skeleton)
 
     def set_skeleton(self, skeleton: Skeleton | None, message: str = "no body yet") -> None:
-        """Show another body; keep the camera, and the time modulo the new duration.
+        """Replace the body; keep the camera, and the time modulo the new duration.
 
         If the body cannot be drawn, the reason is shown.
         """

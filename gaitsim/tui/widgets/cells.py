@@ -98,7 +98,7 @@ class Cells(Widget):
         return Strip.blank(self.content_size.width, self.rich_style)
 
     def notify_style_update(self) -> None:
-        """Adopt the colours of another theme."""
+        """Adopt the colours of the new theme."""
         super().notify_style_update()
         self.forget_styles()
         self.call_later(self.redraw)

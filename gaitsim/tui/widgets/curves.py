@@ -107,7 +107,7 @@ class Curves(Widget, can_focus=True):
         y_label: str | None = None,
         message: str | None = None,
     ) -> None:
-        """Show other curves; keep the zoom if the axes show the same quantities.
+        """Replace the curves; keep the zoom if the axes show the same quantities.
 
         Args:
             series: curves to show; without any, the message is shown.

@@ -18,7 +18,7 @@ _LINE = 1  # cell before the key of the palette
 class Item(NamedTuple):
     """A key of the footer: its binding, displayed key, description, state and tooltip.
 
-    Of two keys with the same description, such as `[` and `]`, only the last has a text.
+    Of two keys with the same description, such as `[` and `]`, only the last has a description.
     """
 
     binding: Binding

@@ -51,7 +51,7 @@ class FootfallStrip(Cells):
         self.set_skeleton(None)
 
     def set_skeleton(self, skeleton: Skeleton | None) -> None:
-        """Show another body's feet."""
+        """Show the feet of a body; None hides the diagram."""
         touching = None if skeleton is None else skeleton.touching
         feet = 0 if touching is None else touching.shape[1]
         if skeleton is not None and touching is not None and feet:

@@ -17,7 +17,7 @@ from gaitsim.tui.widgets.form import Field
 
 
 class Part(VerticalScroll):
-    """The form of a section, rebuilt only for another plugin; otherwise only problems change."""
+    """The form of a section; only a different plugin rebuilds it."""
 
     @dataclass
     class PluginChosen(Message):
@@ -85,7 +85,7 @@ class Part(VerticalScroll):
 
         Args:
             key: key of the option.
-            later: whether to wait for the form of another plugin.
+            later: whether to wait for the form of a different plugin.
         """
         self._wanted_key = ""
         fields = {} if later else {field.option.key: field for field in self.query(Field)}

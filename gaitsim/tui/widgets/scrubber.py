@@ -65,7 +65,7 @@ class Scrubber(Widget, can_focus=True):
 
     @dataclass
     class Changed(Message):
-        """Posted when the user chooses another number."""
+        """Posted when the user chooses a different number."""
 
         scrubber: "Scrubber"
         value: int
