@@ -177,7 +177,7 @@ class GaitsimApp(ViKeys):
         beside: Path | None = None,
         damage: Sequence[str] = (),
     ) -> None:
-        """Replay the champion or another individual, beside one of another run if given.
+        """Replay the champion or a different individual, beside one of a second run if given.
 
         The body has the given damage.
         """
@@ -198,7 +198,7 @@ class GaitsimApp(ViKeys):
         self.push_screen(Map(run, member))
 
     def open_why(self, run: Path, which: "Which" = None) -> None:
-        """Explain the score of the champion or another individual."""
+        """Explain the score of the champion or a different individual."""
         from gaitsim.tui.screens.why import Why
 
         self.push_screen(Why(run, which))

@@ -91,7 +91,7 @@ class ExperimentBuilder:
         return {key: Typed(self.changes[key].strip()) for key in keys}
 
     @property
-    def counted(self) -> str:
+    def changes_text(self) -> str:
         """The number of changes, such as '2 changes'."""
         return f"{len(self.changes)} change{'s' * (len(self.changes) != 1)}"
 
@@ -183,7 +183,7 @@ class Validation:
     toml: str
 
     @property
-    def used(self) -> tuple[str, ...]:
+    def used_sections(self) -> tuple[str, ...]:
         """The sections that the experiment has."""
         return tuple(section for section in SECTIONS if section in self.forms)
 

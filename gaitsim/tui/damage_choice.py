@@ -29,5 +29,5 @@ def sort_damage(damage: Choice, legs: Legs) -> Choice:
 
 
 def damage_texts(damage: Choice) -> tuple[str, ...]:
-    """Return damage in the syntax of `--damage`, one text per part."""
+    """Return damage in the syntax of `--damage`, one string per part."""
     return tuple(map(str, damage))

@@ -1,4 +1,4 @@
-"""The keys of vi in lists, tables and scrolling texts: j, k, g, G, Ctrl-D and Ctrl-U."""
+"""The keys of vi in lists, tables and scrolling text: j, k, g, G, Ctrl-D and Ctrl-U."""
 
 from itertools import starmap
 from typing import ClassVar

@@ -201,7 +201,7 @@ other terminals.
     def run_changed(self, old: Path, new: Path) -> None:
         self._changes += 1
         if self._table is not None and new != old:
-            self._table.moved(old, new)
+            self._table.run_renamed(old, new)
         self.look()
 
     def on_resize(self) -> None:

@@ -128,7 +128,9 @@ restores; Ctrl-Z undoes all changes.
             self.query_one(ExperimentHead).fill(builder)
             self._show(found)
             if draft:
-                self.notify(f"Restored your draft: {builder.counted}. Ctrl-Z undoes all changes.")
+                self.notify(
+                    f"Restored your draft: {builder.changes_text}. Ctrl-Z undoes all changes."
+                )
         self._loading, self.sections.disabled = False, self.builder is None
         if self._run_once_loaded:
             self.action_run()
@@ -217,7 +219,7 @@ restores; Ctrl-Z undoes all changes.
     async def _replace(self, reference: str) -> None:
         """Load a different preset, after asking whether to discard changes."""
         if self.builder is not None and self.builder.changes:
-            about = f"{self.builder.counted} will be discarded."
+            about = f"{self.builder.changes_text} will be discarded."
             if not await self.app.push_screen_wait(Confirm(f"Load {reference}?", "Load", about)):
                 self._fill_presets(self.builder.preset.reference)
                 return
@@ -279,7 +281,7 @@ restores; Ctrl-Z undoes all changes.
         """Report the draft after the screen closes, not while quitting asks about it."""
         draft = self.gaitsim.drafts.get(self.builder.preset.reference) if self.builder else None
         if draft is not None:
-            self.app.notify(f"Kept as a draft: {draft.counted}. n restores it.")
+            self.app.notify(f"Kept as a draft: {draft.changes_text}. n restores it.")
 
     @work(exclusive=True, group="create")
     async def action_run(self) -> None:

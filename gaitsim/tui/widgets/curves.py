@@ -245,7 +245,7 @@ class Curves(Widget, can_focus=True):
                 self.action_pan(share - 1 if share > 1 else share)
         self._redraw()
 
-    def _snapped(self, x: float) -> float:
+    def _nearest_x(self, x: float) -> float:
         """Return the x value of the nearest point."""
         places = [float(one.x[at]) for one in self.series if (at := nearest(one, x)) is not None]
         return min(places, key=lambda place: abs(place - x), default=x)
@@ -277,7 +277,7 @@ class Curves(Widget, can_focus=True):
 
     def on_curve_plot_pointed(self, event: CurvePlot.Pointed) -> None:
         event.stop()
-        x = None if event.x is None else self._snapped(event.x)
+        x = None if event.x is None else self._nearest_x(event.x)
         if event.clicked:
             self._cursor = x
         if event.clicked or x != self._hover:
@@ -286,7 +286,7 @@ class Curves(Widget, can_focus=True):
 
     def on_curve_plot_scrolled(self, event: CurvePlot.Scrolled) -> None:
         event.stop()
-        self._hover = self._snapped(event.x)
+        self._hover = self._nearest_x(event.x)
         if event.vertical:
             self.action_stretch(event.direction)
         else:

@@ -14,7 +14,7 @@ KEYS = ("name", "seed")
 
 
 class ExperimentHead(Horizontal):
-    """A choice of presets, and two inputs whose ids are the keys of their options."""
+    """A choice of presets, and two inputs whose IDs are the keys of their options."""
 
     def compose(self) -> ComposeResult:
         yield Label("start from ")

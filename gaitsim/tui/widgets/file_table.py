@@ -27,10 +27,10 @@ class OpenTable(DataTable[Text]):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "select_cursor":
-            return self.opens()
+            return self.can_open()
         return super().check_action(action, parameters)
 
-    def opens(self) -> bool:
+    def can_open(self) -> bool:
         """Return whether the row under the cursor can be opened."""
         return bool(self.screen.check_action("open", ()))
 
@@ -63,7 +63,7 @@ class FileTable(OpenTable):
         """The file under the cursor."""
         return self._files[self.cursor_row] if self.cursor_row < len(self._files) else None
 
-    def opens(self) -> bool:
+    def can_open(self) -> bool:
         return self.chosen is not None
 
     @on(DataTable.RowSelected)

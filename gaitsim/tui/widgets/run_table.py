@@ -173,7 +173,7 @@ class RunTable(DataTable[Text]):
         self.show(*self._last_shown)
         self.post_message(self.Marked())
 
-    def moved(self, old: Path, new: Path) -> None:
+    def run_renamed(self, old: Path, new: Path) -> None:
         """Keep the mark and the cursor on a renamed run."""
         self.shown = [replace(run, path=new) if run.path == old else run for run in self.shown]
         if old in self.marked:

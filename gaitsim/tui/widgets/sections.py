@@ -51,7 +51,7 @@ class Sections(Vertical):
 
     def switch(self, by: int) -> None:
         """Show the section that is `by` tabs further."""
-        used = self._validation.used if self._validation else SECTIONS
+        used = self._validation.used_sections if self._validation else SECTIONS
         names = [name for name in TITLES if name in (*used, FILE)]
         self.active = names[(names.index(self.active) + by) % len(names)]
 
@@ -65,7 +65,7 @@ class Sections(Vertical):
         self._show_part()
         tabs = self.query_one(Tabs)
         for section in SECTIONS:
-            (tabs.show if section in found.used else tabs.hide)(section)
+            (tabs.show if section in found.used_sections else tabs.hide)(section)
             wrong = any(key.partition(".")[0] == section for key in found.problems)
             self.query_one(f"#{section}", Tab).label = "✗ " * wrong + TITLES[section]
         for view in self.query(TomlView):
@@ -80,7 +80,7 @@ class Sections(Vertical):
 
     def _show_part(self) -> None:
         """Update only the visible form, as updates are slow."""
-        if self._validation is not None and self.active in self._validation.used:
+        if self._validation is not None and self.active in self._validation.used_sections:
             self.part(self.active).show(self._validation)
 
     def on_descendant_focus(self, event: DescendantFocus) -> None:
