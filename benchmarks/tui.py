@@ -43,7 +43,7 @@ class Benchmark(GaitsimApp):
     begun, drawn = None, 0
 
     def on_mount(self):
-        self.live = Live(Path(sys.argv[1]), go=True)
+        self.live = Live(Path(sys.argv[1]), resume=True)
         curves = self.live.board.curves
         self.show, curves.set_series = curves.set_series, self.count
         self.push_screen(self.live)

@@ -777,5 +777,5 @@ class TestFormatting:
 def test_a_background_run_is_not_mistaken_for_a_run_of_another_program(tmp_path, monkeypatch):
     seen = Snapshot("elsewhere", generation=3)
     assert with_failure(seen, seen, tmp_path).state == "elsewhere"
-    monkeypatch.setattr("gaitsim.tui.screens.live_source.evolving", lambda run: "paused")
+    monkeypatch.setattr("gaitsim.tui.screens.live_source.background_state", lambda run: "paused")
     assert with_failure(seen, seen, tmp_path).state == "paused"
