@@ -93,7 +93,7 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
 
 
 def downward(slope: float, side_slope: float) -> Floats:
-    """Return the direction of gravity surface from a slope, (3,).
+    """Return the direction of gravity relative to a slope, (3,).
 
     Args:
         slope: angle of the x axis above the horizontal, °.

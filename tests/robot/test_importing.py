@@ -107,9 +107,8 @@ def test_dynamics_agree_with_mujocos_urdf_reader(tmp_path):
     for link in document.iter("link"):
         for seen in [*link.findall("visual"), *link.findall("collision")]:
             link.remove(seen)
-    for joint in document.iter(
-        "joint"
-    ):  # MuJoCo's reader does not support floating joints with a range
+    # MuJoCo's reader does not support floating joints with a range.
+    for joint in document.iter("joint"):
         joint.set("type", joint.get("type").replace("floating", "fixed"))
     theirs = mujoco.MjModel.from_xml_string(ElementTree.tostring(document, "unicode"))
     ours, _, _ = read(DOG)

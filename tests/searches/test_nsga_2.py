@@ -197,9 +197,8 @@ def test_simulated_binary_crossover_spreads_children_as_published():
     # Deb and Agrawal 1995: β has the distribution ½ β^(η+1) up to 1, then 1 − ½ β^−(η+1).
     eta, pairs = 3.0, 4000
     space = _reals(1, periodic=np.array([True]))
-    parents = np.stack(
-        [np.full((pairs, 1), 0.9), np.full((pairs, 1), 0.1)]
-    )  # 0.2 apart across the bound
+    # The parents are 0.2 apart across the bound.
+    parents = np.stack([np.full((pairs, 1), 0.9), np.full((pairs, 1), 0.1)])
     rng = np.random.default_rng(5)
     children = simulated_binary(parents, np.ones((pairs, 1), np.bool_), eta, space, rng)
     np.testing.assert_allclose(children.mean(axis=0), 1.0)

@@ -82,9 +82,8 @@ def _model(
     legs, actuators, sensors = [], [], []
     for index, leg in enumerate(LEGS):
         side = 1.0 if leg[0] == "L" else -1.0
-        turn = side * math.radians(
-            90.0 - AZIMUTH[index % 4]
-        )  # of the leg's x axis, which points outward
+        # Rotation of the leg's x axis, which points outward.
+        turn = side * math.radians(90.0 - AZIMUTH[index % 4])
         legs.append(f"""
         <body pos="{text(HIP_X[index % 4], side * HIP_Y, 0)}" euler="0 0 {turn:.9g}">
           <joint name="{leg} coxa" axis="0 0 {-side}"/>
@@ -222,9 +221,8 @@ def replay(
         data.ctrl[:] = target
         mujoco.mj_step(model, data)
         pose[step + 1], load[step] = data.qpos[:7], data.sensordata
-    if (
-        data.time < SETTLE + (len(commanded) - 1) * timestep
-    ):  # the engine resets its time after a divergence
+    # The engine resets its time after a divergence.
+    if data.time < SETTLE + (len(commanded) - 1) * timestep:
         raise FloatingPointError("the simulation became unstable: use a shorter timestep")
     return _summary(pose, load, len(angles))
 

@@ -48,9 +48,8 @@ def test_positive_angles_swing_forward_lift_and_extend(leg: int) -> None:
 def test_a_standing_body_stays_at_the_standing_height(standing: Replay) -> None:
     assert np.abs(standing.path[:, :2]).max() < 1e-3
     assert abs(standing.yaw) < 0.01
-    np.testing.assert_allclose(
-        standing.path[:, 2], 0.0862, atol=1e-3
-    )  # servos sag, and feet sink into the floor
+    # Servos sag, and feet sink into the floor.
+    np.testing.assert_allclose(standing.path[:, 2], 0.0862, atol=1e-3)
     assert not standing.fell
 
 
