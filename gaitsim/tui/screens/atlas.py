@@ -55,7 +55,7 @@ dots are cells without a gait.
   measures. Below the map are its number, score and position on all axes.
 - **Axes**: with more than two axes, each cell shows the best score over the other axes. `]` and
   `[` step through pairs of axes, opposite legs first; `x` and `z` change one axis.
-- **Best** selects the best member, **Go to** a member by its number.
+- **Best** selects the best member, **Go to** a member by number.
 - While the run evolves, the map fills, and the numbers of members change.
 - **Replay**, **Why**, **Export** and the **Laboratory** apply to the gait under the cursor.
 - The title shows the generation, the number and share of cells with a gait (the coverage), and the
@@ -72,7 +72,7 @@ dots are cells without a gait.
                 tooltip="Next vertical axis"),
         Binding("b", "best", "Best", id="map.best", tooltip="Select the best member"),
         Binding("g,colon", "go_to", "Go to", key_display="g", id="map.go-to",
-                tooltip="A member by its number"),
+                tooltip="A member by number"),
         Binding("r,enter", "replay", "Replay", key_display="r", id="map.replay",
                 tooltip="Replay this gait frame by frame"),
         Binding("w", "why", "Why", id="map.why", tooltip="Explain the score and name the gait"),
@@ -126,7 +126,7 @@ dots are cells without a gait.
     async def _follow(self) -> None:
         """Re-read the archive when the run has new generations, while the screen is in front."""
         while True:
-            begun = time.monotonic()
+            start = time.monotonic()
             if self.is_current:
                 try:
                     atlas = await self.in_thread(self._reader.poll)
@@ -136,7 +136,7 @@ dots are cells without a gait.
                 else:
                     if atlas is not None:
                         self._show_atlas(atlas)
-            await asyncio.sleep(min(max(LOOK, SHARE * (time.monotonic() - begun)), LONGEST))
+            await asyncio.sleep(min(max(LOOK, SHARE * (time.monotonic() - start)), LONGEST))
 
     def _show_atlas(self, atlas: Atlas) -> None:
         """Show an archive and keep the cursor."""
@@ -174,7 +174,7 @@ dots are cells without a gait.
 
     @work(group="elite")
     async def _load(self) -> None:
-        """Simulate the member under the cursor; repeat if the cursor has moved meanwhile."""
+        """Simulate the member under the cursor; repeat if the cursor has moved since."""
         while True:
             await asyncio.sleep(PAUSE)
             atlas, requested = self._atlas, self._requested

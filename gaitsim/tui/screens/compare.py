@@ -51,8 +51,8 @@ Curves of several runs in one plot, updated while runs evolve.
 - **Quantity**: the best, mean or median score of each generation, or the diversity of the
   population. Scores of different fitness functions, or of different options of one, are not
   comparable: a warning names the options.
-- **By** generation, evaluations or seconds. With a larger population a generation costs more, so
-  evaluations are the default if populations differ.
+- **By**: the curves are plotted against generations, evaluations or seconds. Larger populations
+  have more expensive generations, so evaluations are the default if populations differ.
 - The table lists the state of each run, and the options that differ. If an option changed during a
   run, the table names the generation, and the curves have a dotted line there.
 - Two runs may differ by chance alone. **Statistics** repeats their experiments and tests the
@@ -159,7 +159,7 @@ Curves of several runs in one plot, updated while runs evolve.
         )
 
     def _fill(self) -> None:
-        """Fill the table: a row per fact or option, a column per run."""
+        """Fill the table: one row per fact or option and one column per run."""
         shown = self.query_one(DataTable)
         at, scrolled = shown.cursor_column, shown.scroll_offset
         shown.clear(columns=True)

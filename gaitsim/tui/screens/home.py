@@ -48,7 +48,7 @@ other terminals.
 - **Mark** two or more runs with space, or by a click on ◇, then **compare** their curves and
   options, or **replay** two side by side. **Stop** and **delete** apply to all marked runs.
 - **Export** gait files, plots, videos and analyses of a run in the background.
-- **Note** attaches a text to a run, **rename** changes its name.
+- **Note** attaches a note to a run, **rename** changes its name.
 - **Gallery** (`B`) writes a web site of all runs in the folder.
 - `v` **verifies** a run; `u` shows **studies** and comparisons over repeats.
 - A click on a column's title, or `s`, sorts by that column.

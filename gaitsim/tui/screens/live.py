@@ -56,11 +56,11 @@ with `gaitsim attach`.
 
 - **Space** pauses and continues. **n** evolves one generation. **s** stops and saves.
 - **Esc** leaves the screen; the run continues.
-- **c** changes options from the next generation on, such as a rate or the weight of a term.
+- **c** changes options, such as a rate or the weight of a term, starting with the next generation.
   The run records the change as a stage; if it makes scores incomparable, their curves restart.
 - **f** copies the run, to continue the copy with other options; the original continues.
 - **g** sets the number of generations.
-- The table shows the best score and its terms, over the generations and for the best individuals.
+- The table shows the best score and its terms, in each generation and for the best individuals.
 - The body is the champion so far. Drag to turn it, scroll to zoom; **r** replays any generation.
   The ground is not drawn while the run evolves, unless the body has the focus.
 - **M** shows the archive of map-elites as a map, which fills as the run evolves.
@@ -71,7 +71,13 @@ with `gaitsim attach`.
         Binding("space", "go", "Resume", id="live.go", tooltip="Continue the run"),
         Binding("n", "step", "Step", id="live.step", tooltip="One generation, then pause"),
         Binding("s", "stop", "Stop", id="live.stop", tooltip="Stop and save"),
-        Binding("c", "change", "Change", id="live.change", tooltip="Change options from here on"),
+        Binding(
+            "c",
+            "change",
+            "Change",
+            id="live.change",
+            tooltip="Change options for the next generations",
+        ),
         Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run with other options"),
         Binding("r", "replay", "Replay", id="live.replay", tooltip="Watch any generation move"),
         Binding("M", "map", "Map", id="live.map", tooltip="The archive as a map, as it fills"),
@@ -296,8 +302,8 @@ with `gaitsim attach`.
         if self.process is not None and self.app.screen_stack[-1] is self:
             what = DOES.get(self.state, "stops and is saved")
             stop = command("stop", self.run)
-            said = f"Open it to watch and steer it; to stop it, press s there or run: {stop}"
-            self.notify(said, title=f"{self.run.name} {what} in the background", markup=False)
+            text = f"Open it to watch and steer it; to stop it, press s there or run: {stop}"
+            self.notify(text, title=f"{self.run.name} {what} in the background", markup=False)
         super().action_back()
 
     def on_unmount(self) -> None:

@@ -158,10 +158,10 @@ class Board(Vertical):
         live, snapshot = self.live, self.live.snapshot
         hint = formatting.hint(snapshot, self.state, self._seconds)
         if hint or not live.events:
-            said = Text(hint, styles["dim"], no_wrap=True, end="")
+            line = Text(hint, styles["dim"], no_wrap=True, end="")
         else:
-            said = formatting.event_line(live.events[-1], width, styles)
-        self._status.show([formatting.status(snapshot, self.state, width, styles), said])
+            line = formatting.event_line(live.events[-1], width, styles)
+        self._status.show([formatting.status(snapshot, self.state, width, styles), line])
         if not all_of_it:
             return
         self._stale, self._widths = False, widths
@@ -210,8 +210,8 @@ class Board(Vertical):
         except GaitsimError as error:
             self.canvas.set_skeleton(None, str(error))
         self._shown, self._simulating = best, False
-        said = f"champion of generation {best.generation:,}: {number(best.score, 4)}"
-        self._champion.show([Text(said, end="", no_wrap=True)])
+        text = f"champion of generation {best.generation:,}: {number(best.score, 4)}"
+        self._champion.show([Text(text, end="", no_wrap=True)])
 
     def _theme(self) -> formatting.Styles:
         variables = self.app.theme_variables

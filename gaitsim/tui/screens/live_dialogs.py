@@ -16,7 +16,7 @@ MOST_GENERATIONS = 100_000_000
 async def ask_changes(
     app: App[object], run: Path, snapshot: Snapshot, *, fork: bool = False
 ) -> ChangeRequest | None:
-    """Ask for options to change from the next generation on; return None for no change.
+    """Ask for options to change, starting with the next generation; return None for no change.
 
     Args:
         app: app that shows the dialog.

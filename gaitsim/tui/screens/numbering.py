@@ -68,8 +68,8 @@ def parse_number(text: str, kind: str, last: int) -> int:
 def curve_of(shown: LoadedIndividual) -> tuple[str, Series, float]:
     """Return the label of the x axis, a curve, and the position of the individual on it.
 
-    The curve is the best score over the generations. For a member of a front, it is the second
-    objective over the first; for a member of an archive, the scores of all members.
+    The curve is the best score of each generation. For a member of a front, it is the second
+    objective against the first; for a member of an archive, the scores of all members.
     """
     member, members = shown.individual.member, shown.members
     if member is None or members is None:

@@ -59,8 +59,8 @@ The best individual of any generation, or a member of a front or archive, in mot
 - Filled dots are feet on the ground. Below the body, bars mark when each foot is on the ground
   (Hildebrand 1965). Left and right feet differ in colour.
 - The bar below the body is a scale; the arrow is the heading seen from above, upwards at the
-  start. A flying body has its altitude at the left.
-- **Go to** shows a generation by its number. **Export** writes plots, videos and gait files of the
+  start. A flying body has its altitude on the left.
+- **Go to** shows a generation by number. **Export** writes plots, videos and gait files of the
   generation shown. **Why** explains its score. **3D** writes a page that plays the motion in 3D in
   any browser, and opens it.
 - **Code** copies a challenge code of the individual: anyone can play it with `gaitsim verify`.
@@ -88,7 +88,7 @@ The best individual of any generation, or a member of a front or archive, in mot
                 group=Binding.Group("Generation", compact=True),
                 tooltip="One generation or member forward"),
         Binding("g,colon", "go_to", "Go to", key_display="g", id="replay.go-to",
-                tooltip="A generation or member by its number"),
+                tooltip="A generation or member by number"),
         Binding("b", "best", "Best", id="replay.best",
                 tooltip="The champion of the run, or the member with the best score"),
         Binding("o", "members", "Members", id="replay.members",

@@ -44,7 +44,7 @@ class RunActions(GaitScreen):
             tooltip="Permanently, after a question",
         ),
         Binding("x", "stop", "Stop", id="home.stop", tooltip="Save the run and stop it"),
-        Binding("N", "note", "Note", id="home.note", tooltip="A text stored with the run"),
+        Binding("N", "note", "Note", id="home.note", tooltip="Edit the note of the run"),
         Binding("R", "rename", "Rename", id="home.rename", tooltip="Rename the run"),
         Binding("f", "files", "Files", id="home.files", tooltip="Files exported from the run"),
         Binding("w", "why", "Why", id="home.why", tooltip="Explain the champion's score"),
