@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Search
+from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.fitness import draw_curve, stages
@@ -23,24 +24,27 @@ _LOGARITHMIC = 100  # ratio of largest to smallest value above which an axis is 
 
 
 def require_figures(individual: Individual) -> None:
-    """Check that the search of an individual's run has figures.
+    """Check that the search of an individual's run records figures.
 
     Raises:
-        NothingToPlotError: the search has no figures.
+        NothingToPlotError: the search records no figures.
     """
     if type(individual.experiment.search).figures is Search.figures:
-        name = individual.experiment.entries["search"].name
-        raise NothingToPlotError(
-            f"the search {name!r} has no figures",
-            allowed="a search with figures, such as cma-es, nsga-2 or map-elites",
-        )
+        raise _no_figures(individual.experiment)
+
+
+def _no_figures(experiment: Experiment) -> NothingToPlotError:
+    return NothingToPlotError(
+        f"the search {experiment.entries['search'].name!r} records no figures, such as coverage",
+        allowed="a search that records figures, such as cma-es, nsga-2 or map-elites",
+    )
 
 
 def search_figure(request: Request) -> "Figure":
     """Plot each figure of the search, such as coverage, in a panel against the evaluations.
 
     Raises:
-        NothingToPlotError: the search has no figures.
+        NothingToPlotError: the search records no figures.
         RunError: no generation is finished yet.
     """
     from matplotlib.figure import Figure
@@ -52,8 +56,7 @@ def search_figure(request: Request) -> "Figure":
         raise unfinished(run.path)
     names = figures_of(history)
     if not names:
-        name = run.experiment.entries["search"].name
-        raise NothingToPlotError(f"the search {name!r} has no figures")
+        raise _no_figures(run.experiment)
     over = {**history, "generation": history["evaluations"]}
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 0.75 + 1.05 * len(names)))

@@ -29,7 +29,7 @@ class Atlas {
       (member) => this._hint(member),
     );
     this.list = new GaitList(data, this.map, (member) => this.select(member));
-    const does = this._actions();
+    const actions = this._actions();
     this.hint = element("p", { class: "hint", "aria-hidden": "true" });
     this.facts = element("div", { id: "chosen" });
     const side = element("section", { class: "side", "aria-label": "Map" }, ...this._head());
@@ -37,11 +37,11 @@ class Atlas {
     const panel = element("section", { class: "panel", "aria-label": "Gait" }, this.facts);
     panel.append(this.list.root, notesOf(data));
     this.root = element("div", { class: this.rig ? "atlas" : "atlas flat" }, side);
-    if (this.rig) this.root.append(...this._picture(does));
+    if (this.rig) this.root.append(...this._picture(actions));
     this.root.append(panel);
     root.replaceChildren(this.root, this.announcer.root);
     if (this.rig) this._open();
-    if (this.rig) gaitsim.listenToKeys(does);
+    if (this.rig) gaitsim.listenToKeys(actions);
     this._axes(data.pairs[0] ?? [0]);
     this.select(this.map.order.at(-1), false);
     this._paint(this.themes.theme);
@@ -92,8 +92,8 @@ class Atlas {
   }
 
   /** Return the picture and its controls. */
-  _picture(does) {
-    this.controls = new gaitsim.Controls(does);
+  _picture(actions) {
+    this.controls = new gaitsim.Controls(actions);
     this.controls.rate = 1;
     this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "The gait in 3D" });
     const held = element("p", { class: "place" }, "held in place");

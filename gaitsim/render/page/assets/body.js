@@ -84,7 +84,7 @@ class Body {
     ]);
     this.edges.set(ends, this.creases.map(() => 0.8));
     this.box = new Box();
-    spanned(this.box, this.clip, pose, [0, -this.lane, 0]);
+    extendBox(this.box, this.clip, pose, [0, -this.lane, 0]);
     this.span ||= Math.max(...this.box.size);
     this.shades.uniforms.depths.value.y = this.span;
   }

@@ -43,12 +43,12 @@ class Clock {
 
 class Controls {
   /**
-   * @param {object} does actions of the buttons: play(), speed(factor), view(), theme(),
+   * @param {object} actions actions of the buttons: play(), speed(factor), view(), theme(),
    *   zoom(factor)
    */
-  constructor(does) {
-    this.does = does;
-    this.play = button("Play", icon("play"), () => does.play(), "Space");
+  constructor(actions) {
+    this.actions = actions;
+    this.play = button("Play", icon("play"), () => actions.play(), "Space");
     this.play.classList.add("play");
     this.speed = element("input", {
       type: "range",
@@ -56,7 +56,7 @@ class Controls {
       max: String(SPEEDS.length - 1),
       step: "1",
       id: "speed",
-      input: () => does.speed(SPEEDS[this.speed.valueAsNumber]),
+      input: () => actions.speed(SPEEDS[this.speed.valueAsNumber]),
     });
     this.factor = element("span", { class: "factor", "aria-hidden": "true" });
     this.readout = element("span", { class: "readout" });
@@ -65,9 +65,9 @@ class Controls {
     this.tools = element(
       "div",
       { class: "tools", role: "group", "aria-label": "View" },
-      button("Zoom in", icon("plus"), () => does.zoom(1.25), "+"),
-      button("Zoom out", icon("minus"), () => does.zoom(1 / 1.25), "−"),
-      button("Next view", icon("view"), () => does.view(), "v"),
+      button("Zoom in", icon("plus"), () => actions.zoom(1.25), "+"),
+      button("Zoom out", icon("minus"), () => actions.zoom(1 / 1.25), "−"),
+      button("Next view", icon("view"), () => actions.view(), "v"),
     );
     this.root = element(
       "div",
@@ -77,7 +77,7 @@ class Controls {
       element("label", { class: "speed" }, element("span", { class: "word" }, "Speed"), this.speed),
       this.factor,
       element("span", { class: "gap" }),
-      button("Light or dark", icon("theme"), () => does.theme(), "t"),
+      button("Light or dark", icon("theme"), () => actions.theme(), "t"),
       button("Keys and help", "?", () => this.help.showModal(), "?"),
       this.help,
     );
@@ -101,9 +101,9 @@ class Controls {
 
 /**
  * Listen to keys anywhere on the page, except keys that the focused control uses itself.
- * @param {object} does actions as in Controls, and step(seconds), faster(steps), reset(), help()
+ * @param {object} actions actions as in Controls, and step(seconds), faster(steps), reset(), help()
  */
-function listenToKeys(does) {
+function listenToKeys(actions) {
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
     const { target, key, shiftKey } = event;
@@ -111,22 +111,22 @@ function listenToKeys(does) {
     if (inside("textarea, select, dialog")) return;
     if (key === " " && inside("button, summary, a")) return;
     if (/^(Arrow|Home|End|Page)/.test(key) && inside("input, .scrolls")) return;
-    const actions = {
-      " ": () => does.play(),
-      ArrowLeft: () => does.step(shiftKey ? -1 : -0.1),
-      ArrowRight: () => does.step(shiftKey ? 1 : 0.1),
-      ArrowUp: () => does.faster(1),
-      ArrowDown: () => does.faster(-1),
-      "+": () => does.zoom(1.25),
-      "=": () => does.zoom(1.25),
-      "-": () => does.zoom(1 / 1.25),
-      "−": () => does.zoom(1 / 1.25),
-      0: () => does.reset(),
-      v: () => does.view(),
-      t: () => does.theme(),
-      "?": () => does.help(),
+    const byKey = {
+      " ": () => actions.play(),
+      ArrowLeft: () => actions.step(shiftKey ? -1 : -0.1),
+      ArrowRight: () => actions.step(shiftKey ? 1 : 0.1),
+      ArrowUp: () => actions.faster(1),
+      ArrowDown: () => actions.faster(-1),
+      "+": () => actions.zoom(1.25),
+      "=": () => actions.zoom(1.25),
+      "-": () => actions.zoom(1 / 1.25),
+      "−": () => actions.zoom(1 / 1.25),
+      0: () => actions.reset(),
+      v: () => actions.view(),
+      t: () => actions.theme(),
+      "?": () => actions.help(),
     };
-    const action = actions[key];
+    const action = byKey[key];
     if (!action) return;
     event.preventDefault();
     action();
@@ -152,9 +152,9 @@ function helpDialog() {
     element(
       "dl",
       {},
-      ...KEYS.flatMap(([key, does]) => [
+      ...KEYS.flatMap(([key, meaning]) => [
         element("dt", {}, element("kbd", {}, key)),
-        element("dd", {}, does),
+        element("dd", {}, meaning),
       ]),
     ),
     element(

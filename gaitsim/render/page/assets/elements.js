@@ -8,7 +8,7 @@
  * @returns {any}
  */
 function element(tag, attributes = {}, ...children) {
-  return filled(document.createElement(tag), attributes, children);
+  return fill(document.createElement(tag), attributes, children);
 }
 
 /**
@@ -18,10 +18,10 @@ function element(tag, attributes = {}, ...children) {
  * @param {(Node | string | null)[]} children
  */
 function drawing(tag, attributes = {}, ...children) {
-  return filled(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+  return fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 }
 
-function filled(made, attributes, children) {
+function fill(made, attributes, children) {
   for (const [name, value] of Object.entries(attributes))
     if (typeof value === "function") made.addEventListener(name, value);
     else if (value === true) made.setAttribute(name, "");
@@ -113,11 +113,11 @@ class Themes {
   constructor(themes, changed) {
     this.themes = themes;
     this.changed = changed;
-    this.wish = matchMedia("(prefers-color-scheme: dark)");
-    this.name = this.wish.matches ? "dark" : "light";
+    this.preference = matchMedia("(prefers-color-scheme: dark)");
+    this.name = this.preference.matches ? "dark" : "light";
     this.chosen = false;
-    this.wish.addEventListener("change", () => {
-      if (!this.chosen) this._set(this.wish.matches ? "dark" : "light");
+    this.preference.addEventListener("change", () => {
+      if (!this.chosen) this._set(this.preference.matches ? "dark" : "light");
     });
     document.documentElement.dataset.theme = this.name;
   }

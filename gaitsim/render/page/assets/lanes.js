@@ -18,7 +18,7 @@ function lanesOf(recordings) {
     Array.from({ length: 100 }, (_, i) => {
       const pose = recording.at((i * seconds) / 99);
       const box = new Box();
-      spanned(box, recording.clip, pose, BLACK);
+      extendBox(box, recording.clip, pose, BLACK);
       return [box.low[1], box.high[1]];
     }),
   );

@@ -15,8 +15,8 @@ class Player {
     this.announcer = new Announcer();
     this.clock = new Clock(Math.max(...recordings.map((one) => one.seconds)));
     this.selected = recordings.length - 1;
-    const does = this._actions();
-    this.controls = new Controls(does);
+    const actions = this._actions();
+    this.controls = new Controls(actions);
     this.timeline = new Timeline(this.clock.end, (seconds) => this.seek(seconds));
     this.canvas = element("canvas", {
       tabindex: "0",
@@ -41,7 +41,7 @@ class Player {
     this.root = element("div", { class: class_ }, this.view_, deck, panelOf(data, this.announcer));
     root.replaceChildren(this.root, this.announcer.root);
     this._open();
-    listenToKeys(does);
+    listenToKeys(actions);
     this.controls.rate = 1;
     this.seek(0);
     this._paint(this.themes.theme);
@@ -85,7 +85,7 @@ class Player {
       const aim = this._aim(poses);
       poses.forEach((pose, number) => {
         const own = new Box();
-        spanned(own, this.recordings[number].clip, pose, BLACK);
+        extendBox(own, this.recordings[number].clip, pose, BLACK);
         for (const end of [own.low, own.high])
           box.add(end[0] - aim[0], end[1] + this.lanes[number] - aim[1], end[2] - aim[2]);
       });
@@ -106,7 +106,7 @@ class Player {
     const { aim } = poses[this.selected];
     const chosen = [aim[0], aim[1] + this.lanes[this.selected], aim[2]];
     const away = Math.hypot(...box.middle.map((value, axis) => chosen[axis] - value));
-    return away > this.room ? mixed(chosen, box.middle, this.room / away) : box.middle;
+    return away > this.room ? mix(chosen, box.middle, this.room / away) : box.middle;
   }
 
   /** Return the actions of buttons and keys. */

@@ -2,7 +2,7 @@
 // back themselves block in the meantime and print warnings in the console.
 
 const POLL = 2; // ms between checks for finished pictures
-const UNDER_WAY = 3; // maximum pictures in progress
+const MAX_PENDING = 3; // maximum pictures in progress
 
 class Readback {
   /**
@@ -15,7 +15,7 @@ class Readback {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d", { alpha: false });
     /** @type {{buffer: WebGLBuffer, bytes: number}[]} */
-    this.free = Array.from({ length: UNDER_WAY }, () => ({ buffer: gl.createBuffer(), bytes: 0 }));
+    this.free = Array.from({ length: MAX_PENDING }, () => ({ buffer: gl.createBuffer(), bytes: 0 }));
     /** Unfinished pictures, the oldest first. */
     this.pictures = [];
     canvas.style.transform = "scaleY(-1)";

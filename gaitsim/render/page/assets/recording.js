@@ -51,7 +51,7 @@ class Recording {
     /** Time from the first frame to the last, s. */
     this.seconds = (clip.frames - 1) / clip.frameRate;
     this.feet = clip.feet ? clip.feet.names.length : 0;
-    this.aims = steadied(values.centre, clip.frameRate);
+    this.aims = smoothPath(values.centre, clip.frameRate);
     this.ground = new Ground(clip.ground, clip.floor, values.heights);
   }
 
@@ -103,7 +103,7 @@ class Recording {
     const box = new Box();
     for (const seconds of this.moments()) {
       const pose = this.at(seconds);
-      spanned(box, this.clip, pose, origin(pose));
+      extendBox(box, this.clip, pose, origin(pose));
     }
     return box;
   }
@@ -149,7 +149,7 @@ class Recording {
  * @param {Pose} pose
  * @param {ArrayLike<number>} origin
  */
-function spanned(box, clip, pose, origin) {
+function extendBox(box, clip, pose, origin) {
   const { points, poses } = pose;
   for (let i = 0; i < points.length; i += 3)
     box.add(points[i] - origin[0], points[i + 1] - origin[1], points[i + 2] - origin[2]);

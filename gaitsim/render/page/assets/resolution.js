@@ -61,8 +61,8 @@ class Resolution {
  * @returns {WebGL2RenderingContext | null}
  */
 function contextOf(canvas) {
-  const wishes = { alpha: false, antialias: false, powerPreference: "high-performance" };
-  return canvas.getContext("webgl2", wishes);
+  const options = { alpha: false, antialias: false, powerPreference: "high-performance" };
+  return canvas.getContext("webgl2", options);
 }
 
 /** Return whether the browser renders in software, without a graphics card. */

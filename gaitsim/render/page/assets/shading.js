@@ -106,11 +106,11 @@ function tonesOf(theme, number) {
   const damaged = rgb(theme.damaged);
   const limb = [rgb(theme.limb), rgb(theme.limb_light)];
   /** @param {string} colour */
-  const tinted = (colour) => limb.map((tone) => mixed(tone, rgb(colour), 0.4));
+  const tinted = (colour) => limb.map((tone) => mix(tone, rgb(colour), 0.4));
   return {
     limb,
-    trunk: [mixed(own, BLACK, 0.2), mixed(own, WHITE, 0.3)],
-    damaged: [damaged, mixed(damaged, WHITE, 0.3)],
+    trunk: [mix(own, BLACK, 0.2), mix(own, WHITE, 0.3)],
+    damaged: [damaged, mix(damaged, WHITE, 0.3)],
     left: tinted(theme.left),
     right: tinted(theme.right),
   };

@@ -79,11 +79,11 @@ class Solids {
 function solidGeometry({ shape, size, vertices, faces }) {
   if (shape === "box") return polyhedron(...boxOf(size));
   if (shape === "mesh") return polyhedron(vertices, faces);
-  if (shape === "sphere") return turned(ballProfile(size[0], 0));
-  if (shape === "ellipsoid") return turned(ballProfile(1, 0), size);
+  if (shape === "sphere") return revolve(ballProfile(size[0], 0));
+  if (shape === "ellipsoid") return revolve(ballProfile(1, 0), size);
   const [radius, half] = size;
-  if (shape === "capsule") return turned(ballProfile(radius, half));
-  return turned([
+  if (shape === "capsule") return revolve(ballProfile(radius, half));
+  return revolve([
     [0, -half, 0, -1],
     [radius, -half, 0, -1],
     [radius, -half, 1, 0],
@@ -126,7 +126,7 @@ function ballProfile(radius, half) {
  * @param {number[][]} profile outline from bottom to top
  * @param {number[]} scale scale along the axes
  */
-function turned(profile, scale = [1, 1, 1]) {
+function revolve(profile, scale = [1, 1, 1]) {
   const points = [];
   const normals = [];
   const index = [];

@@ -164,12 +164,12 @@ class Stage {
 
   /** Schedule a redraw. */
   request() {
-    this.asked ??= requestAnimationFrame((time) => this._next(time));
+    this.frameRequest ??= requestAnimationFrame((time) => this._next(time));
   }
 
   /** @param {number} time ms */
   _next(time) {
-    this.asked = null;
+    this.frameRequest = null;
     this.again = this.readback?.busy ?? false;
     if (this.again) return;
     if (this.step) {
@@ -277,7 +277,7 @@ class Stage {
 
   /** Free the resources of the stage. */
   dispose() {
-    cancelAnimationFrame(this.asked);
+    cancelAnimationFrame(this.frameRequest);
     clearTimeout(this.resting);
     this.watcher.disconnect();
     this.renderer.dispose();

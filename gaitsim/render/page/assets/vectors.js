@@ -27,7 +27,7 @@ function rgb(colour) {
  * @param {number} share share of the other
  * @returns {Point}
  */
-const mixed = (one, other, share) =>
+const mix = (one, other, share) =>
   /** @type {Point} */ (one.map((value, axis) => value + share * (other[axis] - value)));
 
 const BLACK = /** @type {Point} */ ([0, 0, 0]);
@@ -40,7 +40,7 @@ const WHITE = /** @type {Point} */ ([1, 1, 1]);
  * @param {number} seconds standard deviation
  * @returns {Float64Array}
  */
-function steadied(path, frameRate, seconds = 0.2) {
+function smoothPath(path, frameRate, seconds = 0.2) {
   const frames = path.length / 3;
   const sigma = seconds * frameRate;
   const half = Math.min(Math.floor(3 * sigma), frames - 1);
