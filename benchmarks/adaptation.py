@@ -19,9 +19,9 @@ import gaitsim as gs
 from gaitsim.adaptation import Settings
 from gaitsim.adaptation.report import Case, Report, leg_losses
 from gaitsim.experiment import load_experiment
-from gaitsim.gait import on_twin
-from gaitsim.gait.damaged import damaged
-from gaitsim.gait.files.reader import GaitFile, individual_of
+from gaitsim.gait import play_on_twin
+from gaitsim.gait.damaged import damage_body
+from gaitsim.gait.files.reader import GaitFile, play_gait
 
 SETTINGS = Settings()
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
@@ -67,7 +67,7 @@ def by_hand(left: Sequence[str], damage: Sequence[str]) -> float:
     names = tuple(f"{leg} {segment}" for leg in LEGS for segment in SEGMENTS)
     gait = GaitFile(Path("by-hand"), np.radians(angles.reshape(300, 24)), 30.0, names)
     twin = load_experiment("spider-physics")
-    return individual_of(gait, damaged(twin, damage) if damage else twin).measures["forward"]
+    return play_gait(gait, damage_body(twin, damage) if damage else twin).measures["forward"]
 
 
 def restarted(legs: Sequence[str], seed: int) -> list[float]:
@@ -82,7 +82,7 @@ def restarted(legs: Sequence[str], seed: int) -> list[float]:
     with gs.evolve("spider-cma", seed=seed, generations=AT[-1] // 30 + 1, set=given) as search:
         for generation in search:
             if generation.number * 30 >= AT[len(found)]:
-                found.append(on_twin(search.champion).measures["forward"])
+                found.append(play_on_twin(search.champion).measures["forward"])
     return found
 
 

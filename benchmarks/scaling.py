@@ -19,7 +19,13 @@ from processor import processor_seconds
 from timing import milliseconds, print_machine, stopwatch
 
 from gaitsim.evaluation import evaluate
-from gaitsim.evaluation.chunking import CostModel, Overhead, best_plan, cuts, measure_overhead
+from gaitsim.evaluation.chunking import (
+    CostModel,
+    Overhead,
+    best_plan,
+    measure_overhead,
+    split_indices,
+)
 from gaitsim.evolution import first_population
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.runs.files.folder import create_run
@@ -79,7 +85,7 @@ def one_population(each: NDArray[np.float64], size: int, workers: int, overhead:
     cost_model.learn(size, float(each.mean() * size))
     chunks = best_plan(size, workers, cost_model, overhead).chunks
     drawn = np.random.default_rng(0).choice(each, size)
-    parts = np.split(drawn, cuts(size, chunks, workers))
+    parts = np.split(drawn, split_indices(size, chunks, workers))
     return simulated(np.array([part.sum() for part in parts]), workers, overhead)
 
 

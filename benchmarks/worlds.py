@@ -20,8 +20,8 @@ from statistics import median
 from typing import Any, NamedTuple
 
 import gaitsim as gs
-from gaitsim.gait.judgement import Judgement
-from gaitsim.gait.unseen import judge
+from gaitsim.gait.unseen import evaluate_unseen
+from gaitsim.gait.unseen_results import UnseenResults
 
 RANGES = {
     "friction": (0.3, 1.2),
@@ -52,7 +52,7 @@ class Row(NamedTuple):
     """A champion: the simulations of its search, and its results in unseen worlds."""
 
     simulations: int
-    judgement: Judgement
+    judgement: UnseenResults
     of_one: float
 
     @property
@@ -119,9 +119,9 @@ def champion(
         return search.run
 
 
-def tested(run: gs.Run, *, full: bool) -> Judgement:
+def tested(run: gs.Run, *, full: bool) -> UnseenResults:
     """Test a run's champion in unseen worlds."""
-    return judge(run.champion, 100 if full else 10, ranges=RANGES)
+    return evaluate_unseen(run.champion, 100 if full else 10, ranges=RANGES)
 
 
 def simulations(run: gs.Run) -> int:

@@ -20,13 +20,13 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.worlds import Ranges, World
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
-from gaitsim.experiment.in_python import check_belongs, python_experiment, resumed_options
+from gaitsim.experiment.in_python import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import with_world
-from gaitsim.gait.judgement import Judgement
-from gaitsim.gait.unseen import judge
+from gaitsim.gait.unseen import evaluate_unseen
+from gaitsim.gait.unseen_results import UnseenResults
 from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
-from gaitsim.registry.python_giving import given_options
+from gaitsim.registry.python_registration import python_options
 from gaitsim.render.notebook import RunViews, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, find_run
@@ -113,8 +113,8 @@ def load(
         GaitsimError: the functions differ from those that evolved the run.
     """
     found = Run(find_run(str(run)))
-    if sections := given_options(fitness, body, space):
-        check_belongs(sections, found.snapshot.outlines, str(found.path))
+    if sections := python_options(fitness, body, space):
+        check_functions_match(sections, found.snapshot.outlines, str(found.path))
     return found
 
 
@@ -284,7 +284,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         seed: int = 0,
         ranges: Ranges | None = None,
         workers: int | None = None,
-    ) -> Judgement:
+    ) -> UnseenResults:
         """Evaluate the champion, or another individual, in unseen worlds.
 
         Args:
@@ -302,7 +302,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         """
         check_workers(workers)
         individual = self.replay(generation, member=member)
-        return judge(individual, number, seed=seed, ranges=ranges, workers=workers)
+        return evaluate_unseen(individual, number, seed=seed, ranges=ranges, workers=workers)
 
     def share(self, generation: int | None = None, *, member: int | None = None) -> str:
         """Return the challenge code of the champion, or of another individual.
@@ -362,7 +362,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
                 starts.
         """
         check_workers(workers)
-        sections = given_options(fitness, body, space)
+        sections = python_options(fitness, body, space)
         given = as_overrides(set, resumed_options(sections, self.snapshot.outline))
         further = {} if generations is None else {"evolution.generations": generations}
         experiment = self.snapshot.experiment_with(further | given, ARGUMENTS)

@@ -13,7 +13,7 @@ from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.gait.trunk import heading, size, trunk
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
-from gaitsim.runs.start import kept_individual
+from gaitsim.runs.start import find_individual
 
 PRESET = "fly-steer-hover"  # the default experiment
 RECENT = 3.0  # seconds of recent motion kept in full
@@ -112,7 +112,7 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
 def _controller_genome(experiment: Experiment, reference: str, where: str) -> Genomes:
     """Return the genome, (genes,), of a saved individual after checking that it fits the body."""
     try:
-        saved = kept_individual(reference)
+        saved = find_individual(reference)
     except GaitsimError as error:
         error.where = where if error.where in ("", "--from") else error.where
         raise

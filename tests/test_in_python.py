@@ -12,7 +12,7 @@ import pytest
 import gaitsim as gs
 from gaitsim.contracts import Array, Channel, Genomes, Skeleton, option
 from gaitsim.registry import python_entries
-from gaitsim.registry.python_entries import find_given
+from gaitsim.registry.python_entries import find_registered
 from gaitsim.render.terminal.explanation import explanation
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -73,7 +73,7 @@ class Stick(gs.Organism):
 @pytest.fixture
 def forget_functions(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     """Return a function that makes this process forget given functions, like a new process."""
-    return lambda: monkeypatch.setattr(python_entries, "_given", {})
+    return lambda: monkeypatch.setattr(python_entries, "_registered", {})
 
 
 def run_to_end(search: gs.Search) -> gs.Generation:
@@ -336,7 +336,7 @@ def test_genomes_are_scored_for_any_optimiser() -> None:
     outside = gs.evaluate(experiment, [[9, 0, -9], [5, 0, -5]]).scores
     assert outside[0] == outside[1]
     for given, told in (
-        ([[9, 0, -9]], "leaves the bounds"),
+        ([[9, 0, -9]], "is out of bounds"),
         (genomes.T, r"shape \(3, 5\)"),
         ([0, np.nan, 0], "gene 2"),
         (["a", "b", "c"], "not real numbers"),
@@ -348,6 +348,6 @@ def test_genomes_are_scored_for_any_optimiser() -> None:
 
 
 def test_a_remedy_contains_no_code_from_a_file() -> None:
-    remedy = find_given("fitness", "python:f(print(6 * 7))@12345678").missing.remedy
+    remedy = find_registered("fitness", "python:f(print(6 * 7))@12345678").missing_error.remedy
     assert "fitness=…" in remedy
     assert "print" not in remedy

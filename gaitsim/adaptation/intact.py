@@ -11,7 +11,7 @@ from gaitsim.adaptation.performance import Floats
 from gaitsim.errors import RunError
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import ADAPTATIONS, own_folder
+from gaitsim.runs.files.folder import ADAPTATIONS, create_subfolder
 
 _DIGEST = hashlib.sha256().digest_size
 
@@ -40,7 +40,7 @@ def write_intact(run: Path, measure: str, key: str, performance: Floats) -> None
     """Cache the performance of each member; do nothing if the folder cannot be written."""
     content = performance.astype("<f8").tobytes()
     with suppress(RunError):
-        own_folder(run, ADAPTATIONS)
+        create_subfolder(run, ADAPTATIONS)
         write_bytes(_file(run, measure), _digest(key, content) + content, follow=False)
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Measure, Motion
 from gaitsim.errors import unknown
-from gaitsim.evaluation.scoring import moved
+from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.evaluation.values import values_of
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_errors
@@ -25,7 +25,7 @@ def performance(experiment: Experiment, genomes: Genomes, measure: str) -> Float
         GaitsimError: the body does not have the measure.
         PluginError: the body fails or breaks its contract.
     """
-    return performance_of(experiment, moved(experiment, genomes), measure)
+    return performance_of(experiment, move_genomes(experiment, genomes), measure)
 
 
 def performance_of(experiment: Experiment, motion: Motion, measure: str) -> Floats:
@@ -42,7 +42,7 @@ def unit_of(experiment: Experiment, genomes: Genomes, measure: str) -> str:
     Raises:
         GaitsimError: the body does not have the measure.
     """
-    return str(_measures(experiment, moved(experiment, genomes[:1]), measure)[measure].unit)
+    return str(_measures(experiment, move_genomes(experiment, genomes[:1]), measure)[measure].unit)
 
 
 def _measures(experiment: Experiment, motion: Motion, measure: str) -> Mapping[str, Measure]:

@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import ADAPTATIONS, own_folder
+from gaitsim.runs.files.folder import ADAPTATIONS, create_subfolder
 from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
 from gaitsim.toml import checksum
 
@@ -68,7 +68,7 @@ def session_file(run: Path, name: str) -> Path:
             where="name",
             allowed="up to 100 letters, digits, '-', '_' and '.', starting with a letter or digit",
         )
-    return own_folder(run, ADAPTATIONS) / f"{name}.json"
+    return create_subfolder(run, ADAPTATIONS) / f"{name}.json"
 
 
 def default_name(place: Place, damage: Sequence[str]) -> str:

@@ -6,8 +6,8 @@ from dataclasses import replace
 from gaitsim.adaptation.performance import MEASURE, performance_of
 from gaitsim.adaptation.trials import Measured
 from gaitsim.experiment import Experiment
-from gaitsim.gait.damaged import damaged
-from gaitsim.gait.twin import played_on, twin_of
+from gaitsim.gait.damaged import damage_body
+from gaitsim.gait.twin import play_on, twin_of
 from gaitsim.individual import Individual
 
 
@@ -34,10 +34,10 @@ def in_simulation(
     if physics:
         body = twin_of(experiment, damage)
     else:
-        body = damaged(experiment, damage) if damage else experiment
+        body = damage_body(experiment, damage) if damage else experiment
 
     def measured(individual: Individual) -> float:
-        moved = played_on(individual, body) if physics else replace(individual, experiment=body)
+        moved = play_on(individual, body) if physics else replace(individual, experiment=body)
         return float(performance_of(body, moved.motion, measure)[0])
 
     return measured

@@ -23,9 +23,9 @@ from gaitsim.cli.options import (
 from gaitsim.cli.parsing import not_combinable, parse_body_changes, parse_individual
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
-from gaitsim.gait import analyse_individual, on_twin
+from gaitsim.gait import analyse_individual, play_on_twin
 from gaitsim.gait.changed import in_engine
-from gaitsim.gait.files.reader import individual_of, read_gait
+from gaitsim.gait.files.reader import play_gait, read_gait
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
 from gaitsim.individual import Choice, Individual, Member
@@ -144,7 +144,7 @@ def _other_simulations(
     """
     if not physics:
         return None, in_engine(individual, engine) if engine else None
-    twin = on_twin(individual)
+    twin = play_on_twin(individual)
     return in_engine(twin, engine) if engine else twin, None
 
 
@@ -154,4 +154,4 @@ def _individual(run: RunSnapshot, choice: Choice, gait: Path | None) -> Individu
     if choice is not None:
         option = "--member" if isinstance(choice, Member) else "--generation"
         raise not_combinable(option, "--gait")
-    return individual_of(read_gait(gait), run.experiment)
+    return play_gait(read_gait(gait), run.experiment)

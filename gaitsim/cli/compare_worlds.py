@@ -6,7 +6,7 @@ from gaitsim.cli.console import notice, output, print_json, print_table
 from gaitsim.cli.judging import judge_shown
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges
-from gaitsim.gait.judgement import Judgement
+from gaitsim.gait.unseen_results import UnseenResults
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import format_or_dash
 from gaitsim.render.terminal.unseen_results import format_percent, format_spans, format_strongest
@@ -42,7 +42,7 @@ def rank_runs(
             allowed="--world-seed, --workers and --json",
         )
 
-    def evaluate(label: str, champion: Individual, ranges: Ranges) -> Judgement:
+    def evaluate(label: str, champion: Individual, ranges: Ranges) -> UnseenResults:
         return judge_shown(champion, number, seed, workers=workers, ranges=ranges, what=label)
 
     paths = [find_run(one) for one in runs]

@@ -15,7 +15,12 @@ from gaitsim.live.background import (
 )
 from gaitsim.live.protocol import Command
 from gaitsim.live.slots import slot_count
-from gaitsim.runs.background import DOES, background_process, last_failure, make_runtime_folder
+from gaitsim.runs.background import (
+    STATE_PREDICATES,
+    background_process,
+    create_runtime_folder,
+    last_failure,
+)
 from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -31,7 +36,7 @@ def check_detachable(dask: str | None) -> None:
         GaitsimError: background runs are not possible here, or `--dask` is given; only a command
             in the foreground starts and stops a cluster.
     """
-    make_runtime_folder()
+    create_runtime_folder()
     slot_count()
     if dask is not None:
         raise GaitsimError(
@@ -87,7 +92,7 @@ def _report(path: Path, state: str, json: bool) -> None:
         print_json({"run": str(path), "state": state, "process": pid})
         return
     later = " It starts when an earlier run ends." if state == "queued" else ""
-    echo(f"{path} {DOES[state]} in the background, in process {pid}.{later}")
+    echo(f"{path} {STATE_PREDICATES[state]} in the background, in process {pid}.{later}")
     for verb, purpose in (("attach", "watch it"), ("stop", "stop and save it")):
         output().print(f"  {command(verb, path)}  ", end="", soft_wrap=True)
         output().print(f"# {purpose}", style="dim")

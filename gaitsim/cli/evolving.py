@@ -81,7 +81,7 @@ def _evolve(session: Session, json: bool, interrupts: Interrupts) -> str:
     """Evolve until a stop condition holds or the user stops; return the condition, or ''."""
     writer = session.writer
     experiment, last = writer.experiment, writer.last
-    rows, first = (writer.run.history, writer.run.comparable) if last else ({}, 1)
+    rows, first = (writer.run.history, writer.run.first_comparable) if last else ({}, 1)
     known = snapshot_of(last, experiment, rows=rows, scored_from=first)
     shown = display(writer.path, known, json)
     if writer.done:

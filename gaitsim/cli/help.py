@@ -154,7 +154,7 @@ def explain_error(error: typer.BadParameter, command: Any) -> GaitsimError | Non
     """Return a GaitsimError that replaces pydantic's error about a value; None for other errors."""
     from pydantic import Field, ValidationError
 
-    from gaitsim.registry.options import allowed, words
+    from gaitsim.registry.options import allowed, string_choices
 
     cause, parameter = error.__cause__, error.param
     if not isinstance(cause, ValidationError) or parameter is None:
@@ -164,7 +164,7 @@ def explain_error(error: typer.BadParameter, command: Any) -> GaitsimError | Non
     field = Field(ge=info.min, le=info.max)
     field.annotation = annotation
     (wrong, *_) = cause.errors()
-    value, known = wrong["input"], words(field)
+    value, known = wrong["input"], string_choices(field)
     kind = {"int_parsing": "not a whole number", "float_parsing": "not a number"}.get(wrong["type"])
     return GaitsimError(
         f"{value!r} is {kind or 'not allowed'}",

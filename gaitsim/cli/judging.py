@@ -5,8 +5,8 @@ from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of
-from gaitsim.gait.judgement import Judgement
-from gaitsim.gait.unseen import check_request, judge
+from gaitsim.gait.unseen import check_request, evaluate_unseen
+from gaitsim.gait.unseen_results import UnseenResults
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -40,7 +40,7 @@ def judge_shown(
     workers: int | None = None,
     ranges: Ranges | None = None,
     what: str = "unseen worlds",
-) -> Judgement:
+) -> UnseenResults:
     """Evaluate a gait in unseen worlds, and show the progress.
 
     Raises:
@@ -48,7 +48,7 @@ def judge_shown(
     """
     conditions_of(individual.experiment)
     with Progress(what, "worlds") as progress:
-        return judge(
+        return evaluate_unseen(
             individual,
             number,
             seed=seed or 0,
@@ -61,7 +61,7 @@ def judge_shown(
 
 def judge_at_end(
     run: RunSnapshot, champion: Individual, workers: int | None = None
-) -> Judgement | None:
+) -> UnseenResults | None:
     """Evaluate the champion of a run over worlds in unseen worlds; Ctrl-C skips this.
 
     Returns:

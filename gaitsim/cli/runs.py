@@ -46,7 +46,7 @@ def runs(
     if delete:
         _delete(root, delete, yes=yes, json=json)
         return
-    found = [_row(run) for run in RunsWatcher(root).look()]
+    found = [_row(run) for run in RunsWatcher(root).poll()]
     if json:
         for row in found:
             print_json(row)

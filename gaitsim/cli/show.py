@@ -143,7 +143,7 @@ def _print(run: RunSnapshot) -> None:
         f"{int(history['evaluations'][-1]):,} evaluations in {history['seconds'].sum():.1f} s"
     )
     for name in ("best", "mean"):
-        course = history[name][run.comparable - 1 :]
+        course = history[name][run.first_comparable - 1 :]
         console.print(f"{name} {sparkline(list(course), 48)} {number(course[-1])}")
     for name in figures_of(history):
         console.print(f"{name} {number(history[FIGURE + name][-1])}")

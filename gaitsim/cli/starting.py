@@ -10,7 +10,7 @@ from gaitsim.cli.detaching import check_detachable, evolve_detached
 from gaitsim.cli.evolving import evolve_run
 from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.start import check_start, kept_individual
+from gaitsim.runs.start import check_start, find_individual
 from gaitsim.sharing.challenge import Challenge
 
 
@@ -52,7 +52,7 @@ def start_run(
     start = None
     if from_ is not None:
         challenge = read_challenge(from_) if isinstance(from_, str) else from_
-        start = kept_individual(str(from_)) if challenge is None else challenge_as_start(challenge)
+        start = find_individual(str(from_)) if challenge is None else challenge_as_start(challenge)
         check_start(experiment, start, f"--from {'CODE' if challenge else from_}")
     if detach:
         check_detachable(dask)

@@ -14,7 +14,7 @@ from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.live.background import background_state, request_stop
 from gaitsim.live.background import stop as stop_run
-from gaitsim.runs.background import background_processes, last_failure, make_runtime_folder
+from gaitsim.runs.background import background_processes, create_runtime_folder, last_failure
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.resume import stop_reason_of
@@ -69,7 +69,7 @@ def _in_folders(folders: list[str]) -> list[Path]:
             raise GaitsimError(
                 f"folder not found: {folder}", allowed="with --all, folders that hold runs"
             )
-    make_runtime_folder()  # raises an error if it cannot be used; otherwise no run would be found
+    create_runtime_folder()  # raises an error if it cannot be used; otherwise no run would be found
     roots = [Path(folder).resolve() for folder in folders]
     found = [process.run for process in background_processes()]
     return [_relative(run) for run in found if not roots or run.parent in roots]

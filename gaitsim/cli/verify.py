@@ -164,7 +164,7 @@ def _print_json(path: str, verdict: Verdict) -> None:
                     "file": to_jsonable_python(change.now, serialize_unknown=True),
                     "made_with": to_jsonable_python(change.then, serialize_unknown=True),
                 }
-                for change in verdict.asked
+                for change in verdict.edited
             ],
             "made_with": [{"first": origin.first, **origin.parts} for origin in verdict.origins],
             "elsewhere": list(verdict.elsewhere),
@@ -199,11 +199,11 @@ def _changed_options(verdict: Verdict) -> list[str]:
     def value(found: Any) -> str:
         return "not set" if found is None else literal(found)
 
-    if not verdict.asked:
+    if not verdict.edited:
         return []
     options = "; ".join(
         f"{change.key} is {value(change.now)} in the file, {value(change.then)} in the run"
-        for change in verdict.asked
+        for change in verdict.edited
     )
     return [
         f"{EXPERIMENT} differs from the options of the run ({options}): "

@@ -45,8 +45,8 @@ def genome_space(groups: Sequence[GeneGroup]) -> RealSpace:
     """
     count = [len(group.parts) for group in groups]
     return RealSpace(
-        lower=_by_gene([group.lower for group in groups], count),
-        upper=_by_gene([group.upper for group in groups], count),
+        lower=_bounds_by_gene([group.lower for group in groups], count),
+        upper=_bounds_by_gene([group.upper for group in groups], count),
         labels=tuple(f"{part} {group.name}".strip() for group in groups for part in group.parts),
         periodic=np.repeat([group.periodic for group in groups], count),
     )
@@ -73,7 +73,7 @@ def split_genomes(genomes: Genomes, groups: Sequence[GeneGroup]) -> tuple[NDArra
     )
 
 
-def _by_gene(bounds: Sequence[ArrayLike], counts: Sequence[int]) -> NDArray[np.float64]:
+def _bounds_by_gene(bounds: Sequence[ArrayLike], counts: Sequence[int]) -> NDArray[np.float64]:
     return np.concatenate(
         [
             np.broadcast_to(np.asarray(bound, np.float64), count)

@@ -1,14 +1,14 @@
 """Decide whether workers evaluate a population faster than this process, and in how many chunks.
 
-The expected times are
+The expected times of n individuals are
 
     local:   first + (n − 1) · more
     remote:  latency + chunks · task + rounds · (first + (n / chunks − 1) · more)
 
 with rounds = chunks / workers, at least 1. All parameters are measured. `first` and `more` are the
-costs of the body: of the first individual, which is more expensive if a body moves whole arrays,
-and of each further one. They are measured with batches before the first generation, and in each
-generation. `latency` and `task` are the costs of the workers, measured with tasks that do nothing.
+costs of the first individual and of each further one; the first is more expensive if a body moves
+whole arrays. They are measured with batches before the first generation, and in each generation.
+`latency` and `task` are the costs of the workers, measured with tasks that do nothing.
 """
 
 import time
@@ -25,15 +25,15 @@ GAIN = 0.9
 STARTUP = 1.5
 """Seconds that worker processes take to start, mainly for imports and loading compiled code."""
 
-DOUBT = 0.1
-"""Seconds that workers must save before they start, if the user asked for them; on a busy machine,
-a single measurement may be many times too long."""
+MIN_SAVING = 0.1
+"""Seconds that workers must save before they start, if the user requested them. It is not 0,
+because a single measurement on a busy machine may be many times too long."""
 
 PINGS = 32  # empty tasks, to measure the workers
 
 BATCHES = (3, 24, 192)  # sizes of the batches that are timed before the first population
-CERTAIN = 0.05
-"""Seconds from which a measurement is trusted: an interruption by another program is shorter."""
+RELIABLE = 0.05
+"""Seconds from which a measurement is reliable: interruptions by other programs are shorter."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ PROCESS_OVERHEAD = Overhead(0.0005, 0.0003)
 def measure_overhead(executor: Executor) -> Overhead:
     """Start the workers and measure their overhead."""
     executor.map(_ping, range(PINGS))
-    one = min(_seconds(executor, 1) for _ in range(5))
-    all_ = min(_seconds(executor, PINGS) for _ in range(3))
-    task = max(0.0, all_ - one) / (PINGS - 1)
-    return Overhead(max(0.0, one - task), task)
+    single = min(_seconds(executor, 1) for _ in range(5))
+    many = min(_seconds(executor, PINGS) for _ in range(3))
+    task = max(0.0, many - single) / (PINGS - 1)
+    return Overhead(max(0.0, single - task), task)
 
 
 def _ping(task: int) -> int:
@@ -88,10 +88,10 @@ class CostModel:
     def learn(self, individuals: float, seconds: float, workers: int = 1) -> None:
         """Update the model with a measurement; later ones weigh more, because genomes change.
 
-        A shorter time replaces the earlier one, because other load on the machine only adds time.
-        A longer time, up to twice the expected one, is attributed to such load, which slows the
-        first individual, too. Otherwise workers would seem to speed up a body that moves whole
-        arrays as soon as other programs use the cores.
+        A shorter time replaces the earlier one, because other programs only add time. A time of
+        up to twice the expected one is attributed to other programs, which slow down the first
+        individual, too. Otherwise workers would seem to speed up a body that moves whole arrays as
+        soon as other programs use the cores.
 
         Args:
             individuals: number of individuals evaluated.
@@ -132,9 +132,9 @@ def best_plan(
     Of plans with similar times, return the one with the most chunks, because it balances slow
     individuals and slow workers.
     """
-    wanted = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 12))}
-    numbers = sorted({min(max(number, 2), individuals) for number in wanted})
-    ways = [
+    tried = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 12))}
+    numbers = sorted({min(max(number, 2), individuals) for number in tried})
+    plans = [
         ChunkPlan(
             number,
             overhead.latency
@@ -143,11 +143,12 @@ def best_plan(
         )
         for number in numbers
     ]
-    least = min(way.seconds for way in ways)
-    return max((way for way in ways if way.seconds <= 1.05 * least), key=lambda way: way.chunks)
+    least = min(plan.seconds for plan in plans)
+    good = [plan for plan in plans if plan.seconds <= 1.05 * least]
+    return max(good, key=lambda plan: plan.chunks)
 
 
-def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
+def split_indices(individuals: int, chunks: int, workers: int) -> list[int]:
     """Return the indices at which to split a population into chunks, which workers take in order.
 
     The chunks of the first round are large and equal. Chunks shrink by equal steps from round to
@@ -156,7 +157,7 @@ def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
 
     Args:
         individuals: size of the population.
-        chunks: number of chunks; fewer are made if some would be empty.
+        chunks: number of chunks; empty ones are omitted.
         workers: number of workers.
 
     Returns:
@@ -171,15 +172,15 @@ def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
 class Scheduler:
     """Decides for each population whether workers evaluate it, and in how many chunks.
 
-    Workers start only when they would already have saved as much time as their start takes. The
-    loss is therefore at most twice that of the best choice.
+    Workers start only when they would already have saved as much time as their start takes.
+    Therefore at most twice as much time is lost as with the best choice.
 
     Args:
         local: number of individuals that this process evaluates at the same time.
         remote: executor with the workers, whose number may change.
-        wanted: whether the user asked for workers, regardless of their startup time.
-        on_idle: called once, with a message for the user, if workers that the user asked for
-            would not be faster.
+        requested: whether the user requested workers, regardless of their startup time.
+        on_idle: called once, with a message for the user, if requested workers would not be
+            faster.
 
     Attributes:
         cost_model: measured costs of the body.
@@ -190,14 +191,14 @@ class Scheduler:
         self,
         local: int,
         remote: Executor,
-        wanted: bool,
+        requested: bool,
         on_idle: Callable[[str], None] = lambda text: None,
     ) -> None:
         self.cost_model = CostModel()
         self.overhead: Overhead | None = None
         self._local, self.remote = local, remote
-        self._threshold = DOUBT if wanted else STARTUP
-        self._on_idle = on_idle if wanted else None
+        self._threshold = MIN_SAVING if requested else STARTUP
+        self._on_idle = on_idle if requested else None
         self._lost = 0.0  # seconds that workers would have saved so far
 
     def local_seconds(self, individuals: int) -> float:
@@ -232,7 +233,7 @@ class Scheduler:
         batch, taken = 1, first
         for batch in (size for size in BATCHES if 8 * size <= individuals):
             taken = seconds(batch)
-            if taken >= max(2 * first, CERTAIN):
+            if taken >= max(2 * first, RELIABLE):
                 break
         if taken >= 2 * first:
             self.cost_model.learn(batch, taken)

@@ -16,7 +16,7 @@ from gaitsim.evaluation.executors import (
     WorkerLostError,
     cores,
 )
-from gaitsim.evaluation.packages import compare, finder, needed
+from gaitsim.evaluation.packages import check_versions, required_versions, version_finder
 from gaitsim.evaluation.processes import OnWarning, block_signals, hide_main_module
 from gaitsim.experiment import Experiment
 
@@ -24,9 +24,11 @@ LOCAL = "local"
 ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.")
 LOGGERS = ("distributed", "distributed.client")  # Dask sets the level of the second one itself
 SILENT = logging.CRITICAL + 1
-PATIENCE = 10  # timeout for the scheduler to answer, and for its first worker to join, s
-COUNT = 1.0  # delay between a change among the workers and their count, s
-ALONE = 5  # counts without a worker until a warning; a worker that died restarts within two
+TIMEOUT = 10  # timeout for the scheduler to answer, and for its first worker to join, s
+COUNT_DELAY = 1.0  # delay from a change among the workers to the next count, s
+MAX_EMPTY_COUNTS = (
+    5  # counts without a worker until a warning; a worker that died restarts within two
+)
 
 
 class DaskExecutor(Executor):
@@ -43,7 +45,7 @@ class DaskExecutor(Executor):
 
     Attributes:
         address: address of the scheduler.
-        workers: current number of threads of all workers, which may join or leave.
+        workers: current number of threads of all workers. Workers may join and leave.
 
     Raises:
         GaitsimError: Dask is not installed, the scheduler cannot be reached or has no workers, or
@@ -56,7 +58,7 @@ class DaskExecutor(Executor):
         if workers is not None and address != LOCAL:
             raise GaitsimError(
                 f"--workers {workers} cannot be combined with --dask {address}",
-                allowed="--workers with --dask local; other clusters have a given size",
+                allowed="--workers with --dask local; the size of other clusters is given",
             )
         if address != LOCAL and not ADDRESS.match(address):
             raise _unreachable(address, "not an address")
@@ -64,34 +66,34 @@ class DaskExecutor(Executor):
         self._on_warning = on_warning
         self._closing = False
         self._counting = False
-        self._alone = 0  # counts in a row without any worker
-        self._own: Any = None
-        self._begun = threading.Event()
-        self._begun.set()
+        self._empty_counts = 0  # counts in a row without any worker
+        self._cluster: Any = None
+        self._started = threading.Event()
+        self._started.set()
         distributed = _distributed()
-        # Our own messages report errors; Dask's would mix with them.
+        # gaitsim reports errors itself; Dask's log messages would mix with its own.
         for name in LOGGERS:
             logging.getLogger(name).setLevel(SILENT)
         try:
             if address == LOCAL:
-                self._begin(distributed, workers or cores())
-            self._connect(distributed, self._own or address)
+                self._start_cluster(distributed, workers or cores())
+            self._connect(distributed, self._cluster or address)
         except BaseException:
             self.close()
             raise
         self.workers = sum(self._client.nthreads().values())
 
-    def _begin(self, distributed: Any, workers: int) -> None:
+    def _start_cluster(self, distributed: Any, workers: int) -> None:
         import dask
 
-        def begin() -> None:
+        def start() -> None:
             try:
                 with (
                     dask.config.set({"distributed.scheduler.allowed-failures": MAX_ATTEMPTS - 1}),
                     hide_main_module(),
                     block_signals(),
                 ):
-                    self._own = distributed.LocalCluster(
+                    self._cluster = distributed.LocalCluster(
                         n_workers=workers,
                         threads_per_worker=1,
                         processes=True,
@@ -103,35 +105,35 @@ class DaskExecutor(Executor):
             except Exception as error:
                 failed.append(error)
             finally:
-                self._begun.set()
+                self._started.set()
 
         failed: list[Exception] = []
         # In a thread, because Ctrl-C would leave a half-started cluster that nothing could stop.
-        self._begun.clear()
-        threading.Thread(target=begin, daemon=True).start()
-        self._begun.wait()  # not `join`, which returns early after an interrupt
+        self._started.clear()
+        threading.Thread(target=start, daemon=True).start()
+        self._started.wait()  # not `join`, which returns early after an interrupt
         if failed:
             raise failed[0]
-        self.address = self._own.scheduler_address
+        self.address = self._cluster.scheduler_address
 
     def _connect(self, distributed: Any, where: Any) -> None:
         def connect() -> None:
             try:
-                made.append(distributed.Client(where, timeout=PATIENCE, set_as_default=False))
+                clients.append(distributed.Client(where, timeout=TIMEOUT, set_as_default=False))
             except (OSError, ValueError, TypeError, ImportError) as error:
                 reasons.append(str(error) or type(error).__name__)
 
-        made: list[Any] = []
+        clients: list[Any] = []
         reasons: list[str] = []
         # In a thread, because the client waits forever if another program listens at the address.
         connecting = threading.Thread(target=connect, daemon=True)
         connecting.start()
-        connecting.join(PATIENCE + 2)
-        if not made:
+        connecting.join(TIMEOUT + 2)
+        if not clients:
             raise _unreachable(self.address, reasons[0] if reasons else "no answer from Dask")
-        client = made[0]
+        client = clients[0]
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=TIMEOUT)
         except TimeoutError:
             client.close()
             raise GaitsimError(
@@ -139,24 +141,24 @@ class DaskExecutor(Executor):
                 remedy=f"start some: dask worker {self.address} --nthreads 1 --nworkers auto",
             ) from None
         self._client = client  # before the callbacks, which run in the client's thread
-        client.subscribe_topic("all", self._hear)
+        client.subscribe_topic("all", self._on_event)
         client.loop.add_callback(self._count_soon)  # workers may already have joined
 
-    def _hear(self, event: tuple[float, Any]) -> None:
+    def _on_event(self, event: tuple[float, Any]) -> None:
         """Handle an event of the cluster, in the client's thread."""
-        _, news = event
-        action = news.get("action") if isinstance(news, dict) else None
+        _, message = event
+        action = message.get("action") if isinstance(message, dict) else None
         if action not in {"add-worker", "remove-worker"} or self._closing:
             return
-        if action == "remove-worker" and not news.get("expected"):
+        if action == "remove-worker" and not message.get("expected"):
             self._on_warning("a Dask worker was lost; another one repeats its tasks")
         self._count_soon()
 
     def _count_soon(self) -> None:
-        """Schedule a count of the workers, one for all events until then."""
+        """Schedule a count of the workers; events until then share one count."""
         if not self._counting:
             self._counting = True
-            self._client.loop.call_later(COUNT, self._count)
+            self._client.loop.call_later(COUNT_DELAY, self._count)
 
     async def _count(self) -> None:
         self._counting = False
@@ -166,42 +168,42 @@ class DaskExecutor(Executor):
             threads = sum((await self._client.nthreads()).values())
         except Exception:  # the next request reports a lost scheduler
             return
-        # Without any worker, act as with a single one: this process evaluates small populations.
+        # Without workers, act as with one worker: this process evaluates small populations.
         self.workers = max(1, threads)
-        self._alone = 0 if threads else self._alone + 1
-        if self._alone == ALONE and not self._closing:
+        self._empty_counts = 0 if threads else self._empty_counts + 1
+        if self._empty_counts == MAX_EMPTY_COUNTS and not self._closing:
             self._on_warning(
                 "no Dask workers are left; the tasks wait for a new one. Start one with: "
                 f"dask worker {self._client.scheduler.address} --nthreads 1"
             )
-        if self._alone:
+        if self._empty_counts:
             self._count_soon()
 
     def check(self, experiments: Iterable[Experiment]) -> None:
         """Check that all workers have the local versions of the packages that experiments use."""
-        here = needed(experiments)
-        find = finder(here)
-        with self._reaching():
+        here = required_versions(experiments)
+        find = version_finder(here)
+        with self._convert_errors():
             there = {
                 **{f"worker {name}": found for name, found in self._client.run(find).items()},
                 # The scheduler unpickles tasks, too.
                 "scheduler": self._client.run_on_scheduler(find),
             }
-        compare(here, there)
+        check_versions(here, there)
 
     def each(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[int, Result]]:
         """Submit all tasks to the scheduler; yield the index and result of each as it finishes."""
         distributed = _distributed()
-        with self._reaching():
+        with self._convert_errors():
             futures = self._client.map(function, tasks, pure=False)
         places = {future.key: place for place, future in enumerate(futures)}
         try:
             done = distributed.as_completed(futures, self._client.loop, with_results=True)
             del futures  # free each result as soon as it has been read
             while places:
-                with self._reaching():
+                with self._convert_errors():
                     future, result = next(done)
                 yield places.pop(future.key), result
         finally:
@@ -212,7 +214,7 @@ class DaskExecutor(Executor):
     def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
         """Return the results in the order of the tasks, fetched together when all are finished."""
         distributed = _distributed()
-        with self._reaching():
+        with self._convert_errors():
             futures = self._client.map(function, tasks, pure=False)
             try:
                 # `gather` alone would print a traceback for each task when interrupted.
@@ -226,7 +228,7 @@ class DaskExecutor(Executor):
                 raise
 
     @contextmanager
-    def _reaching(self) -> Iterator[None]:
+    def _convert_errors(self) -> Iterator[None]:
         """Convert Dask's errors about a lost scheduler, or a task that kills its workers."""
         from concurrent.futures import CancelledError
 
@@ -252,12 +254,12 @@ class DaskExecutor(Executor):
         """
 
         def end() -> None:
-            self._begun.wait(PATIENCE)
+            self._started.wait(TIMEOUT)
             with suppress(Exception):  # the connection may already be lost
                 self._client.close(timeout=2)
-            if self._own is not None:
+            if self._cluster is not None:
                 with suppress(Exception):
-                    self._own.close(timeout=5)
+                    self._cluster.close(timeout=5)
             ended.set()
 
         self._closing = True

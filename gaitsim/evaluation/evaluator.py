@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitsim.contracts import Genomes
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.chunking import Scheduler, cuts
+from gaitsim.evaluation.chunking import Scheduler, split_indices
 from gaitsim.evaluation.executors import (
     Executor,
     Result,
@@ -24,7 +24,7 @@ from gaitsim.evaluation.executors import (
     cores,
 )
 from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
-from gaitsim.evaluation.scoring import Evaluation, evaluate, joined
+from gaitsim.evaluation.scoring import Evaluation, evaluate, join_evaluations
 from gaitsim.evaluation.serialized import SerializedExperiment, prepare
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_context
@@ -47,8 +47,8 @@ class Evaluator:
         experiment: experiment with the body and fitness to use.
         workers: number of threads or worker processes; None for one per core. Worker processes
             are limited to the number of cores, but never to fewer than two.
-        on_warning: called with a message for the user if a worker died, or if workers that the
-            user asked for remain idle or exceed the cores.
+        on_warning: called with a message for the user if a worker died, or if requested workers
+            remain idle or exceed the cores.
         cluster: executor of a cluster, used for large populations; the caller closes it.
     """
 
@@ -62,28 +62,28 @@ class Evaluator:
         self.experiment = experiment
         self._on_warning = on_warning
         threads = experiment.organism.threads
-        asked = workers or cores()
+        number = workers or cores()
         if experiment.in_python and not (cluster or threads):
-            if asked > 1 and workers:
+            if number > 1 and workers:
                 code = " and the ".join(map(str, experiment.outside))
                 on_warning(f"{workers:,} workers are not used: they cannot receive the {code}")
-            asked = 1
-        self._threads = 1 if not threads else cores() if cluster else asked
+            number = 1
+        self._threads = 1 if not threads else cores() if cluster else number
         self._pool = ThreadPoolExecutor(self._threads, "gaitsim") if self._threads > 1 else None
-        self._own = None
-        if not (cluster or threads or asked == 1):
+        self._processes = None
+        if not (cluster or threads or number == 1):
             # More processes than cores only start more slowly: on two cores, 32 processes took ten
             # times as long to start as two. A single core also gets two, so that runs with worker
             # processes can be tested on it.
             most = max(2, cores())
-            if asked > most:
-                on_warning(f"{asked:,} workers exceed the cores of this machine; {most} are used")
-            self._own = ProcessExecutor(min(asked, most), on_warning)
-        self._wanted = cluster is not None or workers is not None
+            if number > most:
+                on_warning(f"{number:,} workers exceed the cores of this machine; {most} are used")
+            self._processes = ProcessExecutor(min(number, most), on_warning)
+        self._requested = cluster is not None or workers is not None
         self._scheduler = self._task_scheduler = None
-        if remote := cluster or self._own:
-            self._scheduler = Scheduler(self._threads, remote, self._wanted, on_warning)
-            self._task_scheduler = Scheduler(self._threads, remote, self._wanted)
+        if remote := cluster or self._processes:
+            self._scheduler = Scheduler(self._threads, remote, self._requested, on_warning)
+            self._task_scheduler = Scheduler(self._threads, remote, self._requested)
         self._serialized = SerializedExperiment(experiment)
 
     @property
@@ -92,8 +92,8 @@ class Evaluator:
         return self._scheduler.remote.workers if self._scheduler else self._threads
 
     @property
-    def elsewhere(self) -> bool:
-        """Whether the workers are other processes, for which few large requests are faster."""
+    def remote(self) -> bool:
+        """Whether the workers are other processes: then few large requests are faster."""
         return self._scheduler is not None
 
     def __enter__(self) -> Self:
@@ -102,11 +102,11 @@ class Evaluator:
     def __exit__(self, *_: object) -> None:
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
-        if self._own is not None:
-            self._own.close()
+        if self._processes is not None:
+            self._processes.close()
 
     def prepare(self, individuals: int | None = None) -> None:
-        """Compile kernels and check workers, so that the first generation need not.
+        """Compile kernels and check workers, so that the first generation is not delayed.
 
         Args:
             individuals: size of the first population; None for that of the experiment.
@@ -138,15 +138,15 @@ class Evaluator:
         scheduler = self._scheduler
         if scheduler is None:
             return self._evaluate_locally(genomes, generation)
-        with self._lost_workers_named():
+        with self._explain_lost_workers():
             chunks = scheduler.chunks(len(genomes))
         if chunks == 1:
             return self._evaluate_locally(genomes, generation)
-        populations = np.split(genomes, cuts(len(genomes), chunks, self.workers))
+        populations = np.split(genomes, split_indices(len(genomes), chunks, self.workers))
         results = self._map_remotely(scheduler, partial(_timed, generation), populations)
         seconds = sum(seconds for seconds, _ in results)
         scheduler.cost_model.learn(len(genomes) / len(results), seconds / len(results))
-        return joined(self.experiment, [part for _, part in results])
+        return join_evaluations(self.experiment, [part for _, part in results])
 
     def _evaluate_locally(self, genomes: Genomes, generation: int) -> Evaluation:
         start = time.perf_counter()
@@ -154,15 +154,15 @@ class Evaluator:
         if self._scheduler is not None:
             seconds = time.perf_counter() - start
             self._scheduler.cost_model.learn(len(genomes), seconds, self._threads)
-        return joined(self.experiment, parts)
+        return join_evaluations(self.experiment, parts)
 
     def map(
         self, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
     ) -> list[Result]:
         """Run a function over tasks on the same workers.
 
-        Unless the user asked for workers, worker processes start only when they would already
-        have saved as much time as their start takes.
+        Unless the user requested workers, worker processes start only when they would already have
+        saved as much time as their start takes.
 
         Args:
             function: function of the experiment and a task, whose result depends only on these
@@ -173,12 +173,12 @@ class Evaluator:
             The results in the order of the tasks.
 
         Raises:
-            GaitsimError: the function raised it, or a task repeatedly killed its worker.
+            GaitsimError: the function raised the error, or a task repeatedly killed its worker.
         """
         scheduler = self._task_scheduler
         if scheduler is not None and len(tasks) > 1:
-            with self._lost_workers_named():
-                shared = self._wanted or scheduler.chunks(len(tasks)) > 1
+            with self._explain_lost_workers():
+                shared = self._requested or scheduler.chunks(len(tasks)) > 1
             if shared:
                 return self._map_remotely(scheduler, function, tasks)
         start = time.perf_counter()
@@ -211,18 +211,18 @@ class Evaluator:
         context = plugin_context(
             self.experiment.entries["organism"], "moving a population in worker processes"
         )
-        with self._lost_workers_named(), context:
+        with self._explain_lost_workers(), context:
             return scheduler.remote.map(partial(_apply, self._serialized, function), tasks)
 
     @contextmanager
-    def _lost_workers_named(self) -> Iterator[None]:
-        """Name the body, and suggest a remedy, in the error about repeatedly lost workers."""
+    def _explain_lost_workers(self) -> Iterator[None]:
+        """Add the body and a remedy to the error about repeatedly lost workers."""
         try:
             yield
         except WorkerLostError as error:
             raise GaitsimError(
                 f"{error.what}: moving {self.experiment.entries['organism']}",
-                remedy="--workers 1 may show the reason; fewer workers need less memory",
+                remedy="run with --workers 1 to see the reason; fewer workers need less memory",
             ) from None
 
 

@@ -10,26 +10,26 @@ Versions = dict[str, str]
 """Versions by package; '' for a package that is not installed."""
 
 
-def needed(experiments: Iterable[Experiment]) -> Versions:
+def required_versions(experiments: Iterable[Experiment]) -> Versions:
     """Return the local versions of gaitsim, NumPy, Numba, and the package of each plugin."""
     names = {"gaitsim", "numpy", "numba"}
     for experiment in experiments:
         names |= {experiment.entries[kind].package for kind in experiment.kinds}
-    return {name: version for name, version in finder(names)().items() if version}
+    return {name: version for name, version in version_finder(names)().items() if version}
 
 
-def finder(names: Iterable[str]) -> Callable[[], Versions]:
+def version_finder(names: Iterable[str]) -> Callable[[], Versions]:
     """Return a function that finds the versions of packages, even in a process without gaitsim.
 
     The function is pickled by value, because it does not belong to a module.
     """
-    wanted = sorted(names)
+    packages = sorted(names)
 
     def find() -> Versions:
         from importlib import metadata
 
         found = {}
-        for name in wanted:
+        for name in packages:
             try:
                 found[name] = metadata.version(name)
             except metadata.PackageNotFoundError:
@@ -39,7 +39,7 @@ def finder(names: Iterable[str]) -> Callable[[], Versions]:
     return find
 
 
-def compare(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> None:
+def check_versions(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> None:
     """Check that workers have the local versions of packages.
 
     Args:
@@ -49,6 +49,7 @@ def compare(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> 
     Raises:
         GaitsimError: a worker lacks a package, or has a different version of it.
     """
+    # Workers by name and version of each package that differs.
     differing: dict[tuple[str, str], list[str]] = defaultdict(list)
     for worker, versions in sorted(there.items()):
         for name, version in here.items():
@@ -57,19 +58,19 @@ def compare(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> 
     if not differing:
         return
     problems = [
-        f"{name} {f'is {version}' if version else 'is not installed'} on {_some(workers)}, "
-        f"but {here[name]} here"
+        f"{name} {f'is {version}' if version else 'is not installed'} on "
+        f"{_describe_workers(workers)}, but {here[name]} here"
         for (name, version), workers in sorted(differing.items())
     ]
-    wanted = " ".join(f"{name}=={here[name]}" for name in sorted({name for name, _ in differing}))
+    required = " ".join(f"{name}=={here[name]}" for name in sorted({name for name, _ in differing}))
     raise GaitsimError(
         "; ".join(problems),
         allowed="the same versions everywhere, because results depend on them bit for bit",
-        remedy=f"on the workers: pip install {wanted}",
+        remedy=f"on the workers: pip install {required}",
     )
 
 
-def _some(workers: list[str]) -> str:
+def _describe_workers(workers: list[str]) -> str:
     if len(workers) == 1:
         return f"the {workers[0]}"
     return f"{len(workers)} processes such as the {workers[0]}"

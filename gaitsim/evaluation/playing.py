@@ -18,12 +18,12 @@ def require_play(experiment: Experiment) -> None:
     """
     entry, organism = experiment.entries["organism"], experiment.organism
     if "joint_angles" not in organism.channels:
-        lacks, allowed = "has no joint angles", "a body with the channel 'joint_angles'"
+        problem, allowed = "has no joint angles", "a body with the channel 'joint_angles'"
     elif not organism.can_play:
-        lacks, allowed = "cannot play given joint angles", "a body with the method play()"
+        problem, allowed = "cannot play given joint angles", "a body with the method play()"
     else:
         return
-    raise GaitsimError(f"{entry} {lacks}", where=experiment.name, allowed=allowed)
+    raise GaitsimError(f"{entry} {problem}", where=experiment.name, allowed=allowed)
 
 
 def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
@@ -36,7 +36,7 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
 
     Raises:
         GaitsimError: the body cannot play, or the angles do not fit it.
-        PluginError: the body fails or breaks its contract; names its package.
+        PluginError: the body fails or breaks its contract.
     """
     require_play(experiment)
     entry, organism = experiment.entries["organism"], experiment.organism

@@ -1,4 +1,4 @@
-"""Setup of the local Dask workers that gaitsim starts; they load this module first."""
+"""Set up the local Dask workers that gaitsim starts; they load this module first."""
 
 import os
 import signal

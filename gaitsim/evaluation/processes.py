@@ -24,7 +24,7 @@ OnWarning = Callable[[str], None]
 
 
 class _Worker:
-    """A worker process, which starts with this object, and the pipe to it."""
+    """A worker process, started when the object is created, and the pipe to it."""
 
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
@@ -44,7 +44,7 @@ class _Worker:
         return answer
 
     def end(self) -> None:
-        """Kill the process, which may be busy or stopped; no data are lost."""
+        """Kill the process, even if it is busy or stopped; no data are lost."""
         self._process.kill()
         self._process.join()
         self.pipe.close()
@@ -54,7 +54,7 @@ class ProcessExecutor(Executor):
     """Runs tasks in worker processes, which always end together with this process.
 
     Args:
-        workers: maximum number of worker processes; each starts when there is work for it.
+        workers: maximum number of worker processes; each starts when it is first needed.
         on_warning: called with a message when a worker died.
     """
 
@@ -117,7 +117,7 @@ class ProcessExecutor(Executor):
         return worker
 
     def _start(self) -> bool:
-        """Start a worker; if that fails while others run, warn and return False."""
+        """Start a worker; if this fails while others are busy, warn and return False."""
         try:
             # With signals blocked, Ctrl-C cannot leave a worker that `close` does not know.
             with hide_main_module(), block_signals():
@@ -125,12 +125,12 @@ class ProcessExecutor(Executor):
         except OSError as error:  # such as too many open files
             if not self._busy:
                 raise GaitsimError(
-                    f"no worker process can start: {error}",
+                    f"cannot start a worker process: {error}",
                     remedy="try --workers 1, which starts no process, or check the limits with "
                     "'ulimit -n' and 'ulimit -u'",
                 ) from None
             self.workers = len(self._busy)
-            self._on_warning(f"only {self.workers} worker processes can start: {error}")
+            self._on_warning(f"cannot start more than {self.workers} worker processes: {error}")
             return False
         return True
 
@@ -167,9 +167,9 @@ def _work(pipe: Connection) -> None:
             pipe.send_bytes(_answer(pipe.recv_bytes()))
 
 
-def _answer(question: bytes) -> bytes:
+def _answer(request: bytes) -> bytes:
     try:
-        function, task = pickle.loads(question)
+        function, task = pickle.loads(request)
         return pickle.dumps((True, function(task)), pickle.HIGHEST_PROTOCOL)
     except BaseException as error:
         text = traceback.format_exc()

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Motion
-from gaitsim.evaluation.values import values_read
-from gaitsim.evaluation.worlds import World, drawn, in_world
+from gaitsim.evaluation.values import values_to_read
+from gaitsim.evaluation.worlds import World, draw_worlds, in_world
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 
@@ -56,9 +56,9 @@ def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> E
     """
     if not experiment.worlds.number:
         return _evaluate(experiment, genomes)
-    worlds = drawn(experiment, generation)
-    return combined(
-        experiment, worlds, [_evaluate(in_world(experiment, one), genomes) for one in worlds]
+    worlds = draw_worlds(experiment, generation)
+    return combine_worlds(
+        experiment, worlds, [_evaluate(in_world(experiment, world), genomes) for world in worlds]
     )
 
 
@@ -66,20 +66,22 @@ def _evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     """Move and score genomes, (population, genes), in one world."""
     # The body gets a copy, so that it cannot change the genomes of the search or the checkpoint.
     # The copy is writable, because Numba would recompile for read-only arrays.
-    lent, body = genomes.copy(), experiment.entries["organism"]
+    passed, body = genomes.copy(), experiment.entries["organism"]
     with plugin_errors(body, "moving a population"):
-        motion: object = experiment.organism.move(lent)
-    if not np.array_equal(lent, genomes):
+        motion: object = experiment.organism.move(passed)
+    if not np.array_equal(passed, genomes):
         raise contract_error(body, "modifies the genomes passed to it")
     evaluation = evaluate_motion(experiment, motion, len(genomes))
-    read = values_read(experiment, check_motion(body, motion), evaluation.scores, evaluation.terms)
-    # A channel may be a view of the genomes, and the fitness may have changed it.
-    if not np.array_equal(lent, genomes):
+    read = values_to_read(
+        experiment, check_motion(body, motion), evaluation.scores, evaluation.terms
+    )
+    # A channel may be a view of the genomes, which the fitness may have changed.
+    if not np.array_equal(passed, genomes):
         raise contract_error(experiment.entries["fitness"], "modifies the motion passed to it")
     return replace(evaluation, values=read)
 
 
-def combined(
+def combine_worlds(
     experiment: Experiment, worlds: Sequence[World], evaluations: Sequence[Evaluation]
 ) -> Evaluation:
     """Combine the evaluations of a population in several worlds.
@@ -106,7 +108,7 @@ def combined(
     for number, evaluation in enumerate(evaluations, 1):
         for index, reason in evaluation.reasons.items():
             reasons.setdefault(index, f"{reason}, in world {number} of {len(worlds)}")
-    total = _summed(terms, reasons)
+    total = _sum_terms(terms, reasons)
     if "score" in values:
         values["score"] = total
     return Evaluation(total, terms, dict(sorted(reasons.items())), values)
@@ -128,14 +130,14 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
             fitness, f"returned {returned!r:.80} from terms()", "a dict with terms"
         )
     terms = {
-        (name := _name(fitness, key)): _term(fitness, name, term, population)
+        (name := _check_term_name(fitness, key)): _check_term(fitness, name, term, population)
         for key, term in returned.items()
     }
     reasons = _failures(body, moved)
-    return Evaluation(_summed(terms, reasons), terms, reasons)
+    return Evaluation(_sum_terms(terms, reasons), terms, reasons)
 
 
-def _summed(terms: Mapping[str, Scores], reasons: dict[int, str]) -> Scores:
+def _sum_terms(terms: Mapping[str, Scores], reasons: dict[int, str]) -> Scores:
     """Return the sums of the terms, with −inf for failed individuals; add missing reasons."""
     scores = np.zeros(len(next(iter(terms.values()))))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -165,8 +167,8 @@ def _failures(body: Entry, motion: Motion) -> dict[int, str]:
     }
 
 
-def moved(experiment: Experiment, genomes: Genomes) -> Motion:
-    """Move genomes, (population, genes), without scoring them; they are not changed.
+def move_genomes(experiment: Experiment, genomes: Genomes) -> Motion:
+    """Return the motion of genomes, (population, genes), which are not changed, without a score.
 
     Raises:
         PluginError: the body fails or breaks its contract; names its package.
@@ -178,10 +180,10 @@ def moved(experiment: Experiment, genomes: Genomes) -> Motion:
 
 
 def check_motion(body: Entry, motion: object) -> Motion:
-    """Return the object that a body returned as its motion, if it is one.
+    """Check that the object returned by a body is a motion, and return it.
 
     Raises:
-        PluginError: it is not a motion; names the body's package.
+        PluginError: the object is not a motion.
     """
     if not isinstance(motion, Motion):
         raise contract_error(body, f"returned a {type(motion).__name__} as its motion", "a Motion")
@@ -202,8 +204,8 @@ def _check_channels(experiment: Experiment, motion: Motion, population: int) -> 
             )
 
 
-def _name(fitness: Entry, name: object) -> str:
-    """Return the name of a term as a plain str: files support no subclass, such as a StrEnum."""
+def _check_term_name(fitness: Entry, name: object) -> str:
+    """Return the name of a term as a plain str, as files do not support subclasses (StrEnum)."""
     if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
         raise contract_error(
             fitness, f"names a term {name!r:.80}", "a printable string of 1 to 200 characters"
@@ -211,9 +213,9 @@ def _name(fitness: Entry, name: object) -> str:
     return str.__str__(name)
 
 
-def _term(fitness: Entry, name: str, term: object, population: int) -> Scores:
+def _check_term(fitness: Entry, name: str, term: object, population: int) -> Scores:
     try:
-        # A copy, because a fitness may reuse the array that it returns.
+        # A copy, because the fitness may reuse the array.
         values = np.array(term)
         if values.dtype.kind not in "fiub":
             raise TypeError
@@ -245,7 +247,7 @@ def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -
         )
 
 
-def joined(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
+def join_evaluations(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
     """Join the evaluations of consecutive chunks to the evaluation of the population.
 
     Raises:

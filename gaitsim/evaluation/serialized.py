@@ -1,4 +1,4 @@
-"""Send an experiment to workers."""
+"""Experiments in a form that can be sent to workers."""
 
 import socket
 from functools import lru_cache
@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.packages import compare, finder, needed
+from gaitsim.evaluation.packages import check_versions, required_versions, version_finder
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import plugin_errors
@@ -26,9 +26,9 @@ class SerializedExperiment:
                 raise GaitsimError(
                     f"the {entry} cannot be sent to other processes",
                     where=entry.target,
-                    remedy="omit the workers, or create a package with 'gaitsim plugins new'",
+                    remedy="run it without workers, or create a package: 'gaitsim plugins new'",
                 )
-            self._state = experiment.to_toml(), tuple(needed([experiment]).items())
+            self._state = experiment.to_toml(), tuple(required_versions([experiment]).items())
         return self._state
 
     def __setstate__(self, state: "State") -> None:
@@ -42,7 +42,7 @@ class SerializedExperiment:
             GaitsimError: a package of the experiment is missing in this process or has a different
                 version, or the body fails.
         """
-        return self._experiment or _parsed(*self.__getstate__())
+        return self._experiment or _parse(*self.__getstate__())
 
 
 State = tuple[str, tuple[tuple[str, str], ...]]
@@ -50,17 +50,17 @@ State = tuple[str, tuple[tuple[str, str], ...]]
 
 
 @lru_cache(maxsize=4)
-def _parsed(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
+def _parse(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
     # This worker may have joined after the packages of all workers were checked.
-    wanted = dict(packages)
-    compare(wanted, {f"worker on {socket.gethostname()}": finder(wanted)()})
+    required = dict(packages)
+    check_versions(required, {f"worker on {socket.gethostname()}": version_finder(required)()})
     experiment = parse_experiment(toml, "the experiment")
     prepare(experiment)
     return experiment
 
 
 def prepare(experiment: Experiment, individuals: int = 1) -> None:
-    """Evaluate random genomes so that this process compiles or loads its kernels."""
+    """Evaluate random genomes, so that this process compiles or loads its kernels."""
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):
         space = experiment.organism.genome_space()
         genomes = space.random(individuals, np.random.default_rng(0))

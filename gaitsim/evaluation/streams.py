@@ -1,4 +1,4 @@
-"""Random streams: one for each purpose and generation, so that no generator state is saved."""
+"""Random streams, one for each purpose and generation, so that no generator state is saved."""
 
 from enum import IntEnum
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Purpose(IntEnum):
-    """The purpose of a random stream; a different number would change the results of every run."""
+    """The purpose of a random stream; changing a number would change the results of every run."""
 
     INITIAL = 0  # genomes of the first generation
     SELECTION = 1

@@ -15,13 +15,13 @@ TERM = "term:"
 """Prefix for a term whose name is also that of a measure."""
 
 
-def values_read(
+def values_to_read(
     experiment: Experiment, motion: Motion, scores: Scores, terms: Mapping[str, Scores]
 ) -> dict[str, Scores]:
-    """Return the terms and measures that are read, by name, each (population,) float64.
+    """Return the terms and measures to read, by name, each (population,) float64.
 
-    The search reads its objectives or axes. In an experiment with a reality, the transferability
-    model reads its features; the transferability itself is predicted later.
+    These are the objectives or axes of the search and, in an experiment with a reality, the
+    features of the transferability model. The transferability itself is predicted later.
 
     Args:
         experiment: experiment of the motion.
@@ -33,7 +33,7 @@ def values_read(
         GaitsimError: a name is neither a term nor a measure.
         PluginError: the body or the search fails or breaks its contract; names its package.
     """
-    with plugin_errors(experiment.entries["search"], "naming what it reads"):
+    with plugin_errors(experiment.entries["search"], "naming the values it reads"):
         names = [name for name in experiment.search.reads() if name != TRANSFERABILITY]
     if not names and experiment.reality is None:
         return {}
@@ -67,7 +67,7 @@ def _features(experiment: Experiment, measures: Mapping[str, Measure]) -> tuple[
     if features := tuple(name for name in FEATURES if name in measures):
         return features
     raise GaitsimError(
-        f"the body {experiment.entries['organism'].name!r} has none of the usual features",
+        f"the body {experiment.entries['organism'].name!r} has none of the default features",
         where=f"key {TRANSFERABILITY}.features",
         allowed=f"any of its measures: {', '.join(measures)}",
     )

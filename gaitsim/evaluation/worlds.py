@@ -25,7 +25,7 @@ def has_worlds(experiment: Experiment) -> bool:
     return WORLD in type(experiment.organism).model_fields
 
 
-def usual_conditions(model: type[Organism]) -> Mapping[str, Condition]:
+def default_conditions(model: type[Organism]) -> Mapping[str, Condition]:
     """Return the conditions of a body with its default options; {} if it needs other options."""
     if WORLD not in model.model_fields:
         return {}
@@ -63,20 +63,21 @@ def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
     """
     if experiment.worlds.ranges:
         return dict(experiment.worlds.ranges)
-    return {name: (one.low, one.high) for name, one in conditions_of(experiment).items()}
+    conditions = conditions_of(experiment)
+    return {name: (condition.low, condition.high) for name, condition in conditions.items()}
 
 
-def drawn(experiment: Experiment, generation: int) -> tuple[World, ...]:
-    """Return the worlds of a generation, counted from 1; they depend on the experiment's seed."""
+def draw_worlds(experiment: Experiment, generation: int) -> tuple[World, ...]:
+    """Draw the worlds of a generation, counted from 1, from the experiment's seed."""
     worlds = experiment.worlds
     rng = stream(experiment.seed, worlds.draw(generation), Purpose.WORLDS)
     return _sample(ranges_of(experiment), worlds.number, rng)
 
 
-def unseen(
+def draw_unseen_worlds(
     experiment: Experiment, number: int, ranges: Ranges | None = None, seed: int = 0
 ) -> tuple[World, ...]:
-    """Return worlds in which no generation was evaluated.
+    """Draw worlds in which no generation was evaluated.
 
     Args:
         experiment: experiment with the body.
@@ -101,20 +102,21 @@ def _sample(ranges: Ranges, number: int, rng: np.random.Generator) -> tuple[Worl
     }
     seeds = rng.integers(2**32, size=number)
     return tuple(
-        {**{name: float(found[one]) for name, found in values.items()}, SEED: float(seeds[one])}
-        for one in range(number)
+        {**{name: float(found[at]) for name, found in values.items()}, SEED: float(seeds[at])}
+        for at in range(number)
     )
 
 
 def in_world(experiment: Experiment, world: World) -> Experiment:
     """Return the experiment with its body in a world, whose values must be within their bounds."""
     organism = experiment.organism
-    told = {**getattr(organism, WORLD), **world}
-    return replace(experiment, organism=organism.model_copy(update={WORLD: told}), worlds=OWN_WORLD)
+    values = {**getattr(organism, WORLD), **world}
+    moved = organism.model_copy(update={WORLD: values})
+    return replace(experiment, organism=moved, worlds=OWN_WORLD)
 
 
 def in_reality(experiment: Experiment) -> Experiment:
-    """Return the experiment with the body that stands for reality.
+    """Return the experiment with the body that represents reality.
 
     Raises:
         ValueError: the experiment has no such body.
@@ -153,7 +155,7 @@ def parse_world(texts: Iterable[str], where: str = "") -> World:
                 raise ValueError
         except ValueError:
             raise GaitsimError(
-                f"{text!r} is not a condition of a world",
+                f"invalid condition of a world: {text!r}",
                 where=where,
                 allowed="a name and a number, such as 'friction 0.4'; each condition at most once",
             ) from None

@@ -2,7 +2,7 @@
 
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import ParallelMap, island_map
-from gaitsim.evolution.loop import advance, evolve, reevaluated, stop_reason
+from gaitsim.evolution.loop import advance, evolve, reevaluate, stop_reason
 from gaitsim.evolution.searching import ask, first_population
 
 __all__ = [
@@ -14,6 +14,6 @@ __all__ = [
     "evolve",
     "first_population",
     "island_map",
-    "reevaluated",
+    "reevaluate",
     "stop_reason",
 ]

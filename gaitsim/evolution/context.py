@@ -8,14 +8,14 @@ import numpy as np
 from gaitsim.contracts import Array, Context, Genomes, GenomeSpace, State
 from gaitsim.contracts.search import STATE_DTYPES
 from gaitsim.evaluation.streams import Purpose, stream
-from gaitsim.evolution.operators import ExperimentOperators, repaired
+from gaitsim.evolution.operators import ExperimentOperators, repair_genomes
 from gaitsim.evolution.transferability import RealityTests
 from gaitsim.experiment import Experiment
 from gaitsim.registry import contract_error, plugin_errors
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Checked(Context):
+class _CheckedContext(Context):
     """A context that reports invalid genomes as errors of the body."""
 
     experiment: Experiment
@@ -30,7 +30,7 @@ class _Checked(Context):
         return genomes
 
     def repair(self, genomes: Genomes) -> Genomes:
-        return repaired(self.experiment, self.space, genomes)
+        return repair_genomes(self.experiment, self.space, genomes)
 
 
 def context(
@@ -47,7 +47,7 @@ def context(
     operators = None
     if experiment.search.operators:
         operators = ExperimentOperators(experiment, space, generation, island)
-    return _Checked(
+    return _CheckedContext(
         space=space,
         population=experiment.evolution.population,
         generation=generation,
@@ -59,7 +59,7 @@ def context(
     )
 
 
-def checked_state(experiment: Experiment, state: State, tests: RealityTests | None = None) -> State:
+def check_state(experiment: Experiment, state: State, tests: RealityTests | None = None) -> State:
     """Return a state as plain arrays that a checkpoint can store, with the tests in reality.
 
     Raises:

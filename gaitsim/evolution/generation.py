@@ -45,10 +45,10 @@ class Progress:
         """
         if not reevaluated:
             return replace(self, stage=self.stage + 1)
-        progress = self.with_other_scores(evolution, population)
+        progress = self.reset_scores(evolution, population)
         return replace(progress, stage=self.stage + 1)
 
-    def with_other_scores(self, evolution: Evolution, evaluated: int) -> "Progress":
+    def reset_scores(self, evolution: Evolution, evaluated: int) -> "Progress":
         """Return the progress before a generation with scores not comparable with earlier ones.
 
         The best score and the threshold restart as in the first generation of a run.

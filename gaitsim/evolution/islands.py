@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, Genomes, GenomeSpace, Results
 from gaitsim.evaluation import Evaluation, Evaluator, evaluate
-from gaitsim.evaluation.scoring import joined
+from gaitsim.evaluation.scoring import join_evaluations
 from gaitsim.evolution.searching import ask
 from gaitsim.experiment import Experiment, Islands
 
 Scores = NDArray[np.float64]
 
 
-Made = tuple[Genomes, Evaluation]
+EvaluatedPopulation = tuple[Genomes, Evaluation]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +50,13 @@ class Epoch:
 
 
 ParallelMap = Callable[
-    [Callable[[Experiment, Epoch], list[Made]], Sequence[Epoch]], list[list[Made]]
+    [Callable[[Experiment, Epoch], list[EvaluatedPopulation]], Sequence[Epoch]],
+    list[list[EvaluatedPopulation]],
 ]
 """A function that maps a function of an experiment and a task over tasks, as `Evaluator.map`."""
 
 
-def migrated(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes, Scores]:
+def migrate(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes, Scores]:
     """Replace the worst individuals of each island with copies of the best of its neighbours.
 
     If scores are equal, the first counts as better. All islands send before any receives.
@@ -121,13 +122,13 @@ def next_islands(
     """
     return np.concatenate(
         [
-            _next(experiment, space, one.genomes, one.scores, number, one.island)
+            _next_population(experiment, space, one.genomes, one.scores, number, one.island)
             for one in _epochs(experiment, genomes, scores, number, number)
         ]
     )
 
 
-def _next(
+def _next_population(
     experiment: Experiment,
     space: GenomeSpace,
     genomes: Genomes,
@@ -147,7 +148,7 @@ def _epochs(
     populations = genomes.reshape(islands.number, -1, genomes.shape[1])
     values = scores.reshape(islands.number, -1)
     if (first - 1) % islands.every == 0:
-        populations, values = migrated(islands, populations, values)
+        populations, values = migrate(islands, populations, values)
     return [
         Epoch(island, first, last, populations[island], values[island])
         for island in range(islands.number)
@@ -160,7 +161,7 @@ def epoch_end(experiment: Experiment, first: int) -> int:
     return min(-(-first // every) * every, max(experiment.evolution.generations, first))
 
 
-def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
+def evolve_epoch(experiment: Experiment, task: Epoch) -> list[EvaluatedPopulation]:
     """Evolve one island for an epoch; this function runs on a worker.
 
     Returns:
@@ -170,10 +171,10 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     space = experiment.space()
-    made: list[Made] = []
+    made: list[EvaluatedPopulation] = []
     genomes, scores = task.genomes, task.scores
     for number in range(task.first, task.last + 1):
-        genomes = _next(experiment, space, genomes, scores, number, task.island)
+        genomes = _next_population(experiment, space, genomes, scores, number, task.island)
         evaluation = evaluate(experiment, genomes, number)
         scores = evaluation.scores
         made.append((genomes, evaluation))
@@ -187,13 +188,13 @@ def island_map(evaluator: Evaluator) -> ParallelMap | None:
     process, generation by generation, and to let the workers evaluate individuals.
     """
     number = evaluator.experiment.islands.number
-    worth = number > 1 and evaluator.elsewhere and number >= evaluator.workers
+    worth = number > 1 and evaluator.remote and number >= evaluator.workers
     return evaluator.map if worth else None
 
 
 def parallel_epoch(
     experiment: Experiment, parallel_map: ParallelMap, genomes: Genomes, scores: Scores, first: int
-) -> list[Made]:
+) -> list[EvaluatedPopulation]:
     """Evolve all islands from generation `first` to the next migration, one task per island.
 
     Args:
@@ -213,7 +214,7 @@ def parallel_epoch(
     return [
         (
             np.concatenate([population for population, _ in islands]),
-            joined(experiment, [evaluation for _, evaluation in islands]),
+            join_evaluations(experiment, [evaluation for _, evaluation in islands]),
         )
         for islands in zip(*parallel_map(evolve_epoch, tasks), strict=True)
     ]

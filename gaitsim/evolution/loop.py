@@ -20,7 +20,7 @@ from gaitsim.contracts import Array, State
 from gaitsim.evaluation.scoring import Evaluate, check_terms
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import (
-    Made,
+    EvaluatedPopulation,
     ParallelMap,
     initial_islands,
     next_islands,
@@ -30,7 +30,7 @@ from gaitsim.evolution.searching import (
     ask,
     figures,
     initial_state,
-    rescored,
+    reevaluate_remembered,
     results,
     tell,
 )
@@ -68,7 +68,7 @@ def evolve(
         evolution, after.number, after.progress, len(after.genomes)
     ):
         start = time.perf_counter()
-        state, made = _next(experiment, evaluate, after, warm_start, parallel_map)
+        state, made = _next_generations(experiment, evaluate, after, warm_start, parallel_map)
         seconds = (time.perf_counter() - start) / len(made)
         for genomes, evaluation in made:
             start = time.perf_counter()
@@ -76,8 +76,10 @@ def evolve(
                 number, before = after.number + 1, after.progress
                 check_terms(experiment, after.evaluation, evaluation)
             if experiment.worlds.redrawn(number):
-                state, more = rescored(experiment, state, evaluate, number, redrawn=True)
-                before = before.with_other_scores(evolution, more)
+                state, more = reevaluate_remembered(
+                    experiment, state, evaluate, number, redrawn=True
+                )
+                before = before.reset_scores(evolution, more)
             state = tell(experiment, space, state, results(genomes, evaluation), number)
             with plugin_errors(experiment.entries["organism"], "measuring diversity"):
                 diversity = float(space.diversity(genomes))
@@ -101,13 +103,13 @@ def evolve(
                 return
 
 
-def _next(
+def _next_generations(
     experiment: Experiment,
     evaluate: Evaluate,
     after: Generation | None,
     warm_start: Array | None,
     parallel_map: ParallelMap | None,
-) -> tuple[State, list[Made]]:
+) -> tuple[State, list[EvaluatedPopulation]]:
     """Return the state before `tell`, and the next generation or those until a migration."""
     space, number = experiment.space(), after.number + 1 if after else 1
     if experiment.islands.number > 1:  # only searches with an empty state support islands
@@ -128,7 +130,7 @@ def _next(
     return state, [(genomes, evaluate(genomes, number))]
 
 
-def reevaluated(experiment: Experiment, last: Generation, evaluate: Evaluate) -> Generation:
+def reevaluate(experiment: Experiment, last: Generation, evaluate: Evaluate) -> Generation:
     """Return a generation with new scores for the same genomes, to continue from.
 
     The genomes whose scores the search remembers are re-evaluated, too, and count as evaluations.
@@ -141,7 +143,7 @@ def reevaluated(experiment: Experiment, last: Generation, evaluate: Evaluate) ->
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
-    state, more = rescored(experiment, last.state, evaluate, last.number)
+    state, more = reevaluate_remembered(experiment, last.state, evaluate, last.number)
     progress = replace(last.progress, evaluations=last.progress.evaluations + more)
     return replace(
         last, evaluation=evaluate(last.genomes, last.number), state=state, progress=progress
@@ -165,7 +167,7 @@ def advance(
     threshold = before.threshold
     is_champion = threshold is not None and best > threshold
     if threshold is not None and is_champion:
-        threshold = _raised(threshold, best, evolution.delta_fitness)
+        threshold = _raise_threshold(threshold, best, evolution.delta_fitness)
     rose = best > before.best_score
     progress = Progress(
         evaluations=before.evaluations + evaluated,
@@ -177,7 +179,7 @@ def advance(
     return progress, is_champion
 
 
-def _raised(threshold: float, best: float, step: float) -> float:
+def _raise_threshold(threshold: float, best: float, step: float) -> float:
     """Return the threshold raised in whole steps to `best` or just above."""
     steps = (best - threshold) / step
     raised = threshold + step * math.ceil(steps) if math.isfinite(steps) else best

@@ -45,7 +45,7 @@ class ExperimentOperators:
             else:
                 parents = selection.parents_each(rows, pairs, self._rng(Purpose.SELECTION))
         shape = (pairs, 2) if len(rows) == 1 else (len(rows), pairs, 2)
-        _check_form(entry, parents, shape, np.dtype(np.intp))
+        _check_array(entry, parents, shape, np.dtype(np.intp))
         if not ((parents >= 0) & (parents < size)).all():
             chosen = f"chose the parents {parents.min()} to {parents.max()}"
             raise contract_error(entry, chosen, f"indices from 0 to {size - 1}")
@@ -89,7 +89,7 @@ class ExperimentOperators:
         with plugin_errors(entry, "mutating children"):
             mutants = mutation.mutate(rows, self.space, self._rng(Purpose.MUTATION))
         _check_children(entry, mutants, len(rows), self.space)
-        return repaired(self.experiment, self.space, mutants).reshape(genomes.shape)
+        return repair_genomes(self.experiment, self.space, mutants).reshape(genomes.shape)
 
     @cached_property
     def _crossover(self) -> Crossover:
@@ -106,7 +106,7 @@ class ExperimentOperators:
         return stream(self.experiment.seed, self.generation, purpose, self.island)
 
 
-def repaired(experiment: Experiment, space: GenomeSpace, genomes: Genomes) -> Genomes:
+def repair_genomes(experiment: Experiment, space: GenomeSpace, genomes: Genomes) -> Genomes:
     """Return repaired genomes, (individuals, genes), which are in the body's genome space.
 
     Raises:
@@ -123,14 +123,14 @@ def repaired(experiment: Experiment, space: GenomeSpace, genomes: Genomes) -> Ge
 
 def _check_children(entry: Entry, children: Genomes, count: int, space: GenomeSpace) -> None:
     """Check that the genomes from a crossover or mutation can be repaired."""
-    _check_form(entry, children, (count, space.genes), space.dtype)
+    _check_array(entry, children, (count, space.genes), space.dtype)
     if children.dtype.kind == "f" and not np.isfinite(children).all():
         raise contract_error(entry, "returned genes that are not finite", "finite genes")
     if isinstance(space, BitSpace) and not children.max() <= 1:
         raise contract_error(entry, "returned genes that are not bits", "0 and 1")
 
 
-def _check_form(
+def _check_array(
     entry: Entry, result: object, shape: tuple[int, ...], dtype: np.dtype[np.generic]
 ) -> None:
     """Check the shape and dtype that the contract of an operator requires."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Results
 from gaitsim.evaluation.scoring import Evaluate
-from gaitsim.evolution.islands import migrated
-from gaitsim.evolution.searching import ask, initial_state, rescored, tell
+from gaitsim.evolution.islands import migrate
+from gaitsim.evolution.searching import ask, initial_state, reevaluate_remembered, tell
 from gaitsim.experiment import Experiment
 
 Scores = NDArray[np.float64]
@@ -38,14 +38,14 @@ def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
-    every = _stacked if experiment.search.several else _apart
+    every = _evolve_stacked if experiment.search.several else _evolve_one_by_one
     best = np.full(repeats, -np.inf)
     for number, scores in enumerate(every(experiment, evaluate, repeats), 1):
         best = scores if experiment.worlds.redrawn(number) else np.maximum(best, scores)
         yield best
 
 
-def _stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
+def _evolve_stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
     """Yield the best score of each repeat per generation, for a search that handles all at once."""
     space = experiment.space()
     population, islands = experiment.evolution.population, experiment.islands
@@ -54,7 +54,7 @@ def _stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterat
     for number in range(1, experiment.evolution.generations + 1):
         if last is not None and islands.immigrants and (number - 1) % islands.every == 0:
             parts = (np.split(one, repeats) for one in (last.genomes, last.scores))
-            arrived = [migrated(islands, *repeat) for repeat in zip(*parts, strict=True)]
+            arrived = [migrate(islands, *repeat) for repeat in zip(*parts, strict=True)]
             genomes, scores = map(np.concatenate, zip(*arrived, strict=True))
             last = Results(genomes, scores)
         genomes, _ = ask(experiment, space, {}, last, number, populations=(populations,))
@@ -63,7 +63,9 @@ def _stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterat
         yield scores.reshape(repeats, -1).max(axis=1)
 
 
-def _apart(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
+def _evolve_one_by_one(
+    experiment: Experiment, evaluate: Evaluate, repeats: int
+) -> Iterator[Scores]:
     """Yield the best score of each repeat per generation, for a search with a state per repeat.
 
     Each repeat has its own random streams, those of an island.
@@ -83,7 +85,9 @@ def _apart(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator
             lasts[one] = told = Results(genomes, evaluation.scores[own], values)
             redrawn = experiment.worlds.redrawn(number)
             if redrawn:
-                states[one], _ = rescored(experiment, state, evaluate, number, redrawn=True)
+                states[one], _ = reevaluate_remembered(
+                    experiment, state, evaluate, number, redrawn=True
+                )
             else:
                 states[one] = state
             states[one] = tell(experiment, space, states[one], told, number, island=one)

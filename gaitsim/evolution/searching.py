@@ -9,15 +9,15 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evaluation.streams import Purpose
-from gaitsim.evolution.context import checked_state, context
+from gaitsim.evolution.context import check_state, context
 from gaitsim.evolution.transferability import (
     RealityTests,
-    keeping,
-    own,
-    pooled,
-    predicted,
-    retested,
-    tested,
+    pool_results,
+    repeat_reality_tests,
+    run_reality_test,
+    search_state,
+    with_kept_values,
+    with_predictions,
 )
 from gaitsim.experiment import Experiment
 from gaitsim.registry import contract_error, plugin_errors
@@ -37,7 +37,7 @@ def initial_state(
             context(experiment, space, 1, Purpose.STATE, island=island, start=start)
         )
     tests = None if experiment.reality is None else RealityTests.none(space)
-    return checked_state(experiment, state, tests)
+    return check_state(experiment, state, tests)
 
 
 def ask(
@@ -82,9 +82,9 @@ def ask(
     )
     tests = RealityTests.of(state)
     if tests is not None and last is not None:
-        last = predicted(experiment, tests, last)
+        last = with_predictions(experiment, tests, last)
     with plugin_errors(entry, "being asked for genomes"):
-        genomes, found = experiment.search.ask(own(state), last, asked)
+        genomes, found = experiment.search.ask(search_state(state), last, asked)
     shape = (*populations, experiment.evolution.population, space.genes)
     if not (isinstance(genomes, np.ndarray) and genomes.shape == shape):
         raise contract_error(
@@ -98,7 +98,7 @@ def ask(
             "returned genomes from ask() that are invalid for the body",
             "genomes of its genome space, as context.repair() returns them",
         )
-    return genomes, checked_state(experiment, found, tests)
+    return genomes, check_state(experiment, found, tests)
 
 
 def first_population(experiment: Experiment) -> Genomes:
@@ -124,26 +124,26 @@ def tell(
     Raises:
         PluginError: the search fails or breaks its contract; names its package.
     """
-    tests, before = RealityTests.of(state), own(state)
-    seen = results if tests is None else predicted(experiment, tests, results)
+    tests, before = RealityTests.of(state), search_state(state)
+    seen = results if tests is None else with_predictions(experiment, tests, results)
     told = context(experiment, space, generation, Purpose.TELL, island=island)
     with plugin_errors(experiment.entries["search"], "receiving scores"):
         after = experiment.search.tell(before, seen, told)
-    after = checked_state(experiment, after)
+    after = check_state(experiment, after)
     if tests is None:
         return after
-    pool = pooled(tests, remembered(experiment, before), results)
-    tests, kept = keeping(tests, pool, remembered(experiment, after))
+    pool = pool_results(tests, remembered(experiment, before), results)
+    tests, kept = with_kept_values(tests, pool, remembered(experiment, after))
     if (generation - 1) % experiment.transferability.every == 0:
-        more = tested(experiment, tests, kept, generation)
+        more = run_reality_test(experiment, tests, kept, generation)
         if more is not None:
-            again = predicted(experiment, more, kept)
-            after = _rescored(experiment, space, after, again, generation, island)
-            tests, _ = keeping(more, kept, remembered(experiment, after))
-    return checked_state(experiment, after, tests)
+            again = with_predictions(experiment, more, kept)
+            after = _replace_scores(experiment, space, after, again, generation, island)
+            tests, _ = with_kept_values(more, kept, remembered(experiment, after))
+    return check_state(experiment, after, tests)
 
 
-def _rescored(
+def _replace_scores(
     experiment: Experiment,
     space: GenomeSpace,
     state: State,
@@ -154,7 +154,7 @@ def _rescored(
     told = context(experiment, space, generation, Purpose.TELL, island=island)
     with plugin_errors(experiment.entries["search"], "receiving new scores"):
         state = experiment.search.rescored(state, results, told)
-    return checked_state(experiment, state)
+    return check_state(experiment, state)
 
 
 def remembered(experiment: Experiment, state: State) -> Genomes:
@@ -164,7 +164,7 @@ def remembered(experiment: Experiment, state: State) -> Genomes:
         PluginError: the search fails; names its package.
     """
     with plugin_errors(experiment.entries["search"], "recalling genomes"):
-        genomes = experiment.search.remembered(own(state))
+        genomes = experiment.search.remembered(search_state(state))
     return experiment.space().random(0, np.random.default_rng(0)) if genomes is None else genomes
 
 
@@ -173,7 +173,7 @@ def results(genomes: Genomes, evaluation: Evaluation) -> Results:
     return Results(genomes, evaluation.scores, evaluation.values)
 
 
-def rescored(
+def reevaluate_remembered(
     experiment: Experiment,
     state: State,
     evaluate: Evaluate,
@@ -205,15 +205,19 @@ def rescored(
         return state, 0
     again = results(genomes, evaluate(genomes, generation))
     if tests is None:
-        return _rescored(experiment, space, state, again, generation), len(genomes)
+        return _replace_scores(experiment, space, state, again, generation), len(genomes)
     if tests.count:
         simulated = evaluate(tests.genomes, generation)
-        tests = retested(experiment, tests, simulated, again, in_reality=not redrawn)
-    after = _rescored(
-        experiment, space, own(state), predicted(experiment, tests, again), generation
+        tests = repeat_reality_tests(experiment, tests, simulated, again, in_reality=not redrawn)
+    after = _replace_scores(
+        experiment,
+        space,
+        search_state(state),
+        with_predictions(experiment, tests, again),
+        generation,
     )
-    tests, _ = keeping(tests, again, remembered(experiment, after))
-    return checked_state(experiment, after, tests), len(genomes) + tests.count
+    tests, _ = with_kept_values(tests, again, remembered(experiment, after))
+    return check_state(experiment, after, tests), len(genomes) + tests.count
 
 
 def figures(experiment: Experiment, state: State) -> dict[str, float]:
@@ -224,7 +228,7 @@ def figures(experiment: Experiment, state: State) -> dict[str, float]:
     """
     entry = experiment.entries["search"]
     with plugin_errors(entry, "describing its state"):
-        found = experiment.search.figures(own(state))
+        found = experiment.search.figures(search_state(state))
         return {str(name): float(value) for name, value in found.items()}
 
 
@@ -235,7 +239,7 @@ def members(experiment: Experiment, state: State) -> Members | None:
         PluginError: the search fails; names its package.
     """
     with plugin_errors(experiment.entries["search"], "listing its members"):
-        return experiment.search.members(own(state))
+        return experiment.search.members(search_state(state))
 
 
 def state_mismatch(experiment: Experiment, state: Mapping[str, Array], generation: int) -> str:
@@ -246,7 +250,7 @@ def state_mismatch(experiment: Experiment, state: Mapping[str, Array], generatio
     """
     asked = context(experiment, experiment.space(), generation + 1, Purpose.STATE)
     try:
-        wrong = experiment.search.mismatch(own(state), asked)
+        wrong = experiment.search.mismatch(search_state(state), asked)
         tests = None if experiment.reality is None else RealityTests.of(state)
         if wrong or experiment.reality is None:
             return wrong

@@ -141,7 +141,7 @@ class RealityTests:
         )
         return np.maximum(expected.mean[count:], 0.0)
 
-    def scaled(self, features: Floats) -> "RealityTests":
+    def rescaled(self, features: Floats) -> "RealityTests":
         """Return the tests with `centre` and `spread` updated for these features and the tests'."""
         known = np.concatenate([self.features.reshape(-1, features.shape[1]), features])
         known = np.where(np.isfinite(known), known, np.nan)
@@ -178,7 +178,7 @@ class RealityTests:
         return np.where(np.isnan(found), 0.0, found)
 
 
-def own(state: State) -> State:
+def search_state(state: State) -> State:
     """Return the state of a search without the arrays of the model."""
     return {name: values for name, values in state.items() if not name.startswith(PREFIX)}
 
@@ -189,14 +189,16 @@ def features_of(experiment: Experiment, names: Sequence[str], values: Floats) ->
     return values[:, [names.index(name) for name in wanted]]
 
 
-def predicted(experiment: Experiment, tests: RealityTests, results: Results) -> Results:
+def with_predictions(experiment: Experiment, tests: RealityTests, results: Results) -> Results:
     """Return the results with the transferability: the negative predicted disparity."""
     names, values = _columns(results.values)
     disparity = tests.predict(features_of(experiment, names, values))
     return replace(results, values={**results.values, TRANSFERABILITY: 0.0 - disparity})
 
 
-def keeping(tests: RealityTests, pool: Results, genomes: Genomes) -> tuple[RealityTests, Results]:
+def with_kept_values(
+    tests: RealityTests, pool: Results, genomes: Genomes
+) -> tuple[RealityTests, Results]:
     """Return the tests with the values of the individuals that the search keeps, and their results.
 
     Args:
@@ -214,7 +216,7 @@ def keeping(tests: RealityTests, pool: Results, genomes: Genomes) -> tuple[Reali
     return replace(tests, kept_scores=scores, kept_values=found), kept
 
 
-def pooled(tests: RealityTests, before: Genomes, results: Results) -> Results:
+def pool_results(tests: RealityTests, before: Genomes, results: Results) -> Results:
     """Return the results of the individuals that the search kept before, and of new ones."""
     names, values = _columns(results.values)
     kept = tests.kept_values.reshape(-1, values.shape[1])
@@ -225,7 +227,7 @@ def pooled(tests: RealityTests, before: Genomes, results: Results) -> Results:
     )
 
 
-def tested(
+def run_reality_test(
     experiment: Experiment, tests: RealityTests, kept: Results, generation: int
 ) -> RealityTests | None:
     """Test a kept individual in reality; return None if a test would add no information.
@@ -235,7 +237,7 @@ def tested(
     """
     names, values = _columns(kept.values)
     features = features_of(experiment, names, values)
-    tests = tests.scaled(features)
+    tests = tests.rescaled(features)
     chosen = tests.choose(features, kept.scores)
     if chosen is None:
         return None
@@ -252,7 +254,7 @@ def tested(
     )
 
 
-def retested(
+def repeat_reality_tests(
     experiment: Experiment,
     tests: RealityTests,
     evaluation: Evaluation,
@@ -279,7 +281,7 @@ def retested(
         simulated=evaluation.scores,
         real=_in_reality(experiment, tests.genomes) if in_reality else tests.real,
     )
-    return tests.scaled(features_of(experiment, *_columns(kept.values)))
+    return tests.rescaled(features_of(experiment, *_columns(kept.values)))
 
 
 def _in_reality(experiment: Experiment, genomes: Genomes) -> Floats:

@@ -59,10 +59,10 @@ def load_atlas(
     found = load_experiment(body, of_body, place)
     if found.search.keeps == "archive":
         return load_experiment(body, given, place)
-    return load_experiment(body, _derived(found, given) | given, place)
+    return load_experiment(body, _atlas_options(found, given) | given, place)
 
 
-def _derived(found: Experiment, given: Mapping[str, Any]) -> dict[str, Any]:
+def _atlas_options(found: Experiment, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that turn an experiment into that of an atlas."""
     axes = given.get("search.axes")
     if isinstance(axes, Typed):

@@ -53,7 +53,7 @@ def check_search(
         with registry.plugin_errors(entry, "being asked for objections"):
             objection = search.objection(space, evolution.population)
     except GaitsimError as error:
-        problems.of_plugin(f"search.{PLUGIN}", error)
+        problems.add_plugin_error(f"search.{PLUGIN}", error)
         return
     if objection:
         problems.report(
@@ -114,7 +114,7 @@ def check_worlds(
             what = f"has conditions, but no option {WORLD!r}"
             raise registry.contract_error(entry, what, "both or neither")
     except GaitsimError as error:
-        problems.of_plugin(f"organism.{PLUGIN}", error)
+        problems.add_plugin_error(f"organism.{PLUGIN}", error)
         return
     if not conditions:
         problems.report(
@@ -156,7 +156,7 @@ def check_transferability(
         with registry.plugin_errors(entries["search"], "naming what it reads"):
             reads = TRANSFERABILITY in search.reads()
     except GaitsimError as error:
-        problems.of_plugin(f"search.{PLUGIN}", error)
+        problems.add_plugin_error(f"search.{PLUGIN}", error)
         return options
     if reads and not options.reality:
         problems.report(
@@ -207,7 +207,7 @@ def check_pairing(
         with registry.plugin_errors(entries["selection"], "being asked for objections"):
             objection = selection.objection(size, elites, crossover.children)
     except GaitsimError as error:
-        problems.of_plugin("selection.plugin", error)
+        problems.add_plugin_error("selection.plugin", error)
         return
     if objection:
         problems.report(
@@ -229,7 +229,7 @@ def check_combination(
     try:
         space = space_of(entries["organism"], organism)
     except GaitsimError as error:
-        problems.of_plugin("organism.plugin", error)
+        problems.add_plugin_error("organism.plugin", error)
     for kind in ("search", "crossover", "mutation", "fitness"):
         plugin = plugins.get(kind)
         if plugin is None or compatible(type(plugin), channels, space):

@@ -14,7 +14,7 @@ from gaitsim.registry import options
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.registry.entry_points import PYTHON
 from gaitsim.registry.python_entries import ARGUMENTS
-from gaitsim.registry.python_giving import given_options
+from gaitsim.registry.python_registration import python_options
 
 _REAL = '[search]\nplugin = "cma-es"\n'
 _BITS = """[selection]
@@ -49,7 +49,7 @@ def python_experiment(
         ExperimentError: the experiment has problems; one message lists all of them.
         GaitsimError: an argument is invalid, or the preset or file does not exist.
     """
-    sections = given_options(fitness, body, space)
+    sections = python_options(fitness, body, space)
     for kind in sections:
         if f"{kind}.{PLUGIN}" in overrides:
             what = f"both the argument {ARGUMENTS[kind]} and the option {kind}.{PLUGIN} are given"
@@ -57,7 +57,7 @@ def python_experiment(
     given = {**_keys(sections), **overrides}
     text = ""
     if experiment is None:
-        text = _body_alone(body, space)
+        text = _default_toml(body, space)
     if "organism" in sections:
         label = getattr(body, "__name__", type(body).__name__).strip("<>")  # of a lambda
         given = {"name": label, "description": f"the body {label}", **given}
@@ -72,7 +72,7 @@ def _keys(sections: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     return {f"{kind}.{key}": v for kind, table in sections.items() for key, v in table.items()}
 
 
-def _body_alone(body: Any, space: Any) -> str:
+def _default_toml(body: Any, space: Any) -> str:
     """Return the TOML for a body without a preset: CMA-ES, or a genetic algorithm for bits."""
     presets = "name a preset to use its search and options: gs.evolve('spider', …)"
     if body is None:
@@ -91,7 +91,7 @@ def _body_alone(body: Any, space: Any) -> str:
     raise GaitsimError(what, where="experiment", remedy=presets)
 
 
-def check_belongs(
+def check_functions_match(
     sections: Mapping[str, Mapping[str, Any]], outlines: Collection[ExperimentOutline], where: str
 ) -> None:
     """Check that functions given for a run evolved it, in one of its stages.

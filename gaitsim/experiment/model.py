@@ -140,7 +140,7 @@ class Experiment(ReprMixin):
         """Entries with a user's code, without which files cannot reproduce the experiment."""
         return tuple(entry for entry in self.in_python if is_outside(entry.name))
 
-    def check_given(self) -> None:
+    def check_functions(self) -> None:
         """Check that this process was given all functions of the experiment.
 
         Raises:
@@ -148,7 +148,7 @@ class Experiment(ReprMixin):
         """
         for entry in self.in_python:
             if entry.model is None:
-                raise entry.missing
+                raise entry.missing_error
 
     def plugin(self, kind: str) -> Plugin:
         """Return the plugin of one of the `kinds`."""

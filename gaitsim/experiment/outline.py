@@ -17,7 +17,7 @@ from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 
 # Options of [evolution] that change the individuals. The others limit the length of the search and
 # choose which individuals are saved.
-_EVOLVING = ("population",)
+_EVOLUTION_OPTIONS = ("population",)
 
 
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -51,7 +51,7 @@ class ExperimentOutline:
         """Return the options that change the individuals, by section; `''` holds the seed."""
         found = {kind: dict(self.sections[kind]) for kind in self.plugins}
         evolution, islands = self.sections.get("evolution", {}), self.sections.get("islands", {})
-        found["evolution"] = {key: evolution[key] for key in _EVOLVING if key in evolution}
+        found["evolution"] = {key: evolution[key] for key in _EVOLUTION_OPTIONS if key in evolution}
         if self.islands.number > 1:  # with one island, these options have no effect
             found["islands"] = dict(islands)
         if self.worlds.number:
@@ -65,7 +65,7 @@ class ExperimentOutline:
         found: dict[str, Any] = {"seed": self.seed}
         for section, table in self.sections.items():
             if section != "worlds" or self.worlds.number:
-                found |= _flat(table, f"{section}.")
+                found |= _flatten(table, f"{section}.")
         return found
 
 
@@ -127,11 +127,11 @@ def _section(model: type[_Model], table: Any, name: str, source: str) -> _Model:
         ) from None
 
 
-def _flat(table: Mapping[str, Any], before: str) -> dict[str, Any]:
+def _flatten(table: Mapping[str, Any], before: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, Mapping):
-            found |= _flat(value, f"{before}{key}.")
+            found |= _flatten(value, f"{before}{key}.")
         else:
             found[f"{before}{key}"] = value
     return found

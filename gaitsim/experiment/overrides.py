@@ -44,7 +44,7 @@ def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
     return found
 
 
-def override(data: dict[str, Any], problems: Problems) -> None:
+def apply_overrides(data: dict[str, Any], problems: Problems) -> None:
     """Apply the overrides of `problems` to `data`."""
     for key, value in problems.overrides.items():
         if not _is_unicode(f"{key}={text(value)}"):
@@ -71,7 +71,7 @@ def _assign(data: dict[str, Any], key: str, given: Any, problems: Problems) -> N
         elif name in HEAD:
             data[name] = value
         else:
-            problems.unknown("", name, [*HEAD, *SECTIONS], _owner(data, name))
+            problems.add_unknown_key("", name, [*HEAD, *SECTIONS], _suggest_section(data, name))
         return
     if tables[0] not in SECTIONS:
         remedy = nearest(tables[0], SECTIONS)
@@ -117,7 +117,7 @@ def _choose(table: dict[str, Any], section: str, name: Any, overrides: Overrides
     table[PLUGIN] = name
 
 
-def _owner(data: dict[str, Any], name: str) -> str:
+def _suggest_section(data: dict[str, Any], name: str) -> str:
     """Return 'did you mean …?' for an option given without its section; '' for other names."""
     options_of = {"evolution": Evolution.model_fields, "islands": Islands.model_fields}
     options_of["worlds"] = Worlds.model_fields

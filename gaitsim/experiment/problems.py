@@ -23,7 +23,7 @@ class Typed(str):
 
 
 # Types of pydantic's errors whose messages say more than the type and bounds of the option.
-_TELLING = ("value_error", "assertion_error", "string_pattern_mismatch")
+_SELF_EXPLANATORY = ("value_error", "assertion_error", "string_pattern_mismatch")
 
 
 class Problems:
@@ -59,13 +59,13 @@ class Problems:
             GaitsimError(what, where=self.where(key), allowed=allowed, remedy=remedy, key=key)
         )
 
-    def of_plugin(self, key: str, error: GaitsimError) -> None:
+    def add_plugin_error(self, key: str, error: GaitsimError) -> None:
         """Record an error of the plugin that a key chooses."""
         error.where = f"{self.where(key)}: {error.where}" if error.where else self.where(key)
         error.key = key
         self.found.append(error)
 
-    def of_options(
+    def add_option_errors(
         self, section: str, model: type[BaseModel], data: Mapping[str, Any], error: ValidationError
     ) -> None:
         """Record the validation errors of a section, at most one per option."""
@@ -76,43 +76,45 @@ class Problems:
                 continue
             met.add(name)
             if detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1:
-                self.unknown(section, name, list(model.model_fields))
+                self.add_unknown_key(section, name, list(model.model_fields))
             elif name in model.model_fields:
                 field = model.model_fields[name]
-                self._of_option(f"{section}.{name}", field, data.get(name), detail)
+                self._add_option_error(f"{section}.{name}", field, data.get(name), detail)
             else:
-                self._of_section(section, _sentence(detail))
+                self._add_section_error(section, _sentence(detail))
 
-    def _of_section(self, section: str, what: str) -> None:
+    def _add_section_error(self, section: str, what: str) -> None:
         """Record options that are valid one by one, but not together."""
         changed = [key for key in self.overrides if key.startswith(f"{section}.")]
         also = f", with {', '.join(changed)} of the {self.place}" if changed else ""
         where = f"{self.source}, section {section}{also}"
         self.found.append(GaitsimError(what, where=where, key=section))
 
-    def _of_option(self, key: str, field: FieldInfo, given: Any, detail: Any) -> None:
+    def _add_option_error(self, key: str, field: FieldInfo, given: Any, detail: Any) -> None:
         about = options.meaning(field)
         # Show the text as typed: TOML would read 1e3 as 1000.0.
         typed = self.typed(key)
         shown = literal(given) if typed is None or is_long(typed) else shortened(typed or '""')
         if detail["type"] == "missing" and len(detail["loc"]) == 1:
             what = f"{key} is required"
-        elif detail["type"] in _TELLING:
+        elif detail["type"] in _SELF_EXPLANATORY:
             what = f"{shown} is not allowed: {_sentence(detail)}"
             about = ""
         elif detail["type"] == "finite_number":
             what = f"{shown} is not a finite number"
         else:
             what = f"{shown} is not allowed"
-        choices = options.words(field) if isinstance(given, str) else []
+        choices = options.string_choices(field) if isinstance(given, str) else []
         self.report(
             key,
             f"{what}: {about}" if about else what,
-            "" if detail["type"] in _TELLING else options.allowed(field),
+            "" if detail["type"] in _SELF_EXPLANATORY else options.allowed(field),
             nearest(str(given), choices),
         )
 
-    def unknown(self, section: str, name: str, known: Iterable[str], remedy: str = "") -> None:
+    def add_unknown_key(
+        self, section: str, name: str, known: Iterable[str], remedy: str = ""
+    ) -> None:
         """Record an unknown key."""
         key = f"{section}.{name}" if section else name
         names = sorted(known)

@@ -21,7 +21,7 @@ from gaitsim.experiment.combination import (
     check_worlds,
 )
 from gaitsim.experiment.model import DEFAULT_SEARCH, SCHEMA, Evolution, Experiment, Islands
-from gaitsim.experiment.overrides import HEAD, SECTIONS, override
+from gaitsim.experiment.overrides import HEAD, SECTIONS, apply_overrides
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems
 from gaitsim.experiment.transferability import TRANSFERABILITY, Transferability
 from gaitsim.experiment.worlds import Worlds
@@ -80,10 +80,10 @@ class Reader:
         """
         problems, entries, plugins = self._problems, self._entries, self._plugins
         self._data.setdefault("search", {PLUGIN: DEFAULT_SEARCH})
-        override(self._data, problems)
+        apply_overrides(self._data, problems)
         for key in self._data:
             if key not in (*HEAD, *SECTIONS):
-                problems.unknown("", key, [*HEAD, *SECTIONS])
+                problems.add_unknown_key("", key, [*HEAD, *SECTIONS])
         self._check_schema()
         name, description, seed = self._name(), self._description(), self._seed()
         evolution = self._options("evolution", Evolution)
@@ -91,7 +91,7 @@ class Reader:
         worlds = self._options("worlds", Worlds)
         transferability = self._options(TRANSFERABILITY, Transferability)
         for kind in KINDS:
-            if kind not in OPERATORS or self._uses(kind):
+            if kind not in OPERATORS or self._uses_operator(kind):
                 self._read_plugin(kind)
         if evolution is not None:
             check_pairing(evolution, entries, plugins, problems)
@@ -121,7 +121,7 @@ class Reader:
             reality=reality,
         )
 
-    def _uses(self, kind: str) -> bool:
+    def _uses_operator(self, kind: str) -> bool:
         """Return whether the search uses a kind of operator; report an unused section.
 
         Unused sections of operators are ignored if an override chose another search.
@@ -156,7 +156,7 @@ class Reader:
                 check_reality(reality, entry, organism, self._problems)
             return reality
         except GaitsimError as error:
-            self._problems.of_plugin(key, error)
+            self._problems.add_plugin_error(key, error)
             return None
 
     def read_organism(self) -> tuple[Entry, Organism]:
@@ -232,7 +232,7 @@ class Reader:
         section = self._data.get(kind, {})
         key = f"{kind}.{PLUGIN}"
         if not isinstance(section, dict):
-            self._not_a_section(kind, section, f'{PLUGIN} = "…"')
+            self._report_not_a_section(kind, section, f'{PLUGIN} = "…"')
             return
         name = section.get(PLUGIN)
         if not isinstance(name, str):
@@ -254,12 +254,12 @@ class Reader:
                 where = "" if error.where == f"{entry}, {entry.target}" else error.where
                 told = value.strip('"') in f"{error.what} {where}"
                 error.where = where if told else ", ".join(filter(None, (value, where)))
-            self._problems.of_plugin(key, error)
+            self._problems.add_plugin_error(key, error)
             return
         if plugin is not None:
             self._entries[kind], self._plugins[kind] = entry, plugin
 
-    def _not_a_section(self, section: str, value: Any, example: str) -> None:
+    def _report_not_a_section(self, section: str, value: Any, example: str) -> None:
         listed = isinstance(value, list) and value and isinstance(value[0], dict)
         what = "is a list of sections, [[…]]" if listed else f"is {literal(value)}, not a section"
         self._report(section, f"{section} {what}", f"a section: [{section}], followed by {example}")
@@ -267,22 +267,22 @@ class Reader:
     def _options(self, section: str, model: type[_Model], given: Any = None) -> _Model | None:
         given = self._data.get(section, {}) if given is None else given
         if not isinstance(given, dict):
-            self._not_a_section(section, given, "population = 100")
+            self._report_not_a_section(section, given, "population = 100")
             return None
         values = {name: value for name, value in given.items() if name != PLUGIN}
         for name in values.keys() & model.model_fields.keys():
             typed = self._problems.typed(f"{section}.{name}")
-            values[name] = options.fitting(model.model_fields[name], values[name], typed)
+            values[name] = options.convert_value(model.model_fields[name], values[name], typed)
         folders = {
             name: Path() if f"{section}.{name}" in self._problems.overrides else self._folder
             for name in values
         }
         try:
             # JSON allows strict validation that still accepts a list for a tuple.
-            text = json.dumps(values, default=_no_text)
+            text = json.dumps(values, default=_reject_date)
             made = model.model_validate_json(text, strict=True, context=folders)
         except ValidationError as error:
-            self._problems.of_options(section, model, values, error)
+            self._problems.add_option_errors(section, model, values, error)
             return None
         for name in model.model_fields:
             value = getattr(made, name)
@@ -292,7 +292,7 @@ class Reader:
         return made
 
 
-def _no_text(value: Any) -> Any:
+def _reject_date(value: Any) -> Any:
     """Return an invalid value for a date or time, which must not pass as a string."""
     return {"date or time": str(value)}
 

@@ -1,30 +1,30 @@
 """Gait analysis: footfalls, phases, support, travel, and the name of the gait."""
 
-from gaitsim.gait.changed import changed, with_world
-from gaitsim.gait.damaged import can_be_damaged, damaged, with_damage
-from gaitsim.gait.judgement import Judgement
-from gaitsim.gait.of_individual import analyse_individual, margin_of
+from gaitsim.gait.changed import with_changed_body, with_world
+from gaitsim.gait.damaged import can_be_damaged, damage_body, with_damage
+from gaitsim.gait.individual_analysis import analyse_individual, margin_of
 from gaitsim.gait.quantities import quantities
 from gaitsim.gait.report import Footfalls, GaitAnalysis, analyse_gait
 from gaitsim.gait.support import stability_margin
-from gaitsim.gait.twin import on_twin, transferred
-from gaitsim.gait.unseen import judge
+from gaitsim.gait.twin import compare_bodies, play_on_twin
+from gaitsim.gait.unseen import evaluate_unseen
+from gaitsim.gait.unseen_results import UnseenResults
 
 __all__ = [
     "Footfalls",
     "GaitAnalysis",
-    "Judgement",
+    "UnseenResults",
     "analyse_gait",
     "analyse_individual",
     "can_be_damaged",
-    "changed",
-    "damaged",
-    "judge",
+    "compare_bodies",
+    "damage_body",
+    "evaluate_unseen",
     "margin_of",
-    "on_twin",
+    "play_on_twin",
     "quantities",
     "stability_margin",
-    "transferred",
+    "with_changed_body",
     "with_damage",
     "with_world",
 ]

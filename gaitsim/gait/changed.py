@@ -12,7 +12,9 @@ from gaitsim.experiment import WORLD, Experiment, with_overrides
 from gaitsim.individual import Individual
 
 
-def changed(individual: Individual, overrides: Mapping[str, Any], asked: str = "") -> Individual:
+def with_changed_body(
+    individual: Individual, overrides: Mapping[str, Any], asked: str = ""
+) -> Individual:
     """Return an individual with other options of its body, with the score of its motion.
 
     A genome moves the changed body; a gait from a file is played on it. The score is that of the
@@ -60,7 +62,7 @@ def in_engine(individual: Individual, engine: str) -> Individual:
             where=f"--engine {engine}",
             allowed="a body with the option engine, such as the robot",
         )
-    return changed(individual, {"organism.engine": engine}, f"--engine {engine}")
+    return with_changed_body(individual, {"organism.engine": engine}, f"--engine {engine}")
 
 
 def with_body(experiment: Experiment, overrides: Mapping[str, Any], asked: str = "") -> Experiment:
@@ -95,10 +97,10 @@ def with_world(individual: Individual, world: World) -> Individual:
         GaitsimError: the body has no conditions, or a name or value is invalid.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
-    return changed(individual, _options(individual.experiment, world), describe(world))
+    return with_changed_body(individual, _options(individual.experiment, world), describe(world))
 
 
-def put_into(experiment: Experiment, world: World) -> Experiment:
+def put_in_world(experiment: Experiment, world: World) -> Experiment:
     """Return an experiment with its body in a world that the user requested.
 
     Raises:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
-from gaitsim.gait.changed import changed, with_body
+from gaitsim.gait.changed import with_body, with_changed_body
 from gaitsim.individual import Individual
 
 KEY = "organism.damage"
@@ -15,13 +15,13 @@ def can_be_damaged(experiment: Experiment) -> bool:
     return "damage" in type(experiment.organism).model_fields
 
 
-def damaged(experiment: Experiment, damage: Sequence[str]) -> Experiment:
+def damage_body(experiment: Experiment, damage: Sequence[str]) -> Experiment:
     """Return an experiment with damage to its body, such as 'L2 lost'.
 
     Raises:
         GaitsimError: the body does not support damage, or the damage is invalid.
     """
-    _require(experiment)
+    _require_damage(experiment)
     return with_body(experiment, {KEY: [*damage]}, ", ".join(damage))
 
 
@@ -38,11 +38,11 @@ def with_damage(individual: Individual, damage: Sequence[str]) -> Individual:
         GaitsimError: the body does not support damage, or the damage is invalid.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
-    _require(individual.experiment)
-    return changed(individual, {KEY: [*damage]}, ", ".join(damage))
+    _require_damage(individual.experiment)
+    return with_changed_body(individual, {KEY: [*damage]}, ", ".join(damage))
 
 
-def _require(experiment: Experiment) -> None:
+def _require_damage(experiment: Experiment) -> None:
     if not can_be_damaged(experiment):
         raise GaitsimError(
             f"the body {experiment.entries['organism'].name!r} cannot be damaged",

@@ -81,14 +81,14 @@ def name_of(
     found, distances = nearest(phases[chosen], layout)
     places = iter(found.phases.tolist())
     pattern = tuple(next(places) if compared_with else None for compared_with in chosen)
-    away = f"{found.distance:.3f} cycles from {_described(found.name, found.lag)}"
+    away = f"{found.distance:.3f} cycles from {_describe_wave(found.name, found.lag)}"
     if found.distance <= NEAR:
         return Name(found.name, away, found.distance, found.lag, pattern), distances
     reason = f"near no reference gait: the nearest is {away}"
     return Name(NONE, reason, found.distance, pattern=pattern), distances
 
 
-def _described(name: str, lag: float | None) -> str:
+def _describe_wave(name: str, lag: float | None) -> str:
     if lag is None:
         return name
     way = "front to back" if lag > 0 else "back to front"

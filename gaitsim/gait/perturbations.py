@@ -7,7 +7,7 @@ Angles = NDArray[np.float64]
 """(frames, joints), radians."""
 
 
-def lagging(angles: Angles, frames: float) -> Angles:
+def apply_lag(angles: Angles, frames: float) -> Angles:
     """Filter joint angles with a first-order lag, whose time constant is given in frames."""
     followed = angles.copy()
     share = 1 - np.exp(-1 / frames)
@@ -16,7 +16,7 @@ def lagging(angles: Angles, frames: float) -> Angles:
     return followed
 
 
-def without_every_second(angles: Angles) -> Angles:
+def interpolate_every_second(angles: Angles) -> Angles:
     """Replace every second frame of joint angles with the mean of its neighbours."""
     halved = angles.copy()
     between = halved[1:-1:2]
@@ -24,7 +24,7 @@ def without_every_second(angles: Angles) -> Angles:
     return halved
 
 
-def mirror(joints: tuple[str, ...]) -> list[int] | None:
+def mirrored_joints(joints: tuple[str, ...]) -> list[int] | None:
     """Return the index of each joint's partner on the other side; None if the names have no sides.
 
     'L1 coxa' and 'R1 coxa' are partners, as are 'left knee' and 'right knee'. Their angles are

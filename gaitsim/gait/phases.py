@@ -50,16 +50,16 @@ def _strides_passed(times: Floats, starts: Floats, stride: Stride) -> Floats:
 def circular_mean(cycles: ArrayLike) -> tuple[float, float]:
     """Return the mean direction of angles in cycles, 0 to 1, and the length of the mean vector."""
     mean = np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64)).mean()
-    return float(_in_a_cycle(np.angle(mean) / (2 * np.pi))), float(abs(mean))
+    return float(_wrap_to_cycle(np.angle(mean) / (2 * np.pi))), float(abs(mean))
 
 
-def _in_a_cycle(cycles: ArrayLike) -> Floats:
+def _wrap_to_cycle(cycles: ArrayLike) -> Floats:
     """Wrap phases to 0 to 1; a phase just below 1, due to rounding, becomes 0."""
     phases = np.asarray(cycles, dtype=np.float64) % 1.0
     return np.where(phases < 1 - 1e-9, phases, 0.0)
 
 
-def wrapped(cycles: NDArray[np.float64]) -> Floats:
+def wrap(cycles: NDArray[np.float64]) -> Floats:
     """Wrap differences in cycles to −½ to ½."""
     return np.asarray((cycles + 0.5) % 1.0 - 0.5)
 
@@ -88,5 +88,5 @@ def fit(phases: Floats, patterns: Floats) -> tuple[Floats, Floats]:
     squares = ((away**2).sum(axis=-1, keepdims=True) + 2 * before + k) / count
     best = np.argmin(squares - means**2, axis=-1)[..., None]
     shift = np.take_along_axis(means, best, axis=-1)
-    distances = np.sqrt((wrapped(away - shift) ** 2).mean(axis=-1))
-    return distances, _in_a_cycle(patterns + shift)
+    distances = np.sqrt((wrap(away - shift) ** 2).mean(axis=-1))
+    return distances, _wrap_to_cycle(patterns + shift)

@@ -9,7 +9,7 @@ import numpy as np
 from gaitsim.contracts import Genomes, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.scoring import moved
+from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import Experiment
 from gaitsim.gait.contact import feet_of
 from gaitsim.gait.intervals import Floats
@@ -20,7 +20,7 @@ from gaitsim.gait.report import relative_feet, stands
 from gaitsim.gait.travel import frames_in
 from gaitsim.registry import plugin_errors
 
-_SEEN = 9  # number of individuals from which the layout of the feet is derived
+_SAMPLES = 9  # number of individuals from which the layout of the feet is derived
 _CHUNK = 50  # individuals per chunk; each worker holds their motions in memory
 
 
@@ -95,7 +95,7 @@ def gaits_of(
     if not len(genomes):
         return
     places, names = _feet(experiment, genomes)
-    work = partial(_named, places=places, names=names)
+    work = partial(_name_gaits, places=places, names=names)
     with Evaluator(experiment, workers) as evaluator:
         step = 2 * evaluator.workers * _CHUNK
         for start in range(0, len(genomes), step):
@@ -110,8 +110,8 @@ def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, 
     Raises:
         GaitsimError: the body has no feet, or no channel `stance`.
     """
-    seen = genomes[np.unique(np.linspace(0, len(genomes) - 1, _SEEN).astype(int))]
-    motion = moved(experiment, seen)
+    seen = genomes[np.unique(np.linspace(0, len(genomes) - 1, _SAMPLES).astype(int))]
+    motion = move_genomes(experiment, seen)
     entry, organism = experiment.entries["organism"], experiment.organism
     channel = organism.channels.get("stance")
     with plugin_errors(entry, "drawing an individual"):
@@ -128,10 +128,10 @@ def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, 
     return np.median(places, axis=0), names
 
 
-def _named(
+def _name_gaits(
     experiment: Experiment, genomes: Genomes, places: Floats, names: tuple[str, ...]
 ) -> list[Gait]:
-    motion = moved(experiment, genomes)
+    motion = move_genomes(experiment, genomes)
     with plugin_errors(experiment.entries["organism"], "computing the channel 'stance'"):
         stance = np.asarray(motion["stance"]).astype(bool)
     order = body_order(places[None])

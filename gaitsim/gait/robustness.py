@@ -19,7 +19,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play, require_play
 from gaitsim.evaluation.scoring import evaluate, evaluate_motion
 from gaitsim.experiment import OWN_WORLD, Experiment, with_overrides
-from gaitsim.gait.perturbations import Angles, lagging, mirror, without_every_second
+from gaitsim.gait.perturbations import Angles, apply_lag, interpolate_every_second, mirrored_joints
 from gaitsim.gait.score_breakdown import term_changes
 from gaitsim.individual import Individual
 from gaitsim.legged import delayed
@@ -127,32 +127,32 @@ def _perturbation(name: str, score: float, value: float, worth: float, sign: str
     return Perturbation(name, value, fall, sign if fall > COLLAPSE else "")
 
 
-def _rhythm(individual: Individual) -> dict[str, float]:
+def _perturb_all_joints(individual: Individual) -> dict[str, float]:
     """Delay, slow down or mirror all joints equally, which hardly changes a walk."""
-    angles = _playable(individual, "late, lagging and mirrored joints")
+    angles = _playable_angles(individual, "late, lagging and mirrored joints")
     played: dict[str, Angles] = {"played again": angles[None]}
     for frames in LATE:
         played[f"all joints {_frames(frames)} late"] = delayed(angles, frames)[None]
-    played[f"servos with a lag of {_frames(LAG)}"] = lagging(angles, LAG)[None]
-    played["every second frame left out"] = without_every_second(angles)[None]
+    played[f"servos with a lag of {_frames(LAG)}"] = apply_lag(angles, LAG)[None]
+    played["every second frame left out"] = interpolate_every_second(angles)[None]
     body = individual.experiment.organism
     # The angles of a real robot rarely have the same sign on both sides.
-    pairs = None if body.dynamic else mirror(body.joint_names())
+    pairs = None if body.dynamic else mirrored_joints(body.joint_names())
     if pairs is not None:
         played["mirrored"] = angles[None, :, pairs]
     return _scores(individual.experiment, played)
 
 
-def _inexact(individual: Individual) -> dict[str, float]:
+def _perturb_single_joints(individual: Individual) -> dict[str, float]:
     """Perturb each joint independently, or slow down all joints strongly."""
-    angles, rng = _playable(individual, "inexact joints"), np.random.default_rng([SEED, 1])
+    angles, rng = _playable_angles(individual, "inexact joints"), np.random.default_rng([SEED, 1])
     apart = [delayed(angles, rng.integers(0, APART + 1, angles.shape[1:])) for _ in range(DRAWS)]
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
     noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape))
     return _scores(
         individual.experiment,
         {
-            f"servos with a lag of {_frames(LONG_LAG)}": lagging(angles, LONG_LAG)[None],
+            f"servos with a lag of {_frames(LONG_LAG)}": apply_lag(angles, LONG_LAG)[None],
             f"each joint 0 or {_frames(APART)} late": np.stack(apart),
             f"each joint off by about {OFFSET:g}°": angles + offset,
             f"noise of {NOISE:g}° in every frame": angles + noise,
@@ -160,7 +160,7 @@ def _inexact(individual: Individual) -> dict[str, float]:
     )
 
 
-def _playable(individual: Individual, what: str) -> Angles:
+def _playable_angles(individual: Individual, what: str) -> Angles:
     """Return the joint angles, (frames, joints), of a body that can play them."""
     try:
         require_play(individual.experiment)
@@ -181,7 +181,7 @@ def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, f
     }
 
 
-def _genes(individual: Individual) -> dict[str, float]:
+def _perturb_genes(individual: Individual) -> dict[str, float]:
     """Change the genes slightly."""
     experiment, genome = individual.experiment, individual.genome
     if genome is None:
@@ -200,7 +200,7 @@ def _genes(individual: Individual) -> dict[str, float]:
     return {name: float(evaluate(experiment, copies).scores.mean())}
 
 
-def _half_step(individual: Individual) -> dict[str, float]:
+def _halve_time_step(individual: Individual) -> dict[str, float]:
     """Halve the time step of a body that simulates with one."""
     experiment, genome = individual.experiment, individual.genome
     options: Mapping[str, Any] = type(experiment.organism).model_fields
@@ -221,4 +221,9 @@ def _half_step(individual: Individual) -> dict[str, float]:
 
 # A collapse under a perturbation that hardly affects a walk indicates an exploit. A collapse under
 # one that disturbs the coordination of the legs shows how exactly a robot must follow the gait.
-_ATTEMPTS = ((_rhythm, EXPLOIT), (_half_step, EXPLOIT), (_inexact, FRAGILE), (_genes, FRAGILE))
+_ATTEMPTS = (
+    (_perturb_all_joints, EXPLOIT),
+    (_halve_time_step, EXPLOIT),
+    (_perturb_single_joints, FRAGILE),
+    (_perturb_genes, FRAGILE),
+)

@@ -13,8 +13,8 @@ from gaitsim.runs.files.history import COLUMNS, MEAN
 
 PARTS = 10  # parts of the motion, at whose ends the terms are evaluated
 DOMINANT = 0.6  # share of the sum of absolute terms from which a term dominates
-SLIGHT = 0.01  # share below which a term hardly counts; also of the range of the best score
-PAID = 0.5  # share of the gains from which losses cancel them
+NEGLIGIBLE = 0.01  # share below which a term hardly counts; also of the range of the best score
+CANCELLED = 0.5  # share of the gains from which losses cancel them
 RELEVANT = 0.05  # share of all changes below which a change is omitted
 
 
@@ -48,7 +48,7 @@ def terms_over_time(individual: Individual) -> TermsOverTime:
     keeps = np.unique(np.linspace(0, frames, PARTS + 1)[1:].round().astype(int))
     keeps = keeps[keeps >= min(2, frames)]
     channels = {name: experiment.organism.channels[name] for name in experiment.fitness.needs}
-    parts = [cut(motion, channels, keep) for keep in keeps.tolist()]
+    parts = [cut_motion(motion, channels, keep) for keep in keeps.tolist()]
     rows = [evaluate_motion(experiment, part, part.population).terms_of(0) for part in parts]
     return TermsOverTime(
         (keeps - 1) / motion.frame_rate,
@@ -57,7 +57,7 @@ def terms_over_time(individual: Individual) -> TermsOverTime:
     )
 
 
-def cut(motion: Motion, channels: Mapping[str, Channel], frames: int) -> Motion:
+def cut_motion(motion: Motion, channels: Mapping[str, Channel], frames: int) -> Motion:
     """Return some channels of a motion, those over time cut to their first frames."""
     return Motion(
         motion.frame_rate,
@@ -133,14 +133,18 @@ def summarise(
         generation: generation of the individual; None for a gait from a file.
     """
     total = sum(abs(value) for value in terms.values())
-    told = _dominant(terms, total)
+    told = _describe_dominant(terms, total)
     if generation is None:
-        return (*told, *_slight(terms, total))
+        return (*told, *_describe_negligible(terms, total))
     first, found = term_changes(history, generation)
-    return (*told, *_driven(first, found), *_constant(history, first, found, generation))
+    return (
+        *told,
+        *_describe_changes(first, found),
+        *_describe_constant(history, first, found, generation),
+    )
 
 
-def _dominant(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
+def _describe_dominant(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
     if len(terms) == 1 or not total:
         return ()
     return tuple(
@@ -150,12 +154,12 @@ def _dominant(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
     )
 
 
-def _slight(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
-    slight = [name for name, value in terms.items() if abs(value) < SLIGHT * total]
+def _describe_negligible(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
+    slight = [name for name, value in terms.items() if abs(value) < NEGLIGIBLE * total]
     return (f"hardly counted: {', '.join(slight)}",) if slight else ()
 
 
-def _driven(first: int, found: tuple[TermChange, ...]) -> tuple[str, ...]:
+def _describe_changes(first: int, found: tuple[TermChange, ...]) -> tuple[str, ...]:
     """Describe the terms that rose, and those that fell in exchange."""
     moved = sum(abs(change.gain) for change in found)
     rose = sorted(
@@ -169,15 +173,15 @@ def _driven(first: int, found: tuple[TermChange, ...]) -> tuple[str, ...]:
     gain = sum(change.gain for change in found)
     parts = ", ".join(f"{change.name} {change.gain:+z.3f}" for change in (*rose, *fell))
     told = [f"since generation {first} the best score changed by {gain:+z.3f}: {parts}"]
-    if rose and fell and -sum(c.gain for c in fell) >= PAID * sum(c.gain for c in rose):
+    if rose and fell and -sum(c.gain for c in fell) >= CANCELLED * sum(c.gain for c in rose):
         told.append(
-            f"{_and(rose)} and {_and(fell)} cancel: what one brings, the other takes "
+            f"{_sum_of_names(rose)} and {_sum_of_names(fell)} largely cancel "
             f"({sum(c.gain for c in rose):+.3f} and {sum(c.gain for c in fell):+.3f})"
         )
     return tuple(told)
 
 
-def _constant(
+def _describe_constant(
     history: Mapping[str, Floats], first: int, found: tuple[TermChange, ...], generation: int
 ) -> tuple[str, ...]:
     """Name the terms of the best individual that were constant while the best score changed."""
@@ -187,7 +191,7 @@ def _constant(
     count = generation - first + 1
     settled = []
     for change in found:
-        away = np.abs(history[change.name][part] - change.last) > SLIGHT * spread
+        away = np.abs(history[change.name][part] - change.last) > NEGLIGIBLE * spread
         before = int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0
         # A term that settled in the last half of the search may just have converged.
         if count > 2 and before < count / 2:
@@ -196,5 +200,5 @@ def _constant(
     return (f"constant: {', '.join(settled)}",) if settled else ()
 
 
-def _and(terms: list[TermChange]) -> str:
+def _sum_of_names(terms: list[TermChange]) -> str:
     return " + ".join(change.name for change in terms)

@@ -78,7 +78,7 @@ def effects(
     member = (parts[:, None] == np.arange(PARTS)[:, None]).astype(np.float64)
     counts = member.sum(axis=2)  # (conditions, parts)
     shares = _explained(y[None], member, counts)[0]
-    largest = _by_chance(y, member, counts)
+    largest = _largest_by_chance(y, member, counts)
     found = []
     for index in np.argsort(-shares, kind="stable").tolist():
         p = float((1 + (largest >= shares[index]).sum()) / (1 + PERMUTATIONS))
@@ -106,7 +106,7 @@ def _explained(results: Floats, member: Floats, counts: Floats) -> Floats:
     return shares
 
 
-def _by_chance(results: Floats, member: Floats, counts: Floats) -> Floats:
+def _largest_by_chance(results: Floats, member: Floats, counts: Floats) -> Floats:
     """Return the largest share of all conditions in each permutation, (permutations,)."""
     rng, most = np.random.default_rng(0), max(1, MOST_PERMUTED // len(results))
     largest = []
@@ -131,12 +131,12 @@ def _effect(
         name,
         max(0.0, 1 - (1 - share) * (worlds - 1) / (worlds - groups)),
         p,
-        _joined([(float(edges[part]), float(edges[part + 1])) for part in hurting]),
+        _join_intervals([(float(edges[part]), float(edges[part + 1])) for part in hurting]),
         float(results[~inside].mean() - results[inside].mean()),
     )
 
 
-def _joined(intervals: list[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+def _join_intervals(intervals: list[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
     """Join adjacent intervals."""
     joined: list[tuple[float, float]] = []
     for low, high in intervals:

@@ -42,11 +42,11 @@ def stability_margin(skeleton: Skeleton) -> Floats:
             x = centre[frame, 0]
             margin[frame] = min(x - standing[:, 0].min(), standing[:, 0].max() - x)
         else:
-            margin[frame] = inside(convex_hull(standing), centre[frame])
+            margin[frame] = distance_inside(convex_hull(standing), centre[frame])
     return margin
 
 
-def inside(corners: Floats, point: Floats) -> float:
+def distance_inside(corners: Floats, point: Floats) -> float:
     """Return the distance of a point to the edge of a convex polygon, negative outside.
 
     Args:

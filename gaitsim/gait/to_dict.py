@@ -12,7 +12,7 @@ from gaitsim.gait.changed import engine_of
 from gaitsim.gait.report import Footfalls, GaitAnalysis
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
-from gaitsim.gait.twin import Transferred, transferred
+from gaitsim.gait.twin import QuantityPair, compare_bodies
 from gaitsim.individual import Individual
 
 
@@ -48,8 +48,8 @@ def analysis_to_dict(
         "terms_over_generations": changes,
         "summary": list(summarise(individual.scored_terms, history, generation)),
         "robustness": asdict(robustness) if robustness else None,
-        "physics": _pairs(individual, twin, "kinematic", "physical"),
-        "engine": _pairs(
+        "physics": _compare_bodies(individual, twin, "kinematic", "physical"),
+        "engine": _compare_bodies(
             individual,
             elsewhere,
             engine_of(individual),
@@ -58,16 +58,16 @@ def analysis_to_dict(
     }
 
 
-def _pairs(
+def _compare_bodies(
     individual: Individual, other: Individual | None, *names: str
 ) -> list[dict[str, Any]] | None:
     """Return the quantities of a gait on two bodies, with the values under the given names."""
     if other is None:
         return None
-    return [_pair(one, *names) for one in transferred(individual, other)]
+    return [_pair(one, *names) for one in compare_bodies(individual, other)]
 
 
-def _pair(one: Transferred, *names: str) -> dict[str, Any]:
+def _pair(one: QuantityPair, *names: str) -> dict[str, Any]:
     return {
         "name": one.name,
         **dict(zip(names, (one.own, one.other), strict=True)),

@@ -8,15 +8,15 @@ from typing import NamedTuple
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import World
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.gait.changed import put_into
-from gaitsim.gait.damaged import damaged
-from gaitsim.gait.files.reader import GaitFile, individual_of
-from gaitsim.gait.of_individual import analyse_individual
+from gaitsim.gait.changed import put_in_world
+from gaitsim.gait.damaged import damage_body
+from gaitsim.gait.files.reader import GaitFile, play_gait
+from gaitsim.gait.individual_analysis import analyse_individual
 from gaitsim.gait.quantities import quantities
 from gaitsim.individual import Individual, Measurement
 
 
-class Transferred(NamedTuple):
+class QuantityPair(NamedTuple):
     """A quantity of a gait on two bodies.
 
     Attributes:
@@ -54,11 +54,11 @@ def twin_of(
         )
     twin = load_experiment(experiment.organism.twin)
     if damage:
-        twin = damaged(twin, damage)
-    return put_into(twin, world) if world else twin
+        twin = damage_body(twin, damage)
+    return put_in_world(twin, world) if world else twin
 
 
-def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Individual:
+def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Individual:
     """Play the joint angles of an individual on the physical twin of its body, in the same world.
 
     Args:
@@ -71,10 +71,10 @@ def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Indi
         PluginError: the twin fails.
     """
     told = individual.damage if damage is None else damage
-    return played_on(individual, twin_of(individual.experiment, told, individual.world))
+    return play_on(individual, twin_of(individual.experiment, told, individual.world))
 
 
-def played_on(individual: Individual, twin: Experiment) -> Individual:
+def play_on(individual: Individual, twin: Experiment) -> Individual:
     """Play the joint angles of an individual on another body, such as that from `twin_of`.
 
     Raises:
@@ -89,10 +89,10 @@ def played_on(individual: Individual, twin: Experiment) -> Individual:
         individual.motion.frame_rate,
         tuple(individual.experiment.organism.joint_names()),
     )
-    return individual_of(gait, twin)
+    return play_gait(gait, twin)
 
 
-def transferred(individual: Individual, other: Individual) -> tuple[Transferred, ...]:
+def compare_bodies(individual: Individual, other: Individual) -> tuple[QuantityPair, ...]:
     """Return the quantities of a gait on its body and on another, such as its physical twin.
 
     These are the quantities of the gait analysis, and all measures of the other body, such as
@@ -101,7 +101,7 @@ def transferred(individual: Individual, other: Individual) -> tuple[Transferred,
     Raises:
         PluginError: a body cannot be drawn or measured.
     """
-    return tuple(_paired(_known(individual), _known(other)))
+    return tuple(_pair_quantities(_quantities(individual), _quantities(other)))
 
 
 def _has_twin(experiment: Experiment) -> bool:
@@ -109,15 +109,15 @@ def _has_twin(experiment: Experiment) -> bool:
     return bool(organism.twin) and "joint_angles" in organism.channels
 
 
-def _known(individual: Individual) -> dict[str, Measurement]:
+def _quantities(individual: Individual) -> dict[str, Measurement]:
     return quantities(analyse_individual(individual)) | individual.measurements
 
 
-def _paired(
+def _pair_quantities(
     own: Mapping[str, Measurement], others: Mapping[str, Measurement]
-) -> Iterator[Transferred]:
+) -> Iterator[QuantityPair]:
     for name, (value, unit, meaning) in others.items():
         found = own.get(name)
         known = found is not None and found.unit == unit
         first = found.value if known and found else math.nan
-        yield Transferred(name, first, value, unit, meaning)
+        yield QuantityPair(name, first, value, unit, meaning)

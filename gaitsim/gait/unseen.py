@@ -16,14 +16,14 @@ from gaitsim.evaluation.worlds import (
     World,
     conditions_of,
     describe,
+    draw_unseen_worlds,
     in_world,
     ranges_of,
-    unseen,
 )
 from gaitsim.experiment import WORLD, Experiment, with_overrides
 from gaitsim.gait.intervals import Floats
-from gaitsim.gait.judgement import MEASURE, SCORE, Judgement, Outcome
 from gaitsim.gait.travel import frames_in
+from gaitsim.gait.unseen_results import MEASURE, SCORE, Outcome, UnseenResults
 from gaitsim.individual import Individual
 
 MOST = 10_000
@@ -32,7 +32,7 @@ MOST = 10_000
 REPORTS = 20  # least number of progress reports
 
 
-def judge(
+def evaluate_unseen(
     individual: Individual,
     number: int = 100,
     *,
@@ -41,7 +41,7 @@ def judge(
     workers: int | None = None,
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda worlds: None,
-) -> Judgement:
+) -> UnseenResults:
     """Test a gait in unseen worlds.
 
     The result does not depend on the number of workers. A gait from a file is played; a genome
@@ -66,8 +66,8 @@ def judge(
     check_request(number, seed)
     experiment = replace(individual.experiment, worlds=individual.experiment.worlds.own)
     conditions = conditions_of(experiment)
-    chosen = _varying(individual) if ranges is None else _checked(experiment, ranges)
-    worlds = unseen(experiment, number, chosen, seed)
+    chosen = _varying_ranges(individual) if ranges is None else _check_ranges(experiment, ranges)
+    worlds = draw_unseen_worlds(experiment, number, chosen, seed)
     begin(number)
     nominal = _outcome(individual)
     measured = individual.measurements.get(MEASURE)
@@ -86,7 +86,7 @@ def judge(
             where=individual.title,
             remedy="test another gait, or narrow the ranges of the conditions",
         )
-    return Judgement(
+    return UnseenResults(
         MEASURE if measured else SCORE,
         measured.unit if measured else experiment.fitness.unit,
         nominal,
@@ -115,7 +115,7 @@ def check_request(number: object, seed: object) -> None:
             )
 
 
-def _varying(individual: Individual) -> Ranges:
+def _varying_ranges(individual: Individual) -> Ranges:
     fixed = individual.changes.get(f"organism.{WORLD}", {})
     ranges = ranges_of(individual.experiment)
     varying = {name: ends for name, ends in ranges.items() if name not in fixed}
@@ -128,7 +128,7 @@ def _varying(individual: Individual) -> Ranges:
     return varying
 
 
-def _checked(experiment: Experiment, ranges: Ranges) -> Ranges:
+def _check_ranges(experiment: Experiment, ranges: Ranges) -> Ranges:
     told = with_overrides(experiment, {"worlds.ranges": {n: [*ends] for n, ends in ranges.items()}})
     return ranges_of(told)
 

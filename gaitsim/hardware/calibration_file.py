@@ -40,7 +40,7 @@ def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibrat
         raise ExperimentError([error], NOUN) from None
     for key in data:
         if key not in ("schema", "joints"):
-            problems.unknown("", key, ("schema", "joints"))
+            problems.add_unknown_key("", key, ("schema", "joints"))
     if data.get("schema", SCHEMA) != SCHEMA:
         problems.report("schema", f"{toml.literal(data['schema'])} is not allowed", str(SCHEMA))
     given = data.get("joints", {})
@@ -85,7 +85,7 @@ def _joints(
         try:
             found[name] = Joint.model_validate(section)
         except ValidationError as error:
-            problems.of_options(key, Joint, section, error)
+            problems.add_option_errors(key, Joint, section, error)
     return found
 
 

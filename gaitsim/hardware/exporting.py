@@ -10,7 +10,7 @@ import numpy as np
 from gaitsim.choices import GaitFormat, RosFormat
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait, gait_of, write_gait
-from gaitsim.gait.of_individual import frames_before_fall
+from gaitsim.gait.individual_analysis import frames_before_fall
 from gaitsim.hardware.arduino import FLASH, LONGEST_NAME, sketch_name, sketch_of, write_sketch
 from gaitsim.hardware.calibration import (
     BUSES,

@@ -12,7 +12,7 @@ from gaitsim import registry
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play, require_play
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.gait.files.reader import SUFFIXES, GaitFile, fitted, read_gait
+from gaitsim.gait.files.reader import SUFFIXES, GaitFile, fit_to_body, read_gait
 from gaitsim.gait.files.writer import Gait, gait_of
 from gaitsim.individual import Choice, Individual
 from gaitsim.registry import plugin_errors
@@ -101,7 +101,7 @@ def find_expert(reference: str, body: str | None = None, which: Choice = None) -
                 remedy="leave out --body, or give a gait file",
             )
         individual = run.individual(which)
-        individual.experiment.check_given()
+        individual.experiment.check_functions()
         return expert_of(individual)
     if which is not None:
         raise GaitsimError(
@@ -151,7 +151,7 @@ def expert_of_file(file: GaitFile, body: str | None = None) -> Expert:
     if "joint_angles" not in organism.channels:
         require_play(experiment)
     if organism.can_play:
-        angles = fitted(file, experiment)
+        angles = fit_to_body(file, experiment)
         individual = Individual.of_motion(experiment, play(experiment, angles[None]), file.path)
         gait = replace(gait_of(individual), angles=angles)
         return Expert(gait, experiment, individual, file.path, named)

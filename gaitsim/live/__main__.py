@@ -85,9 +85,9 @@ def _connect_socket(run: Path, *, paused: bool) -> Iterator[Connection]:
     from gaitsim.live.presence import Presence
     from gaitsim.live.reporter import Reporter
     from gaitsim.live.slots import Slot, slot_count
-    from gaitsim.runs.background import make_runtime_folder
+    from gaitsim.runs.background import create_runtime_folder
 
-    slot = Slot(make_runtime_folder(), slot_count())
+    slot = Slot(create_runtime_folder(), slot_count())
     presence = Presence(run)
     commands = CommandQueue(paused=paused, slot=slot, check=presence.check)
     _stop_on_sigterm(commands)

@@ -12,17 +12,17 @@ from filelock import FileLock, Timeout
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.background import (
-    DOES,
     FAILURE,
     LOCK,
     LOG,
     SOCKET,
+    STATE_PREDICATES,
     STATUS,
     VARIABLE,
+    background_error,
     background_process,
+    create_runtime_folder,
     identity,
-    in_background,
-    make_runtime_folder,
     runtime_file,
 )
 from gaitsim.runs.files.folder import deleted_or_moved
@@ -47,7 +47,7 @@ class Presence:
     """
 
     def __init__(self, run: Path) -> None:
-        folder = make_runtime_folder()
+        folder = create_runtime_folder()
         self._run = run
         self._path, self._identity = os.path.realpath(run), identity(run)
         self._files = {
@@ -61,10 +61,11 @@ class Presence:
         except Timeout:
             found = background_process(run)
             raise (
-                in_background(run, found)
+                background_error(run, found)
                 if found
                 else RunError(
-                    f"the run {run} {DOES['preparing']} in the background", remedy="try again"
+                    f"the run {run} {STATE_PREDICATES['preparing']} in the background",
+                    remedy="try again",
                 )
             ) from None
         except OSError as error:

@@ -201,4 +201,4 @@ def _scored_from(writer: RunWriter) -> int:
     if writer.last is None:
         return 1
     reevaluated = any(change.reevaluates for change in writer.changes)
-    return writer.last.number + 1 if reevaluated else writer.run.comparable
+    return writer.last.number + 1 if reevaluated else writer.run.first_comparable

@@ -13,7 +13,7 @@ from gaitsim.live.events import events_in
 from gaitsim.live.protocol import Best, Event, Snapshot, State, top_individuals
 from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.folder import deleted_or_moved, kept_champions
+from gaitsim.runs.files.folder import deleted_or_moved, saved_champions
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import HistoryBuffer, RunFollower
 from gaitsim.runs.resume import stop_reason_of
@@ -90,7 +90,7 @@ class RunWatcher:
         self.history.extend(rows)
         stages = run.stages
         # A champion is saved before the checkpoint of its generation.
-        kept = [one for one in kept_champions(self.run) if one <= checkpoint.generation]
+        kept = [one for one in saved_champions(self.run) if one <= checkpoint.generation]
         events = events_in(self.history, stages, kept, seen + 1)
         if warning and not seen:
             events.append(Event(checkpoint.generation, "warning", warning))
@@ -100,7 +100,7 @@ class RunWatcher:
             generation=checkpoint.generation,
             generations=generations,
             stage=len(stages),
-            scored_from=run.comparable,
+            scored_from=run.first_comparable,
             evaluations=checkpoint.evaluations,
             rows=rows,
             top=top_individuals(checkpoint.scores, checkpoint.terms),

@@ -19,7 +19,7 @@ def problems(kind: str, plugin: type[Plugin]) -> list[str]:
         channels = getattr(plugin, "channels", None)
         if not (
             isinstance(channels, Mapping)
-            and _texts(channels.keys())
+            and _are_strings(channels.keys())
             and all(isinstance(channel, Channel) for channel in channels.values())
         ):
             found.append("channels must be a dict that maps the name of each channel to a Channel")
@@ -27,7 +27,7 @@ def problems(kind: str, plugin: type[Plugin]) -> list[str]:
             angles.axes != ("frames", "joints") or angles.unit != "rad"
         ):
             found.append("joint_angles must be Channel(('frames', 'joints'), 'rad', …)")
-    if kind == "fitness" and not _texts(getattr(plugin, "needs", None)):
+    if kind == "fitness" and not _are_strings(getattr(plugin, "needs", None)):
         found.append("needs must be a tuple of channel names")
     if kind in ("search", "crossover", "mutation"):
         spaces = getattr(plugin, "spaces", None)
@@ -47,7 +47,7 @@ def problems(kind: str, plugin: type[Plugin]) -> list[str]:
     return found
 
 
-def _texts(names: Any) -> bool:
+def _are_strings(names: Any) -> bool:
     if isinstance(names, str) or names is None:
         return False
     try:

@@ -151,9 +151,9 @@ def find(kind: str, name: str) -> Entry:
         PluginError: the name is unknown, or several packages register it.
     """
     if name.startswith(PYTHON) and kind in KINDS:
-        from gaitsim.registry.python_entries import find_given  # avoids a cyclic import
+        from gaitsim.registry.python_entries import find_registered  # avoids a cyclic import
 
-        return find_given(kind, name)
+        return find_registered(kind, name)
     known = entries(kind)
     what = {EXPERIMENTS: "experiment", STUDIES: "study", FILES: "format"}.get(
         kind, f"{kind} plugin"

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 _LOCATORS = "NUMBA_CACHE_LOCATOR_CLASSES"
-_OTHER = "set NUMBA_CACHE_DIR to a writable folder"
+_REMEDY = "set NUMBA_CACHE_DIR to a writable folder"
 _problems: list[str] = []
 
 
@@ -35,7 +35,7 @@ class KernelCache:
             atexit.register(shutil.rmtree, folder, ignore_errors=True)
             # Worker processes inherit the folder, so they need not compile.
             os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
-            _problems.append(f"compiled kernels cannot be cached for the next start: {_OTHER}")
+            _problems.append(f"compiled kernels cannot be cached for the next start: {_REMEDY}")
             found = _locator(py_func, py_file)
         if found is not None:
             found.get_source_stamp = partial(_stamp, Path(py_file).parent)
@@ -64,7 +64,7 @@ def _tolerate_errors() -> None:
                 cache.disable()
                 reason = f"{type(error).__name__}: {error}"
                 where = f"compiled kernels cannot be cached in {cache.cache_path}"
-                _problems.append(f"{where} ({reason}): delete this folder, or {_OTHER}")
+                _problems.append(f"{where} ({reason}): delete this folder, or {_REMEDY}")
                 return None
 
         return call

@@ -41,14 +41,14 @@ def unit(field: FieldInfo) -> str:
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
-def takes(field: FieldInfo) -> str:
+def type_and_bounds(field: FieldInfo) -> str:
     """Return the type and bounds of an option, such as 'a number ≥ 0.2 and ≤ 5'."""
     return f"{_type(field.annotation)} {_bounds(field.metadata)}".strip()
 
 
 def allowed(field: FieldInfo) -> str:
     """Return the type, bounds and unit of an option, such as 'a number ≥ 0.2 and ≤ 5, in Hz'."""
-    return f"{takes(field)}, in {unit(field)}" if unit(field) else takes(field)
+    return f"{type_and_bounds(field)}, in {unit(field)}" if unit(field) else type_and_bounds(field)
 
 
 def meaning(field: FieldInfo) -> str:
@@ -122,7 +122,7 @@ def _members(field: FieldInfo) -> list[Any]:
     return list(get_args(annotation)) if union else [annotation]
 
 
-def words(field: FieldInfo) -> list[str]:
+def string_choices(field: FieldInfo) -> list[str]:
     """Return the strings among the choices of an option."""
     found = [choice for member in _members(field) for choice in _choices(member)]
     return [choice for choice in found if isinstance(choice, str)]
@@ -134,7 +134,7 @@ def choices(field: FieldInfo) -> list[str]:
         return ["true", "false"]
     members = [member for member in _members(field) if member is not type(None)]
     found = [list(_choices(member)) for member in members]
-    listed = [written(field, choice) for choices in found for choice in choices]
+    listed = [format_value(field, choice) for choices in found for choice in choices]
     return [*listed, *([NOT_SET] * optional(field))] if all(found) else []
 
 
@@ -143,19 +143,19 @@ def optional(field: FieldInfo) -> bool:
     return type(None) in _members(field)
 
 
-def written(field: FieldInfo, value: Any) -> str:
+def format_value(field: FieldInfo, value: Any) -> str:
     """Return the text that `--set` reads as a value of an option."""
     if value is None or (value == NOT_SET and optional(field)):
         return NOT_SET
     if isinstance(value, str) and value == value.strip():
-        read = fitting(field, parse_value(value), value)
+        read = convert_value(field, parse_value(value), value)
         return value if read == value else toml_text(value)
     return toml_text(value)
 
 
-def shown(field: FieldInfo, value: Any) -> str:
+def format_brief(field: FieldInfo, value: Any) -> str:
     """Return a value for display: as `--set` reads it, or shortened if it is long."""
-    return brief(value) if is_long(value) else written(field, value)
+    return brief(value) if is_long(value) else format_value(field, value)
 
 
 def values(model: BaseModel) -> dict[str, Any]:
@@ -172,7 +172,7 @@ def parse_value(text: str) -> Any:
     return table["value"] if list(table) == ["value"] else text
 
 
-def fitting(field: FieldInfo, value: Any, typed: str | None) -> Any:
+def convert_value(field: FieldInfo, value: Any, typed: str | None) -> Any:
     """Convert a value from a file or a command line to a value of an option.
 
     'none' becomes None if the option may be unset. A value on a command line becomes a string if
@@ -190,6 +190,6 @@ def fitting(field: FieldInfo, value: Any, typed: str | None) -> Any:
         if typed is not None and float in members and str not in members:
             with suppress(ValueError):
                 return float(value)  # Python reads '.5' as a number, TOML does not
-    elif typed is not None and (typed in words(field) or members == [str]):
+    elif typed is not None and (typed in string_choices(field) or members == [str]):
         return typed
     return value

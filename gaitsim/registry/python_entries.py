@@ -78,12 +78,12 @@ class PythonEntry(Entry):
 
     def load(self) -> "type[Plugin]":
         """Return the plugin class, or a placeholder if this process was not given it."""
-        from gaitsim.registry.python_plugins import stand_in  # imports NumPy
+        from gaitsim.registry.python_plugins import placeholder  # imports NumPy
 
-        return self.model or stand_in(self)
+        return self.model or placeholder(self)
 
     @property
-    def missing(self) -> MissingFunctionError:
+    def missing_error(self) -> MissingFunctionError:
         """The error to raise if it is used, but this process was not given it."""
         space = ", space=…" if self.kind == "organism" else ""
         note = " (space only if the body is a function)" if space else ""
@@ -95,21 +95,21 @@ class PythonEntry(Entry):
         )
 
 
-_given: dict[tuple[str, str], PythonEntry] = {}
+_registered: dict[tuple[str, str], PythonEntry] = {}
 
 
-def give(entry: PythonEntry) -> None:
+def register(entry: PythonEntry) -> None:
     """Register an entry in this process; it replaces an earlier entry of the same name."""
-    _given[entry.kind, entry.name] = entry
+    _registered[entry.kind, entry.name] = entry
 
 
-def find_given(kind: str, name: str) -> PythonEntry:
+def find_registered(kind: str, name: str) -> PythonEntry:
     """Return the entry of a name that starts with `python:`; its model may be missing."""
     if (kind, name) == ("fitness", SCORE):
         from gaitsim.registry.python_plugins import ScoreChannel
 
         return PythonEntry(kind, name, "gaitsim", "gaitsim", "", ScoreChannel)
-    return _given.get((kind, name)) or PythonEntry(kind, name, "Python", OUTSIDE, "")
+    return _registered.get((kind, name)) or PythonEntry(kind, name, "Python", OUTSIDE, "")
 
 
 OUTSIDE = "Python code outside the run"

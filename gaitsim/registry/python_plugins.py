@@ -29,31 +29,31 @@ class UnknownChannelError(KeyError):
         return str(self.args[0])
 
 
-class LentMotion(Motion):
+class ReadOnlyMotion(Motion):
     """A motion whose arrays are read-only."""
 
     def __init__(self, motion: Motion) -> None:
         super().__init__(motion.frame_rate, {}, failures=motion.failures)
-        self._lent = motion
+        self._original = motion
 
     def __getitem__(self, name: str) -> Array:
         if name not in self:
             known = ", ".join(self) or "none"
             raise UnknownChannelError(f"the motion has no channel {name!r}; it has {known}")
-        view = np.asarray(self._lent[name]).view()
+        view = np.asarray(self._original[name]).view()
         view.flags.writeable = False
         return view
 
     def __contains__(self, name: object) -> bool:
-        return name in tuple(self._lent)
+        return name in tuple(self._original)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._lent)
+        return iter(self._original)
 
     @property
     def population(self) -> int:
         """The number of individuals."""
-        return self._lent.population
+        return self._original.population
 
 
 class FunctionFitness(Fitness):
@@ -66,7 +66,7 @@ class FunctionFitness(Fitness):
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Return the function's terms; a single array becomes a term named after the function."""
         try:
-            found = type(self).function(LentMotion(motion))
+            found = type(self).function(ReadOnlyMotion(motion))
         except ValueError as error:
             if "read-only" not in str(error):
                 raise
@@ -160,7 +160,7 @@ _FIRST = "an array whose first axis is the population,"
 _CHANNELS = f"a dict of channels, or one array: {_FIRST[:-1]}"
 
 
-def stand_in(entry: PythonEntry) -> type[Plugin]:
+def placeholder(entry: PythonEntry) -> type[Plugin]:
     """Return a class that accepts any options and raises an error where its code is needed."""
     base = MissingBody if entry.kind == "organism" else MissingFitness
     return type(base.__name__, (base,), {"entry": entry, "__module__": __name__})
@@ -180,7 +180,7 @@ class MissingFitness(Fitness):
         Raises:
             MissingFunctionError: always.
         """
-        raise self.entry.missing
+        raise self.entry.missing_error
 
 
 class MissingBody(Organism):
@@ -197,12 +197,12 @@ class MissingBody(Organism):
         Raises:
             MissingFunctionError: always, as the other methods do.
         """
-        raise self.entry.missing
+        raise self.entry.missing_error
 
     def move(self, genomes: Genomes) -> Motion:
         """Raise the error of the missing function."""
-        raise self.entry.missing
+        raise self.entry.missing_error
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Raise the error of the missing function."""
-        raise self.entry.missing
+        raise self.entry.missing_error

@@ -32,11 +32,11 @@ from gaitsim.runs.files.folder import command
 VARIABLE = "GAITSIM_RUNTIME_DIR"
 STATUS, FAILURE, LOCK, SOCKET, LOG = ".json", ".failure", ".lock", ".sock", ".log"
 LARGEST = 2**20  # bytes of a status or an error
-END_OF_LOG = 10_000  # bytes that are searched for the last line
+END_OF_LOG = 10_000  # bytes at the end of the log that are searched for the last line
 
 BackgroundState = Literal["preparing", "queued", "running", "paused"]
-# The predicate of a message about a background run, by state.
-DOES: Mapping[str, str] = {
+# Predicate for messages about a background run, by state.
+STATE_PREDICATES: Mapping[str, str] = {
     "preparing": "is being prepared",
     "queued": "is queued",
     "running": "is evolving",
@@ -60,13 +60,13 @@ class BackgroundProcess:
 
 
 def runtime_folder() -> Path:
-    """Return the path of the folder for the user's background processes, which may not exist."""
+    """Return the path of the folder for the user's background processes; it may not exist."""
     given = os.environ.get(VARIABLE)
     # os.getuid is missing on Windows, where nothing runs in the background.
     return Path(given) if given else Path("/tmp") / f"gaitsim-{getattr(os, 'getuid', int)()}"
 
 
-def make_runtime_folder() -> Path:
+def create_runtime_folder() -> Path:
     """Return the folder for the user's background processes; create it if it is missing.
 
     Raises:
@@ -78,7 +78,7 @@ def make_runtime_folder() -> Path:
         with suppress(FileExistsError):
             if folder.is_absolute():
                 folder.mkdir(0o700, parents=True)
-        reason = _distrust(folder)
+        reason = _trust_problem(folder)
     except OSError as error:
         reason = f"it cannot be created: {error.strerror}"
     if reason:
@@ -91,8 +91,8 @@ def make_runtime_folder() -> Path:
     return folder
 
 
-def _distrust(folder: Path) -> str:
-    """Return why a folder cannot be trusted, or ''.
+def _trust_problem(folder: Path) -> str:
+    """Return why a folder cannot be trusted; '' if it can.
 
     Raises:
         OSError: the folder does not exist.
@@ -122,7 +122,10 @@ def runtime_names() -> frozenset[str]:
 
 
 def identity(run: Path) -> list[int] | None:
-    """Return a key that tells a run folder from a later one at its path; None if it is missing."""
+    """Return a key that distinguishes a run folder from a later one at the same path.
+
+    None if the folder is missing.
+    """
     try:
         found = run.stat()
     except (OSError, ValueError):
@@ -131,9 +134,9 @@ def identity(run: Path) -> list[int] | None:
 
 
 def background_process(run: Path) -> BackgroundProcess | None:
-    """Return the process that evolves a run in the background, or is waiting to; else None."""
+    """Return the process that evolves a run in the background, or is waiting to; None if none."""
     data = _read(runtime_file(run, STATUS))
-    return None if data is None else _alive(data, runtime_file(run, LOCK))
+    return None if data is None else _parse_live_process(data, runtime_file(run, LOCK))
 
 
 def background_processes() -> list[BackgroundProcess]:
@@ -141,7 +144,7 @@ def background_processes() -> list[BackgroundProcess]:
     folder = runtime_folder()
     with suppress(OSError):
         found = [
-            _alive(data, path.with_suffix(LOCK))
+            _parse_live_process(data, path.with_suffix(LOCK))
             for path in folder.glob(f"*{STATUS}")
             if (data := _read(path)) is not None
         ]
@@ -156,8 +159,8 @@ def last_failure(run: Path) -> GaitsimError | None:
     """
     data = _read(runtime_file(run, FAILURE))
     killed = None if data else _read(runtime_file(run, STATUS))
-    if killed is not None and _alive(killed, runtime_file(run, LOCK)) is None:
-        data = {**killed, "error": died(run).to_dict()}
+    if killed is not None and _parse_live_process(killed, runtime_file(run, LOCK)) is None:
+        data = {**killed, "error": crash_error(run).to_dict()}
     if data is None or identity(run) not in (data.get("identity"), None):
         return None
     with suppress(KeyError, TypeError, AttributeError):
@@ -165,18 +168,18 @@ def last_failure(run: Path) -> GaitsimError | None:
     return None
 
 
-def died(run: Path) -> GaitsimError:
+def crash_error(run: Path) -> GaitsimError:
     """Return the error of a background process that ended without reporting one."""
-    said = ""
+    last_line = ""
     with suppress(OSError):
         log = runtime_file(run, LOG)
         with log.open("rb") as file:
             file.seek(max(log.stat().st_size - END_OF_LOG, 0))
             lines = file.read(END_OF_LOG).decode(errors="replace").splitlines()
-        said = next((line.strip() for line in reversed(lines) if line.strip()), "")
+        last_line = next((line.strip() for line in reversed(lines) if line.strip()), "")
     what = "the background process of the run was killed or crashed"
     return RunError(
-        f"{what}: {said}" if said else what,
+        f"{what}: {last_line}" if last_line else what,
         where=str(run),
         remedy=f"the run is intact; continue with: {command('resume', run)}",
     )
@@ -192,27 +195,27 @@ def forget_failure(run: Path) -> None:
                     runtime_file(run, kind).unlink(missing_ok=True)
 
 
-def check_not_elsewhere(run: Path, patience: float = 0.5) -> None:
+def check_not_in_background(run: Path, timeout: float = 0.5) -> None:
     """Check that no other process evolves a run in the background, or is waiting to.
 
     Args:
         run: folder of the run.
-        patience: seconds to wait for the end of a process that has just closed the run.
+        timeout: seconds to wait for the end of a process that has just closed the run.
 
     Raises:
-        RunError: another process does.
+        RunError: another process evolves the run, or is waiting to.
     """
-    end = time.monotonic() + patience
+    end = time.monotonic() + timeout
     while (found := background_process(run)) is not None and found.pid != os.getpid():
         if time.monotonic() >= end:
-            raise in_background(run, found)
+            raise background_error(run, found)
         time.sleep(0.02)
 
 
-def in_background(run: Path, found: BackgroundProcess) -> RunError:
+def background_error(run: Path, found: BackgroundProcess) -> RunError:
     """Return the error of a run that evolves in the background."""
     return RunError(
-        f"the run {run} {DOES[found.state]} in the background, in process {found.pid}",
+        f"the run {run} {STATE_PREDICATES[found.state]} in the background, in process {found.pid}",
         remedy=f"watch it: {command('attach', run)}; or stop it: {command('stop', run)}",
     )
 
@@ -221,22 +224,23 @@ def _read(path: Path) -> Mapping[str, Any] | None:
     """Return the object in a runtime file; None if it is missing, damaged or not trusted."""
     try:
         data = read_regular(path, LARGEST)
-        found = None if _distrust(path.parent) else json.loads(data)
+        found = None if _trust_problem(path.parent) else json.loads(data)
     except (OSError, ValueError, RecursionError):
         return None
     return found if isinstance(found, Mapping) else None
 
 
-def _alive(data: Mapping[str, Any], lock: Path) -> BackgroundProcess | None:
+def _parse_live_process(data: Mapping[str, Any], lock: Path) -> BackgroundProcess | None:
+    """Return the process that a status file describes; None if it has ended."""
     match data:
         case {"run": str(run), "pid": int(pid), "state": state} if state in get_args(
             BackgroundState
         ):
-            return BackgroundProcess(Path(run), pid, state) if _held(lock) else None
+            return BackgroundProcess(Path(run), pid, state) if _is_locked(lock) else None
     return None
 
 
-def _held(lock: Path) -> bool:
+def _is_locked(lock: Path) -> bool:
     probe = FileLock(lock)
     try:
         probe.acquire(timeout=0)

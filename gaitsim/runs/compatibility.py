@@ -22,15 +22,15 @@ LIBRARIES = ("numpy", *ENGINES)
 _installed = cache(version)  # reading it takes a millisecond
 
 
-def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
-    """Return why genomes do not fit an experiment's body, or ''.
+def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, label: str) -> str:
+    """Return why genomes do not fit an experiment's body; '' if they do.
 
     Args:
         experiment: experiment whose body should accept the genomes.
         genomes: genomes, (individuals, genes).
         source: TOML of the experiment that evolved the genomes. The gene labels are not compared
             if its body can no longer be created.
-        whose: name of the genomes in messages, such as 'the population'.
+        label: name of the genomes in messages, such as 'the population'.
 
     Raises:
         PluginError: the body cannot describe its genomes.
@@ -39,26 +39,26 @@ def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose
     wrong = ""
     labels: Sequence[str] | None
     try:
-        body, before = parse_space(source, "the experiment before")
-        came, labels = _described(body, before), before.labels
+        body, before = parse_space(source, "the previous experiment")
+        actual, labels = _describe_genomes(body, before), before.labels
     except GaitsimError:
         kind = "real" if genomes.dtype.kind == "f" else "bit"
-        came, labels = f"{genomes.shape[1]} {kind} genes", None
+        actual, labels = f"{genomes.shape[1]} {kind} genes", None
     if genomes.dtype != space.dtype or genomes.shape[1] != space.genes:
-        wrong = f"{whose} has {came}"
+        wrong = f"{label} has {actual}"
     elif labels is not None and tuple(labels) != tuple(space.labels):
         at = next(i for i in range(space.genes) if labels[i] != space.labels[i])
-        wrong = f"{whose} has {came}: gene {at + 1} is {labels[at]!r}, not {space.labels[at]!r}"
-    return wrong or out_of_bounds(experiment, genomes, whose)
+        wrong = f"{label} has {actual}: gene {at + 1} is {labels[at]!r}, not {space.labels[at]!r}"
+    return wrong or out_of_bounds(experiment, genomes, label)
 
 
-def out_of_bounds(experiment: Experiment, genomes: Genomes, whose: str) -> str:
-    """Return which gene is outside the bounds of an experiment's body, or ''.
+def out_of_bounds(experiment: Experiment, genomes: Genomes, label: str) -> str:
+    """Return which gene is outside the bounds of an experiment's body; '' if none is.
 
     Args:
         experiment: experiment of the body.
         genomes: genomes, (individuals, genes).
-        whose: name of the genomes in messages, such as 'the population'.
+        label: name of the genomes in messages, such as 'the population'.
 
     Raises:
         PluginError: the body cannot describe its genomes.
@@ -66,17 +66,18 @@ def out_of_bounds(experiment: Experiment, genomes: Genomes, whose: str) -> str:
     space = experiment.space()
     with plugin_errors(experiment.entries["organism"], "checking genomes"):
         fits = space.contains(genomes)
-    return "" if fits else f"{whose} leaves the bounds of the genes{_first_outside(space, genomes)}"
+    return "" if fits else f"{label} is out of bounds{_first_outside(space, genomes)}"
 
 
 def expected_genomes(experiment: Experiment) -> str:
     """Describe the genomes that fit an experiment's body."""
-    return f"{_described(experiment.entries['organism'].name, experiment.space())}, within bounds"
+    body = experiment.entries["organism"].name
+    return f"{_describe_genomes(body, experiment.space())}, within bounds"
 
 
-def _described(body: str, space: GenomeSpace) -> str:
+def _describe_genomes(body: str, space: GenomeSpace) -> str:
     digest = hashlib.sha256("\n".join(space.labels).encode()).hexdigest()[:8]
-    return f"{space.genes} {space.name} genes of the organism {body!r} (labels {digest})"
+    return f"{space.genes} {space.name} genes of the body {body!r} (labels {digest})"
 
 
 def _first_outside(space: GenomeSpace, genomes: Genomes) -> str:
@@ -86,9 +87,9 @@ def _first_outside(space: GenomeSpace, genomes: Genomes) -> str:
     if not len(outside):
         return ""
     individual, gene = outside[0]
-    whose = f" of individual {individual}" if len(genomes) > 1 else ""
+    owner = f" of individual {individual}" if len(genomes) > 1 else ""
     return (
-        f": {space.labels[gene]!r}{whose} is {genomes[individual, gene]:g}, "
+        f": {space.labels[gene]!r}{owner} is {genomes[individual, gene]:g}, "
         f"allowed {space.lower[gene]:g} to {space.upper[gene]:g}"
     )
 
@@ -110,21 +111,21 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
     before, search = outline.islands.number, experiment.entries["search"].name
     wrong = genome_mismatch(experiment, genomes, checkpoint.experiment, "the population")
     if search != outline.plugins["search"]:
-        wrong = f"it was found by the search {outline.plugins['search']!r}, not {search!r}"
+        wrong = f"the search {outline.plugins['search']!r} evolved it, not {search!r}"
     if wrong or len(genomes) != population or number != before:
-        asked = f"{population} individuals"
-        reason = wrong or f"it asks for {asked if number == before else f'{number} islands'}"
+        expected = f"{population} individuals" if number == before else f"{number} islands"
+        reason = wrong or f"the experiment has {expected}"
         raise CheckpointError(
             f"the population of {len(genomes)} with {genomes.shape[1]} genes in "
-            f"{path / CHECKPOINT} does not belong to the experiment beside it: {reason}",
+            f"{path / CHECKPOINT} does not match {EXPERIMENT}: {reason}",
             where=str(path / EXPERIMENT),
             allowed=f"a population of {population} with {expected_genomes(experiment)}",
-            remedy="undo the changes of the experiment, or start a new run with it",
+            remedy="undo the changes to the experiment, or start a new run with it",
         )
 
 
 def versions(experiment: Experiment) -> dict[str, str]:
-    """Return the versions that a run depends on: gaitsim, libraries, and packages of plugins."""
+    """Return the versions of gaitsim, libraries and the packages of plugins in use, by name."""
     found = {"gaitsim": _installed("gaitsim"), "numpy": np.__version__}
     for name in ENGINES:
         if name in sys.modules:

@@ -30,8 +30,8 @@ from gaitsim.runs.files.folder import (
     PREVIOUS,
     START,
     command,
-    ends_early,
-    unfinished,
+    truncation_error,
+    unfinished_error,
 )
 from gaitsim.runs.files.history import (
     figures_of,
@@ -42,7 +42,7 @@ from gaitsim.runs.files.history import (
     terms_of,
     used_terms,
 )
-from gaitsim.runs.files.tables import damaged, line_ends
+from gaitsim.runs.files.tables import damaged_error, line_ends
 from gaitsim.runs.notes import read_note
 from gaitsim.runs.stages import RunStage, changes, stages_of
 
@@ -87,7 +87,7 @@ class RunFiles:
         return read_outline(self.experiment_text, str(self.path / EXPERIMENT))
 
     @cached_property
-    def _found(self) -> tuple[Checkpoint | None, str]:
+    def _checkpoint_and_warning(self) -> tuple[Checkpoint | None, str]:
         current, previous = self.path / CHECKPOINT, self.path / PREVIOUS
         if not os.path.lexists(current) and not os.path.lexists(previous):
             self._check_no_generation()
@@ -102,12 +102,12 @@ class RunFiles:
         Raises:
             CheckpointError: all checkpoints are damaged.
         """
-        return self._found[0]
+        return self._checkpoint_and_warning[0]
 
     @property
     def warning(self) -> str:
-        """The reason why `checkpoint` is the previous one, or ''."""
-        return self._found[1]
+        """The reason why `checkpoint` is the previous one; '' if it is the latest."""
+        return self._checkpoint_and_warning[1]
 
     @cached_property
     def _previous(self) -> tuple[Checkpoint | None, str]:
@@ -121,15 +121,15 @@ class RunFiles:
             found = read_checkpoint(path)
             if found.generation != self.generation - 1:
                 return None, ""
-            wrong = self._foreign(found)
+            wrong = self._previous_mismatch(found)
         except GaitsimError as error:
             return None, error.what
         if wrong:
             return None, f"{PREVIOUS} does not belong to the run: {wrong}"
         return found, ""
 
-    def _foreign(self, previous: Checkpoint) -> str:
-        """Return why a previous checkpoint does not belong to this run, or ''."""
+    def _previous_mismatch(self, previous: Checkpoint) -> str:
+        """Return why a previous checkpoint does not belong to this run; '' if it does."""
         now, genomes = self.finished.genomes, previous.genomes
         if (genomes.shape, genomes.dtype) != (now.shape, now.dtype):
             return f"its population has the shape {genomes.shape}, not {now.shape}"
@@ -156,12 +156,12 @@ class RunFiles:
             RunError: no generation is finished yet.
         """
         if self.checkpoint is None:
-            raise unfinished(self.path)
+            raise unfinished_error(self.path)
         return self.checkpoint
 
     @property
     def generation(self) -> int:
-        """The last generation; 0 before the first."""
+        """The number of the last finished generation; 0 before the first."""
         return self.checkpoint.generation if self.checkpoint else 0
 
     @cached_property
@@ -198,11 +198,13 @@ class RunFiles:
         columns = read_history(self.path / HISTORY, self.generation)
         columns = {name: self._cut(values, HISTORY) for name, values in columns.items()}
         if not columns:
-            raise ends_early(self.path, HISTORY, 0, self.generation)
+            raise truncation_error(self.path, HISTORY, 0, self.generation)
         terms = [*self.checkpoint.terms]
         for name in terms:
             if name not in terms_of(columns):
-                raise damaged(self.path / HISTORY, f"it lacks the term {name!r} of the checkpoint")
+                raise damaged_error(
+                    self.path / HISTORY, f"it lacks the term {name!r} of the checkpoint"
+                )
         # Leave out the columns of a stage whose first generation was never finished.
         return {
             name: columns[name] for name in header(used_terms(columns, terms), figures_of(columns))
@@ -211,7 +213,7 @@ class RunFiles:
     def _cut(self, records: NDArray[Any], name: str) -> NDArray[Any]:
         """Return the records of a file up to the checkpoint's generation."""
         if len(records) < self.generation:
-            raise ends_early(self.path, name, len(records), self.generation)
+            raise truncation_error(self.path, name, len(records), self.generation)
         return records[: self.generation]
 
     @cached_property
@@ -232,7 +234,7 @@ class RunFiles:
 
     @cached_property
     def checksums(self) -> NDArray[Any]:
-        """The checksums of each generation, without any lost at the end.
+        """The checksums of the generations, which may be fewer than the generations.
 
         Raises:
             RunError: the file cannot be read.

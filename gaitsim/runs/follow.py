@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, ends_early
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, truncation_error
 from gaitsim.runs.files.history import COLUMNS, MEAN, figures_of, parse_history
-from gaitsim.runs.files.tables import Columns, opened, read_head, read_rows
+from gaitsim.runs.files.tables import Columns, open_records, read_head, read_rows
 from gaitsim.runs.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
@@ -50,7 +50,7 @@ class RunFollower:
         """
         last, path = run.generation, self.path / HISTORY
         columns: Rows = {}
-        with opened(path) as file:
+        with open_records(path) as file:
             head = read_head(path, file)
             file.seek(max(self._offset - len(self._row), 0))
             if head != self._head or file.read(len(self._row)) != self._row:
@@ -65,12 +65,12 @@ class RunFollower:
             self._next += rows.count(b"\n")
             self._row = rows[rows.rfind(b"\n", 0, -1) + 1 :] or self._row
         if self._next <= last:
-            self._head = b""  # re-read the rows at the next call, as they are not returned now
-            raise ends_early(run.path, HISTORY, self._next - 1, last)
+            self._head = b""  # the next call re-reads the rows, which are not returned now
+            raise truncation_error(run.path, HISTORY, self._next - 1, last)
         return columns
 
 
-def modified(run: Path) -> float:
+def last_modified(run: Path) -> float:
     """Return the time of the last change of a run's files, seconds since 1970; 0 without files."""
     return _latest(_stamps(run))
 

@@ -17,7 +17,7 @@ from gaitsim.runs.files.folder import (
     START,
     champion_file,
     create_folder,
-    kept_champions,
+    saved_champions,
 )
 from gaitsim.runs.files.provenance import provenance_bytes, read_provenance
 from gaitsim.runs.files.tables import first_rows
@@ -40,11 +40,10 @@ def fork_run(
 
     Args:
         path: folder of the run to copy.
-        out: folder to create; None adds a number to the run's name. An existing name gets a
-            number.
+        out: folder to create; None for the run's name. A number is added to an existing name.
         overrides: options to change in the copy's experiment, by key; they start a stage.
-        generations: last generation of the copy; None as planned.
-        any_version: whether to accept other versions of packages than before.
+        generations: last generation of the copy; None for that of the experiment.
+        any_version: whether to accept versions of packages that differ from those of the run.
 
     Returns:
         The folder of the copy.
@@ -54,7 +53,7 @@ def fork_run(
         RunError: the run is damaged, or the copy cannot be created or resumed.
     """
     run = RunSnapshot(path)
-    # The plan reads the checkpoint first, so that the files read later have all its records.
+    # The plan reads the checkpoint first: the files, read later, then contain all its records.
     plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
     changed = bool(overrides) or generations is not None
     files: dict[str, str | bytes] = {
@@ -68,7 +67,7 @@ def fork_run(
         files[CHECKPOINT] = pack(checkpoint)
         for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):
             files[name] = first_rows(path / name, checkpoint.generation)
-        for number in kept_champions(path):
+        for number in saved_champions(path):
             if number <= checkpoint.generation:
                 name = champion_file(number)
                 files[name] = pack(read_champion(path / name))

@@ -22,14 +22,14 @@ from gaitsim.runs.background import (
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.files.safe_pickle import NewerVersionError, SchemaVersionError
-from gaitsim.runs.follow import Rows, RunFollower, modified
+from gaitsim.runs.follow import Rows, RunFollower, last_modified
 from gaitsim.runs.notes import read_note
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
 POINTS = 256
 """Maximum number of points of a run's curve; a longer run has at least half as many."""
-PATIENCE = 10
+READ_INTERVAL = 10
 """Minimum time between two reads of a run, as a multiple of the duration of a read."""
 
 State = Literal[
@@ -53,22 +53,22 @@ class Overview:
         path: folder of the run.
         state: running (a process is evolving it), queued or paused (a background process is
             waiting), stopped (it can be resumed), failed (it can be resumed, but its background
-            process failed), finished (a stop condition holds), older or newer format (of another
-            gaitsim), or damaged.
+            process failed), finished (a stop condition holds), older or newer format (written by
+            another version of gaitsim), or damaged.
         plugins: name of each plugin by kind.
         description: description of the experiment.
         seed: seed of the experiment.
         generation: last finished generation.
         generations: number of planned generations.
-        best: best score comparable with the last generation; None before the first, or if all
-            individuals failed.
+        best: best score among those comparable with the last generation; None before the first
+            generation, or if all individuals failed.
         stage: number of the current stage, counted from 1.
         seconds: duration of the evolution.
         changed: time of the last change, in seconds since 1970.
         curve: best score over the generations, thinned; NaN where all failed.
-        problem: reason why the run cannot be read.
-        failure: reason why its background process failed.
-        note: note of the user, or why it cannot be read.
+        problem: error that prevents reading the run; None if it can be read.
+        failure: error of its background process; None if that did not fail.
+        note: note of the user, or the reason why it cannot be read, in parentheses.
     """
 
     path: Path
@@ -137,9 +137,9 @@ class RunsWatcher:
 
     def __init__(self, root: Path) -> None:
         self._root = root
-        self._watched: dict[Path, _Watched] = {}
+        self._watched: dict[Path, _WatchedRun] = {}
 
-    def look(
+    def poll(
         self, progress: Callable[[Sequence[Overview], int], object] | None = None
     ) -> list[Overview]:
         """Return the current runs, oldest first.
@@ -152,11 +152,11 @@ class RunsWatcher:
             RunError: `root` is not a folder, or cannot be read.
         """
         paths = list_runs(self._root)
-        self._watched = {path: self._watched.get(path) or _Watched(path) for path in paths}
+        self._watched = {path: self._watched.get(path) or _WatchedRun(path) for path in paths}
         names = runtime_names()
         found: dict[Path, Overview] = {}
-        for path in paths if progress is None else sorted(paths, key=modified, reverse=True):
-            run = self._watched[path].look(names)
+        for path in paths if progress is None else sorted(paths, key=last_modified, reverse=True):
+            run = self._watched[path].poll(names)
             if run is not None:
                 found[path] = run
             if progress is not None:
@@ -166,10 +166,10 @@ class RunsWatcher:
 
 def overview(path: Path) -> Overview | None:
     """Return the overview of a run; None if it no longer exists."""
-    return _Watched(path).look(runtime_names())
+    return _WatchedRun(path).poll(runtime_names())
 
 
-class _Watched:
+class _WatchedRun:
     """One run with its latest overview."""
 
     def __init__(self, path: Path) -> None:
@@ -181,7 +181,7 @@ class _Watched:
         self._not_before = 0.0
         self._background = {runtime_file(path, kind).name for kind in (STATUS, FAILURE)}
 
-    def look(self, names: Collection[str]) -> Overview | None:
+    def poll(self, names: Collection[str]) -> Overview | None:
         """Return the current overview, given the names of all files of background processes."""
         if not os.path.lexists(self._path / EXPERIMENT):
             return None
@@ -189,7 +189,7 @@ class _Watched:
         run = self._follower.poll() if now >= self._not_before else None
         if run is not None:
             self._overview = self._read(run)
-            self._not_before = now + PATIENCE * (time.monotonic() - now)
+            self._not_before = now + READ_INTERVAL * (time.monotonic() - now)
         found = self._overview
         if found is None:
             return None
@@ -198,7 +198,7 @@ class _Watched:
             found = self._overview = replace(found, note=note)
         if found.problem is not None:
             return found
-        state, failure = self._state(self._background.isdisjoint(names))
+        state, failure = self._state(background=not self._background.isdisjoint(names))
         if found.state != state or str(found.failure) != str(failure):
             found = self._overview = replace(found, state=state, failure=failure)
         return found
@@ -209,13 +209,14 @@ class _Watched:
         except RunError as error:
             return f"({error.what})"
 
-    def _state(self, alone: bool) -> tuple[State, GaitsimError | None]:
-        process = None if alone else background_process(self._path)
+    def _state(self, background: bool) -> tuple[State, GaitsimError | None]:
+        """Return the state and failure of a run; `background`: whether it has runtime files."""
+        process = background_process(self._path) if background else None
         if process is not None and process.state in ("queued", "paused"):
             return process.state, None
         if process is not None or is_locked(self._path):
             return "running", None
-        failure = None if alone else last_failure(self._path)
+        failure = last_failure(self._path) if background else None
         state: State = "failed" if failure else "finished" if self._finished else "stopped"
         return state, failure
 

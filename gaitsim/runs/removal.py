@@ -1,4 +1,4 @@
-"""Delete a run folder: first atomically from the list, then file by file."""
+"""Delete a run folder: rename it atomically, then delete its files."""
 
 import shutil
 from pathlib import Path
@@ -8,7 +8,7 @@ from gaitsim.opening import is_folder
 from gaitsim.runs.background import forget_failure
 from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.drafts import draft_name, locked, remove, sweep
-from gaitsim.runs.files.folder import own_run
+from gaitsim.runs.files.folder import resolve_run
 from gaitsim.runs.files.lock import RunLock
 
 
@@ -19,25 +19,25 @@ def delete_run(path: Path) -> None:
         RunError: the path is not a run, or is a link to one; another process is writing the run;
             or it cannot be deleted.
     """
-    path = own_run(path, "delete")
+    path = resolve_run(path, "delete")
     sweep(path.parent)
     lock = RunLock(path)
     with writing(path), locked(path):
         try:
-            gone = path.rename(draft_name(path.parent))
+            draft = path.rename(draft_name(path.parent))
         finally:
             lock.release()
         forget_failure(path)
         try:
-            remove(gone)
-            if is_folder(gone):  # repeat it to get the reason
-                shutil.rmtree(gone)
+            remove(draft)
+            if is_folder(draft):  # repeat the deletion to get the reason for its failure
+                shutil.rmtree(draft)
         except (OSError, RecursionError) as error:
             nested = "its folders are nested too deeply"
             reason = error.strerror if isinstance(error, OSError) else nested
             raise RunError(
                 f"the run {path.name} is removed, but some of its files cannot be deleted: "
                 f"{reason}",
-                where=str(gone),
+                where=str(draft),
                 remedy="delete that folder by hand",
             ) from None

@@ -1,11 +1,11 @@
-"""Rename a run's folder, in the same place."""
+"""Rename a run's folder within its parent folder."""
 
 import os
 from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.runs.files.atomic import sync_folder, writing
-from gaitsim.runs.files.folder import own_run
+from gaitsim.runs.files.folder import resolve_run
 from gaitsim.runs.files.lock import RunLock
 
 
@@ -16,7 +16,7 @@ def rename_run(path: Path, name: str) -> Path:
         RunError: the path is not a run, or is a link to one; another process is writing the run;
             the name is invalid or taken; or the folder cannot be renamed.
     """
-    here = own_run(path, "rename")
+    here = resolve_run(path, "rename")
     check_name(here, name)
     target = here.with_name(name)
     lock = RunLock(here)

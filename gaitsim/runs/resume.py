@@ -1,4 +1,4 @@
-"""Plan how a run continues: check its files, and apply changes of options.
+"""Plan how a run continues: check its files, and apply changes to its options.
 
 This module writes nothing. A change that affects the evolution starts a stage with the next
 generation. Until that generation is written, the stage is only a difference between
@@ -25,7 +25,7 @@ from gaitsim.runs.compatibility import (
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, check_size, command
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import Change, changes, pending
+from gaitsim.runs.stages import Change, changes, pending_changes
 from gaitsim.runs.start import start_genome
 
 POPULATION = "evolution.population"
@@ -71,29 +71,30 @@ def plan_resume(
     Args:
         run: run, locked or not.
         overrides: changed options by key.
-        generations: last generation to evolve; None as planned.
-        any_version: whether to accept other versions of packages than before.
+        generations: last generation to evolve; None for that of the experiment.
+        any_version: whether to accept versions of packages that differ from those of the run.
 
     Raises:
-        ExperimentError: the experiment has problems, or would have with the overrides.
-        RunError: the run is damaged, was evolved with other versions, or would not evolve.
+        ExperimentError: the experiment has problems, or would have them with the overrides.
+        RunError: the run is damaged or was evolved with other versions of packages, or no
+            generation would be evolved.
     """
-    further = {} if generations is None else {"evolution.generations": generations}
-    given = {**further, **(overrides or {})}
+    length = {} if generations is None else {"evolution.generations": generations}
+    given = {**length, **(overrides or {})}
     checkpoint = run.checkpoint
     if checkpoint is None:
         experiment = run.experiment_with(given)
-        experiment.check_given()
+        experiment.check_functions()
         check_size(experiment)
         return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "")
-    experiment = _changed(run, checkpoint, given)
+    experiment = _changed_experiment(run, checkpoint, given)
     _check_state(run, experiment, checkpoint)
     _ = run.history, run.islands  # raises an error if they are damaged
     warnings = [run.warning] if run.warning else []
     other_library = _compare_versions(run, experiment, checkpoint, any_version=any_version)
-    found = pending(checkpoint, experiment)
+    found = pending_changes(checkpoint, experiment)
     progress = next_progress(checkpoint, experiment.evolution, found)
-    last = replace(restored(checkpoint), progress=progress)
+    last = replace(restore_generation(checkpoint), progress=progress)
     stages = checkpoint.stages
     if found:
         ended = Stage(checkpoint.generation, checkpoint.experiment, checkpoint.versions)
@@ -114,34 +115,40 @@ def plan_resume(
     return ResumePlan(experiment, last, None, stages, found, "; ".join(warnings))
 
 
-def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
+def _changed_experiment(
+    run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides
+) -> Experiment:
     """Return the experiment with the overrides, after checking that the population fits it."""
     number = run.stages[-1].outline.islands.number
     population = len(checkpoint.genomes) // number
     if not overrides:
-        run.experiment.check_given()
+        run.experiment.check_functions()
         check_population(run.experiment, checkpoint, run.path)
         return run.experiment
     try:
         experiment = run.experiment_with(overrides)
-        experiment.check_given()
+        experiment.check_functions()
     except ExperimentError as error:
-        raise ExperimentError([*error.problems, *_asked_size(overrides, population)]) from None
+        raise ExperimentError(
+            [*error.problems, *_requested_size_problem(overrides, population)]
+        ) from None
     problems = []
     search = run.stages[-1].outline.plugins["search"]
     if experiment.entries["search"].name != search:
-        problems.append(_kept("a resumed run keeps its search", "search.plugin", search))
+        problems.append(
+            _fixed_option_error("the search of a run cannot change", "search.plugin", search)
+        )
     if experiment.evolution.population != population:
-        problems.append(_other_size(population))
+        problems.append(_size_error(population))
     if experiment.islands.number != number:
         more = "; topology, every and migrants may be changed" if number > 1 else ""
-        what = "a resumed run keeps its islands"
-        problems.append(_kept(what, "islands.number", f"{number:,}{more}"))
+        what = "the number of islands of a run cannot change"
+        problems.append(_fixed_option_error(what, "islands.number", f"{number:,}{more}"))
     wrong = genome_mismatch(experiment, checkpoint.genomes, checkpoint.experiment, "the population")
     if wrong:
         problems.append(
             GaitsimError(
-                f"{wrong}; a resumed run keeps its genomes",
+                f"{wrong}; the genomes of a run cannot change",
                 where="command line, options of organism",
                 allowed=expected_genomes(experiment),
                 remedy="start a new run with 'gaitsim run'",
@@ -167,30 +174,30 @@ def _check_state(run: RunSnapshot, experiment: Experiment, checkpoint: Checkpoin
             f"the search {name!r} cannot continue from the state of the run {run.path}: {wrong}",
             where=str(run.path / CHECKPOINT),
             remedy="resume it with the original options of the search, or start a new run with "
-            "'gaitsim run', possibly --from this one",
+            "'gaitsim run'; --from starts it from this run's champion",
         )
 
 
-def _asked_size(overrides: Overrides, population: int) -> list[GaitsimError]:
+def _requested_size_problem(overrides: Overrides, population: int) -> list[GaitsimError]:
     """Return the problem of a changed population size, if the overrides have one."""
     asked = overrides.get(POPULATION, population)
     if isinstance(asked, Typed):
         asked = options.parse_value(asked)
     differs = isinstance(asked, int) and asked != population
-    return [_other_size(population)] if differs else []
+    return [_size_error(population)] if differs else []
 
 
-def _other_size(population: int) -> GaitsimError:
-    what = "the population of a resumed run keeps its size"
-    return _kept(what, POPULATION, f"{population:,}")
+def _size_error(population: int) -> GaitsimError:
+    what = "the population size of a run cannot change"
+    return _fixed_option_error(what, POPULATION, f"{population:,}")
 
 
-def _kept(what: str, key: str, allowed: str) -> GaitsimError:
+def _fixed_option_error(what: str, key: str, allowed: str) -> GaitsimError:
     return GaitsimError(
         what,
         where=f"command line, key {key}",
         allowed=allowed,
-        remedy="start a new run with 'gaitsim run', possibly --from this one",
+        remedy="start a new run with 'gaitsim run'; --from starts it from this run's champion",
     )
 
 
@@ -213,18 +220,19 @@ def _compare_versions(
     libraries = [changed.pop(name) for name in LIBRARIES if name in changed]
     if changed and not any_version:
         raise RunError(
-            f"the run {run.path} was evolved with other versions: " + "; ".join(changed.values()),
+            f"the run {run.path} was evolved with other versions of packages: "
+            + "; ".join(changed.values()),
             remedy="install those versions, or resume with --any-version, which may give other "
             "results",
         )
     return (
-        f"a different version of {', of '.join(libraries)}: the results may differ"
+        f"different versions of libraries: {'; '.join(libraries)}; the results may differ"
         if libraries
         else ""
     )
 
 
-def restored(checkpoint: Checkpoint) -> Generation:
+def restore_generation(checkpoint: Checkpoint) -> Generation:
     """Return the generation in a checkpoint."""
     reasons = {int(index): reason for index, reason in checkpoint.reasons.items()}
     return Generation(
@@ -247,21 +255,21 @@ def restored(checkpoint: Checkpoint) -> Generation:
 
 
 def next_progress(
-    checkpoint: Checkpoint, evolution: Evolution, begins: Sequence[Change]
+    checkpoint: Checkpoint, evolution: Evolution, stage_changes: Sequence[Change]
 ) -> Progress:
     """Return the progress that the generation after a checkpoint starts from.
 
     Args:
         checkpoint: checkpoint of the last generation.
         evolution: options for the coming generations.
-        begins: changes that start a stage; empty if there are none.
+        stage_changes: changes that start a stage; empty if there are none.
     """
-    progress = restored(checkpoint).progress
-    if begins:
-        reevaluated = any(change.reevaluates for change in begins)
+    progress = restore_generation(checkpoint).progress
+    if stage_changes:
+        reevaluated = any(change.reevaluates for change in stage_changes)
         size = len(checkpoint.genomes)
         progress = progress.next_stage(evolution, reevaluated=reevaluated, population=size)
-    # A changed threshold takes effect even if no stage begins.
+    # A changed threshold takes effect even if no stage starts.
     before = read_outline(checkpoint.experiment, "the checkpoint").evolution
     if evolution.fitness_threshold != before.fitness_threshold:
         progress = replace(progress, threshold=evolution.fitness_threshold)
@@ -269,7 +277,7 @@ def next_progress(
 
 
 def stop_reason_of(run: RunSnapshot) -> str:
-    """Return the stop condition that holds for a run, or '', without loading plugins.
+    """Return the stop condition that holds for a run; '' if none. Plugins are not loaded.
 
     Raises:
         GaitsimError: the run or its experiment is damaged.

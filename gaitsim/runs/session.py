@@ -17,12 +17,12 @@ from gaitsim.runs.writer import RunWriter
 class Session(ExitStack):
     """A run evolved by this process; a context manager that stops its workers and unlocks it.
 
-    Errors inside the block say how to resume the run.
+    Errors raised in the block tell the user how to resume the run.
 
     Args:
         writer: writer of the run, which the session closes.
         workers: number of parallel workers; None for the default.
-        cluster: executor on other machines, which the caller closes.
+        cluster: executor of a cluster; the caller closes it.
         on_warning: callback for messages about workers.
     """
 
@@ -58,7 +58,7 @@ class Session(ExitStack):
 
     def reevaluate(self) -> None:
         """Re-evaluate the last generation if a new stage needs it."""
-        self.writer.begin(self.prepare().evaluate)
+        self.writer.reevaluate(self.prepare().evaluate)
 
     def evolve(self) -> Iterator[Generation]:
         """Evolve until a stop condition holds; each generation is saved before it is yielded.
@@ -75,7 +75,7 @@ class Session(ExitStack):
 
 @contextmanager
 def _resumable(writer: RunWriter) -> Iterator[None]:
-    """Add to errors in the block how to resume the run."""
+    """Add the command that resumes the run to errors raised in the block."""
     path = writer.path
     try:
         yield

@@ -14,12 +14,12 @@ from gaitsim.evolution.searching import members, state_mismatch
 from gaitsim.experiment import Experiment, ExperimentOutline, Overrides, parse_experiment
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.individual import NEAR_TOLERANCE, Choice, Individual, Member, Near
-from gaitsim.registry.python_entries import PythonEntry, find_given, is_outside
+from gaitsim.registry.python_entries import PythonEntry, find_registered, is_outside
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.contents import RunFiles
 from gaitsim.runs.files.folder import BESTS, CHECKPOINT, EXPERIMENT, HISTORY, command
 from gaitsim.runs.files.history import best_terms, read_records, record_type
-from gaitsim.runs.stages import Change, RunStage, changes, comparable, pending
+from gaitsim.runs.stages import Change, RunStage, changes, first_comparable, pending_changes
 
 
 class RunSnapshot(RunFiles):
@@ -69,7 +69,7 @@ class RunSnapshot(RunFiles):
         """
         plugins = [plugin for outline in self.outlines for plugin in outline.plugins.items()]
         return tuple(
-            find_given(kind, name) for kind, name in dict.fromkeys(plugins) if is_outside(name)
+            find_registered(kind, name) for kind, name in dict.fromkeys(plugins) if is_outside(name)
         )
 
     def stage_at(self, generation: int) -> RunStage:
@@ -119,26 +119,26 @@ class RunSnapshot(RunFiles):
         """
         if self.checkpoint is None or self.checkpoint.experiment == self.experiment_text:
             return ()
-        return pending(self.checkpoint, self.experiment)
+        return pending_changes(self.checkpoint, self.experiment)
 
     @property
-    def comparable(self) -> int:
+    def first_comparable(self) -> int:
         """The first generation whose scores are comparable with those of the last one.
 
-        Earlier scores are of another fitness, body or set of worlds.
+        Earlier scores come from another fitness, body or set of worlds.
 
         Raises:
             RunError: no generation is finished yet.
         """
         _ = self.finished
-        return comparable(self.stages)
+        return first_comparable(self.stages)
 
     @cached_property
     def bests(self) -> NDArray[Any]:
         """The best `score` and `genome` of every generation g, at index g − 1.
 
         Raises:
-            RunError: the file is damaged, ends before the checkpoint, or is of another body.
+            RunError: the file is damaged, ends before the checkpoint, or belongs to another body.
         """
         checkpoint, space = self.checkpoint, self.experiment.space()
         if checkpoint is None:
@@ -174,10 +174,12 @@ class RunSnapshot(RunFiles):
         Raises:
             RunError: the history is damaged.
         """
-        scores = self.history["best"][self.comparable - 1 :] if self.checkpoint else np.empty(0)
+        scores = (
+            self.history["best"][self.first_comparable - 1 :] if self.checkpoint else np.empty(0)
+        )
         if not np.isfinite(scores).any():
             return None
-        return self.comparable + int(np.argmax(scores))
+        return self.first_comparable + int(np.argmax(scores))
 
     @cached_property
     def members(self) -> Members | None:
@@ -227,15 +229,15 @@ class RunSnapshot(RunFiles):
         found = self.members
         if found is None or not len(found.scores):
             return Member(1)  # does not exist, so `_member` raises the error
-        away = np.zeros(len(found.scores))
+        distance = np.zeros(len(found.scores))
         for name, value in which.values.items():
             if name not in found.values:
                 raise unknown("axis", name, found.values, where=f"the members of {self.path}")
             known = found.values[name]
             ends = known if found.borders is None else found.borders[name]
             width = float(np.max(ends) - np.min(ends)) or 1.0
-            away = np.maximum(away, np.abs(known - value) / width)
-        near = np.flatnonzero(away <= away.min() + NEAR_TOLERANCE)
+            distance = np.maximum(distance, np.abs(known - value) / width)
+        near = np.flatnonzero(distance <= distance.min() + NEAR_TOLERANCE)
         return Member(int(near[np.argmax(found.scores[near])]) + 1)
 
     def _member(self, which: Member) -> Individual:
@@ -244,7 +246,7 @@ class RunSnapshot(RunFiles):
             raise RunError(
                 f"the run {self.path} has no members: its search keeps neither a front nor an "
                 "archive",
-                remedy=f"leave out the member to get the champion: {command('play', self.path)}",
+                remedy=f"omit the member to use the champion: {command('play', self.path)}",
             )
         count, index = len(found.scores), which.number - 1
         if not 0 <= index < count:
@@ -268,7 +270,7 @@ class RunSnapshot(RunFiles):
     def _best(self, generation: int | None) -> Individual:
         bests = self.bests  # read first, for the clearest error if the run was deleted
         self.stage_at(self.finished.generation if generation is None else generation)
-        first = self.comparable
+        first = self.first_comparable
         number = generation or first + int(np.argmax(bests["score"][first - 1 :]))
         best, recorded = bests[number - 1], self.history["best"][number - 1]
         if best["score"] != recorded:

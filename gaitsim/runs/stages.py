@@ -28,9 +28,9 @@ class Change:
 
     Attributes:
         key: key of the option, such as `mutation.rate`.
-        then: old value; None if it was not set.
-        now: new value; None if it is not set.
-        options: options of a newly chosen plugin.
+        then: previous value; None if the option was not set.
+        now: new value; None if the option is not set.
+        options: options of the new plugin, if the change chooses another plugin.
         redraws: whether the change redraws the worlds.
     """
 
@@ -42,7 +42,7 @@ class Change:
 
     def __str__(self) -> str:
         """Return key and values, with the non-default options of a new plugin."""
-        found = _unusual(self.key.partition(".")[0], self.now, self.options)
+        found = _non_default_options(self.key.partition(".")[0], self.now, self.options)
         more = ", ".join(f"{name} {_text(value)}" for name, value in found.items())
         now = f"{_text(self.now)} ({more})" if more else _text(self.now)
         return f"{self.key}: {_text(self.then)}, now {now}"
@@ -84,7 +84,7 @@ class RunStage:
 
     @property
     def reevaluated(self) -> bool:
-        """Whether its scores cannot be compared with those of the previous stage."""
+        """Whether the stage's scores cannot be compared with those of the previous stage."""
         return any(change.reevaluates for change in self.changes)
 
 
@@ -92,16 +92,16 @@ def stages_of(checkpoint: Checkpoint) -> tuple[RunStage, ...]:
     """Return the stages of the run of a checkpoint, the current one last."""
     found: list[RunStage] = []
     ends: tuple[Stage | Checkpoint, ...] = (*checkpoint.stages, checkpoint)
-    for one in ends:
+    for end in ends:
         first = found[-1].last + 1 if found else 1
-        stage = RunStage(len(found) + 1, first, one.generation, one.experiment, one.versions, ())
+        stage = RunStage(len(found) + 1, first, end.generation, end.experiment, end.versions, ())
         if found:
             stage = replace(stage, changes=changes(found[-1].outline, stage.outline))
         found.append(stage)
     return tuple(found)
 
 
-def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...]:
+def pending_changes(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...]:
     """Return the changes since the experiment of a checkpoint; any change starts a stage.
 
     Raises:
@@ -119,7 +119,7 @@ def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...
     return changes(read_outline(before, source), read_outline(now, source))
 
 
-def comparable(stages: Sequence[RunStage]) -> int:
+def first_comparable(stages: Sequence[RunStage]) -> int:
     """Return the first generation whose scores are comparable with those of the last one."""
     first = next((stage.first for stage in reversed(stages) if stage.reevaluated), 1)
     last = stages[-1]
@@ -144,7 +144,7 @@ def changes(then: ExperimentOutline, now: ExperimentOutline) -> tuple[Change, ..
     return tuple(found)
 
 
-def _unusual(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]:
+def _non_default_options(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that differ from a plugin's defaults; all if it is not installed."""
     if not given:
         return {}

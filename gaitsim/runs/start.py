@@ -19,27 +19,27 @@ ALLOWED = (
 )
 
 
-def kept_individual(reference: str) -> Champion:
+def find_individual(reference: str) -> Champion:
     """Return the individual named by a champion file, a run, RUN@GENERATION or RUN#MEMBER.
 
     Raises:
         CheckpointError: the file is not a champion file, is damaged, or hostile.
         RunError: the file, run, generation or member does not exist, or the run has no champion.
     """
-    # Unlike pathlib, os.path accepts names that are invalid for files.
+    # Unlike pathlib, os.path does not raise an error for an invalid file name.
     if os.path.exists(reference) and not os.path.isdir(reference):  # noqa: PTH110, PTH112
         return read_champion(Path(reference).resolve())  # links named by the user are followed
     if parts := re.fullmatch(r"(.*)([@#])([0-9]{1,9})", reference, re.DOTALL):
         run, mark, number = parts[1], parts[2], int(parts[3])
-        try:  # the name of a run may end like this
+        try:  # the name of a run may itself end with @ or # and a number
             path = find_run(reference)
         except RunError:
-            return champion_of(_found(run), number if mark == "@" else Member(number))
+            return champion_of(_find_snapshot(run), number if mark == "@" else Member(number))
         return champion_of(RunSnapshot(path))
-    return champion_of(_found(reference))
+    return champion_of(_find_snapshot(reference))
 
 
-def _found(run: str) -> RunSnapshot:
+def _find_snapshot(run: str) -> RunSnapshot:
     try:
         return RunSnapshot(find_run(run))
     except RunError as error:
@@ -49,7 +49,7 @@ def _found(run: str) -> RunSnapshot:
 
 
 def champion_of(run: RunSnapshot, which: Which = None) -> Champion:
-    """Return the champion, the best of a generation, or a member, as stored in a champion file.
+    """Return the champion, the best of a generation or a member, as a champion file stores it.
 
     Raises:
         RunError: the generation or member does not exist, or the run has no champion.
@@ -57,7 +57,7 @@ def champion_of(run: RunSnapshot, which: Which = None) -> Champion:
     individual = run.individual(which)
     stage, genome = run.stage_at(individual.generation), individual.genome
     if genome is None:
-        raise ValueError("an individual of a run has a genome")
+        raise ValueError("the individual has no genome")
     return Champion(
         experiment=stage.experiment,
         versions=dict(stage.versions),
@@ -72,7 +72,7 @@ def check_start(experiment: Experiment, start: Champion, where: str) -> None:
     """Check that the genome of an individual fits the experiment's body.
 
     Raises:
-        RunError: it does not fit; the message describes both.
+        RunError: the genome does not fit; the message describes genome and body.
     """
     wrong = genome_mismatch(experiment, start.genome[None], start.experiment, "the genome")
     if wrong:

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from gaitsim.errors import RunError
 from gaitsim.evaluation.scoring import Evaluate
-from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluated, stop_reason
+from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluate, stop_reason
 from gaitsim.experiment import Overrides
 from gaitsim.opening import is_folder
 from gaitsim.registry.plugin_context import contract_error
@@ -25,9 +25,9 @@ from gaitsim.runs.files.folder import (
     EXPORTS,
     PREVIOUS,
     champion_file,
+    create_subfolder,
     deleted_or_moved,
-    kept_champions,
-    own_folder,
+    saved_champions,
 )
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.files.provenance import current_versions, write_provenance
@@ -53,16 +53,16 @@ class RunWriter:
     """
 
     def __init__(
-        self, run: RunSnapshot, plan: ResumePlan, files: RecordFiles, held: ExitStack
+        self, run: RunSnapshot, plan: ResumePlan, files: RecordFiles, resources: ExitStack
     ) -> None:
-        """Take over the resources opened by `open`, which `held` closes."""
+        """Take over the resources that `open` opened."""
         self.path, self.run = run.path, run
         self.experiment, self.last, self.changes = plan.experiment, plan.last, plan.changes
         self.stage = len(plan.stages) + 1
         self.warning, self.reevaluates = plan.warning, plan.reevaluates
         self._start, self._stages = plan.start, plan.stages
-        self._files, self._held = files, held
-        self._noted = False
+        self._files, self._resources = files, resources
+        self._provenance_written = False
 
     @classmethod
     def open(
@@ -79,8 +79,8 @@ class RunWriter:
             path: folder of the run.
             overrides: options to change from the next generation, by key; they are written to the
                 experiment.
-            generations: last generation to evolve; None as planned.
-            any_version: whether to accept other versions of packages than before.
+            generations: last generation to evolve; None for that of the experiment.
+            any_version: whether to accept versions of packages that differ from those of the run.
 
         Raises:
             RunError: another process is writing the run; or the run is damaged, was evolved with
@@ -88,42 +88,42 @@ class RunWriter:
             ExperimentError: the experiment has problems, or the options do not fit the run;
                 nothing is changed in this case.
         """
-        with ExitStack() as held:
-            held.callback(RunLock(path).release)
+        with ExitStack() as resources:
+            resources.callback(RunLock(path).release)
             own = filter(is_folder, (path / CHAMPIONS, path / EXPORTS))
             for folder in (path.absolute().parent, path, *own):
                 sweep(folder)
             run = RunSnapshot(path, keep_damaged=True)
             plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
             done = plan.last.number if plan.last else 0
-            files = held.enter_context(RecordFiles(path, plan.experiment, done))
+            files = resources.enter_context(RecordFiles(path, plan.experiment, done))
             if overrides or generations is not None:
                 write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode(), follow=False)
             with writing(path):
-                for number in kept_champions(path):
+                for number in saved_champions(path):
                     if number > done:
                         (path / champion_file(number)).unlink(missing_ok=True)
-            return cls(run, plan, files, held.pop_all())
+            return cls(run, plan, files, resources.pop_all())
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._held.close()
+        self._resources.close()
 
     @property
     def done(self) -> str:
-        """The stop condition that holds for the run, or ''."""
+        """The stop condition that holds for the run; '' if none."""
         last = self.last
         if last is None:
             return ""
         evolution = self.experiment.evolution
         return stop_reason(evolution, last.number, last.progress, len(last.genomes))
 
-    def begin(self, evaluate: Evaluate) -> None:
-        """Re-evaluate the population if a stage with other scores begins.
+    def reevaluate(self, evaluate: Evaluate) -> None:
+        """Re-evaluate the population if the next stage needs it; further calls do nothing.
 
-        It writes nothing. A second call does nothing.
+        No file is written.
 
         Args:
             evaluate: function that scores a population with `experiment`.
@@ -132,7 +132,7 @@ class RunWriter:
             PluginError: the body or the fitness fails or breaks its contract.
         """
         if self.reevaluates and self.last is not None:
-            self.last = reevaluated(self.experiment, self.last, evaluate)
+            self.last = reevaluate(self.experiment, self.last, evaluate)
         self.reevaluates = False
 
     def evolve(
@@ -148,7 +148,7 @@ class RunWriter:
             PluginError: a plugin fails or breaks its contract; the message names its package.
             RunError: a generation cannot be written.
         """
-        self.begin(evaluate)
+        self.reevaluate(evaluate)
         for generation in evolve(self.experiment, evaluate, self.last, self._start, parallel_map):
             self.record(generation)
             yield generation
@@ -163,7 +163,7 @@ class RunWriter:
             RunError: the generation cannot be written; the run remains at the previous one.
         """
         if self.reevaluates:
-            raise ValueError("call begin() first, to re-evaluate the population for the new stage")
+            raise ValueError("call reevaluate() before recording the first generation of a stage")
         values = history.row(generation)
         terms = generation.evaluation.terms
         for name in terms:
@@ -181,10 +181,10 @@ class RunWriter:
     def _write(self, generation: Generation, values: Mapping[str, float]) -> None:
         with writing(self.path):
             self._files.append(generation, values)
-        if not self._noted:
+        if not self._provenance_written:
             used = current_versions(self.experiment)
             write_provenance(self.path, generation.number, used)
-            self._noted = True
+            self._provenance_written = True
         if generation.is_champion:
             self._write_champion(generation)
         write_checkpoint(self.path / CHECKPOINT, self._checkpoint(generation), self.path / PREVIOUS)
@@ -192,20 +192,20 @@ class RunWriter:
     def _write_champion(self, generation: Generation) -> None:
         best = generation.best
         champion = Champion(
-            **self._made_with,
+            **self._origin,
             generation=generation.number,
             genome=generation.genomes[best],
             score=float(generation.scores[best]),
             terms=generation.evaluation.terms_of(best),
         )
-        own_folder(self.path, CHAMPIONS)
+        create_subfolder(self.path, CHAMPIONS)
         write_champion(self.path / champion_file(generation.number), champion)
 
     def _checkpoint(self, generation: Generation) -> Checkpoint:
         evaluation, progress = generation.evaluation, generation.progress
         reasons = islice(evaluation.reasons.items(), REASONS_KEPT)
         return Checkpoint(
-            **self._made_with,
+            **self._origin,
             generation=generation.number,
             evaluations=progress.evaluations,
             genomes=generation.genomes,
@@ -221,5 +221,5 @@ class RunWriter:
         )
 
     @cached_property
-    def _made_with(self) -> dict[str, Any]:
+    def _origin(self) -> dict[str, Any]:
         return {"experiment": self.experiment.to_toml(), "versions": versions(self.experiment)}

@@ -36,7 +36,7 @@ class ComparedRun:
     path: Path
     history: HistoryBuffer = field(default_factory=HistoryBuffer)
     stages: Stages = ()
-    comparable: int = 1
+    first_comparable: int = 1
     problem: GaitsimError | None = None
 
     @property
@@ -47,17 +47,19 @@ class ComparedRun:
     @property
     def champion(self) -> int | None:
         """Generation of the best score; None without a finite score."""
-        scores = self.history["best"][self.comparable - 1 :] if self.history else np.empty(0)
+        scores = self.history["best"][self.first_comparable - 1 :] if self.history else np.empty(0)
         if not np.isfinite(scores).any():
             return None
-        return self.comparable + int(np.argmax(np.where(np.isfinite(scores), scores, -np.inf)))
+        return self.first_comparable + int(
+            np.argmax(np.where(np.isfinite(scores), scores, -np.inf))
+        )
 
     def best_within(self, evaluations: float) -> float:
         """Return the best comparable score within a number of evaluations, or −inf."""
         if not self.history:
             return -np.inf
-        scores = self.history["best"][self.comparable - 1 :]
-        spent = self.history["evaluations"][self.comparable - 1 :]
+        scores = self.history["best"][self.first_comparable - 1 :]
+        spent = self.history["evaluations"][self.first_comparable - 1 :]
         found = scores[(spent <= evaluations) & np.isfinite(scores)]
         return float(found.max(initial=-np.inf))
 
@@ -119,7 +121,7 @@ def _read(
     try:
         history.extend(follower.read_rows(run))
         stages = tuple((stage.first, stage.outline) for stage in run.stages)
-        first = run.comparable if stages else 1
+        first = run.first_comparable if stages else 1
         return ComparedRun(label, follower.path, history, stages or ((1, run.outline),), first)
     except GaitsimError as error:
         problem = error

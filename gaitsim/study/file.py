@@ -208,7 +208,7 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
             continue
         met.add(key)
         if detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1:
-            problems.unknown("", parts[0], list(fields))
+            problems.add_unknown_key("", parts[0], list(fields))
         elif detail["type"] == "missing" and len(detail["loc"]) == 1:
             problems.report(key, f"{key} is required: {fields[parts[0]].description}")
         elif parts[0] == "axes":

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of, ranges_of
-from gaitsim.gait.judgement import Judgement, worst_tenth
-from gaitsim.gait.unseen import check_request, judge
+from gaitsim.gait.unseen import check_request, evaluate_unseen
+from gaitsim.gait.unseen_results import UnseenResults, worst_tenth
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.statistics import interval
 
-Judge = Callable[[str, Individual, Ranges], Judgement]
+Judge = Callable[[str, Individual, Ranges], UnseenResults]
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Ranked:
     """
 
     label: str
-    judgement: Judgement
+    judgement: UnseenResults
     low: float
     high: float
 
@@ -110,7 +110,8 @@ def rank_in_worlds(
         number: number of worlds.
         seed: seed of the worlds.
         workers: number of workers; None for the body's default.
-        judged: function that evaluates the champion of a label in given ranges; None for `judge`.
+        judged: function that evaluates the champion of a label in given ranges; None for
+            `evaluate_unseen`.
 
     Raises:
         GaitsimError: there are fewer than two runs, or their bodies differ or have no conditions.
@@ -133,7 +134,9 @@ def rank_in_worlds(
     _check_bodies(champions)
     ranges, notes = common_ranges(champions)
     judged = judged or (
-        lambda _, one, ranges: judge(one, number, seed=seed, ranges=ranges, workers=workers)
+        lambda _, one, ranges: evaluate_unseen(
+            one, number, seed=seed, ranges=ranges, workers=workers
+        )
     )
     found = {label: judged(label, one, ranges) for label, one in champions.items()}
     if len({(one.measure, one.unit) for one in found.values()}) > 1:
@@ -145,7 +148,7 @@ def rank_in_worlds(
 
 
 def ranking(
-    judgements: Mapping[str, Judgement], ranges: Ranges, notes: Sequence[str] = ()
+    judgements: Mapping[str, UnseenResults], ranges: Ranges, notes: Sequence[str] = ()
 ) -> Ranking:
     """Rank results in the same worlds, given by label."""
     order = sorted(judgements, key=lambda label: -judgements[label].worst_tenth)

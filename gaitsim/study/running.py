@@ -17,7 +17,7 @@ from gaitsim.experiment import Experiment
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.drafts import sweep
-from gaitsim.runs.files.folder import own_folder
+from gaitsim.runs.files.folder import create_subfolder
 from gaitsim.study.file import Cell, Study
 from gaitsim.study.keys import result_key
 
@@ -124,7 +124,7 @@ def run_cells(
     Raises:
         GaitsimError: a cell fails, repeatedly crashes its workers, or cannot be written.
     """
-    sweep(own_folder(folder, place))
+    sweep(create_subfolder(folder, place))
     # The longest cells run first, so that none of them occupies a single core at the end.
     ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
     tasks = [(cell.experiment, study.repeats, study.record_every) for cell in ordered]

@@ -282,7 +282,9 @@ def _form(section: str, builder: ExperimentBuilder, catalogue: Catalogue) -> For
     made = []
     for name, declared in model.model_fields.items():
         key = f"{section}.{name}"
-        text = options.shown(declared, values[name]) if name in values else _default(declared)
+        text = (
+            options.format_brief(declared, values[name]) if name in values else _default(declared)
+        )
         long = toml.is_long(values.get(name))
         made.append(Option(key, declared, text, builder.changes.get(key, text), long))
     return Form(section, plugin, about, tuple(made))
@@ -292,4 +294,4 @@ def _default(declared: FieldInfo) -> str:
     if declared.is_required():
         return ""
     value = declared.get_default(call_default_factory=True)
-    return options.written(declared, to_jsonable_python(value, serialize_unknown=True))
+    return options.format_value(declared, to_jsonable_python(value, serialize_unknown=True))

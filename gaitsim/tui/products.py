@@ -84,7 +84,7 @@ class Product:
         return None, {
             name: GaitsimError(
                 f"{typed.get(name, '')!r} is not allowed",
-                allowed=options.takes(fields[name]) if typed.get(name) else "a value",
+                allowed=options.type_and_bounds(fields[name]) if typed.get(name) else "a value",
             )
             for name in names
         }
@@ -92,12 +92,12 @@ class Product:
 
 def default(field: FieldInfo) -> str:
     """Return the text of an option's default."""
-    return options.written(field, field.get_default())
+    return options.format_value(field, field.get_default())
 
 
 def _value(field: FieldInfo, text: str) -> Any:
     texts = str in (field.annotation, *get_args(field.annotation))
-    return options.fitting(field, text if texts else options.parse_value(text), text)
+    return options.convert_value(field, text if texts else options.parse_value(text), text)
 
 
 PLOTS = {

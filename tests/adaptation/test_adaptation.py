@@ -15,7 +15,7 @@ from gaitsim.adaptation.transfer import most_promising, transferred
 from gaitsim.adaptation.trials import Trial, believe, tried
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.gait import on_twin
+from gaitsim.gait import play_on_twin
 from gaitsim.gait.damaged import with_damage
 from gaitsim.gaussian_process import posterior
 from gaitsim.individual import Individual
@@ -198,7 +198,7 @@ def test_trials_in_simulation_are_made_on_the_damaged_body_or_its_twin():
     genome = experiment.space().random(1, np.random.default_rng(5))[0]
     gait = Individual(experiment, 0.0, {}, 1, genome)
     lost = ["L2 lost"]
-    moved = {"forward": with_damage(gait, lost), "lateral": on_twin(gait, lost)}
+    moved = {"forward": with_damage(gait, lost), "lateral": play_on_twin(gait, lost)}
     for physics, (measure, individual) in enumerate(moved.items()):
         measured = in_simulation(experiment, lost, measure, physics=bool(physics))
         assert measured(gait) == individual.measures[measure] != gait.measures[measure]

@@ -90,10 +90,10 @@ def test_a_run_that_is_being_written_is_copied_up_to_its_checkpoint(gaitsim, pup
     [
         (("nobody",), "there is no run 'nobody'"),
         (("puppet", "--set", "mutation.rat=1"), 'unknown key "rat"'),
-        (("puppet", "--set", "evolution.population=9"), "keeps its size"),
+        (("puppet", "--set", "evolution.population=9"), "population size of a run cannot change"),
         (("puppet", "--set", "fitness.price=0.5"), "no generation would be evolved"),
         (("puppet", "--generations", "3"), "is already at generation 5"),
-        (("puppet", "--out", ".."), "already exists, and cannot be created"),
+        (("puppet", "--out", ".."), "it already exists"),
     ],
 )
 def test_a_copy_that_fails_is_reported_and_leaves_nothing(gaitsim, run, arguments, said):

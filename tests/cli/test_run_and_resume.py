@@ -340,9 +340,9 @@ def test_a_damaged_checkpoint_is_reported_and_changes_nothing(
     path = tmp_path / "run/population.pickle"
     path.write_bytes(path.read_bytes()[:-7])
     shown = gaitsim("show", "run", "--fingerprint")
-    assert "Warning: population.pickle cannot be read" in shown.stderr
+    assert "Warning: cannot read population.pickle" in shown.stderr
     done = gaitsim("resume", "run", "--generations", 8)
-    assert "Warning: population.pickle cannot be read" in done.stderr
+    assert "Warning: cannot read population.pickle" in done.stderr
     assert "kept as population.damaged-1.pickle" in done.stderr
     assert fingerprint("run") == fingerprint("whole")
     assert (tmp_path / "run/population.damaged-1.pickle").exists()

@@ -63,7 +63,7 @@ def test_a_damaged_checkpoint_exits_with_1_and_is_named(gaitsim, run, name):
     done = gaitsim("verify", "puppet", "--all", code=1)
     lines = done.stdout.splitlines()
     assert lines[0] == ("runs/puppet: different, although the compared generations are identical")
-    assert lines[1].startswith(f"  {name} cannot be read as a checkpoint: it is damaged: ")
+    assert lines[1].startswith(f"  cannot read {name} as a checkpoint: it is damaged: ")
     assert done.stderr == ""
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert (found["identical"], found["differences"]) == (False, [])
@@ -72,7 +72,7 @@ def test_a_damaged_checkpoint_exits_with_1_and_is_named(gaitsim, run, name):
     change_history(run)
     lines = gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()
     assert lines[0] == "runs/puppet: different, first in generation 3"
-    assert lines[1].startswith(f"  {name} cannot be read")
+    assert lines[1].startswith(f"  cannot read {name} as")
     assert lines[2].startswith("  generation 3: ")
 
 

@@ -9,7 +9,7 @@ from gaitsim.evaluation.chunking import (
     Overhead,
     Scheduler,
     best_plan,
-    cuts,
+    split_indices,
 )
 
 
@@ -28,8 +28,8 @@ def cost_model(first, more):
     return made
 
 
-def scheduler(first, more, overhead=FAST, workers=2, local=1, wanted=True):
-    made = Scheduler(local, Workers(workers), wanted)
+def scheduler(first, more, overhead=FAST, workers=2, local=1, requested=True):
+    made = Scheduler(local, Workers(workers), requested)
     made.cost_model, made.overhead = cost_model(first, more), overhead
     return made
 
@@ -92,7 +92,7 @@ def test_small_work_does_not_go_to_all_of_a_thousand_workers():
 
 
 def sizes(individuals, chunks, workers):
-    return np.diff([0, *cuts(individuals, chunks, workers), individuals]).tolist()
+    return np.diff([0, *split_indices(individuals, chunks, workers), individuals]).tolist()
 
 
 def test_chunks_get_smaller_round_by_round():
@@ -152,18 +152,18 @@ def test_a_single_individual_is_not_cut():
 
 
 def test_workers_start_once_they_would_have_paid():
-    undecided = scheduler(0.01, 0.01, FREE, wanted=False)  # 1 s alone, 0.52 s shared
+    undecided = scheduler(0.01, 0.01, FREE, requested=False)  # 1 s alone, 0.52 s shared
     counts = [undecided.chunks(100) for _ in range(6)]
     saved = 1 - best_plan(100, 2, undecided.cost_model, FREE).seconds
     rests = int(STARTUP / saved)
     assert counts[:rests] == [1] * rests
     assert all(count > 1 for count in counts[rests:])
-    assert scheduler(1.0, 1.0, wanted=False).chunks(100) > 1  # at once, as it is so much
+    assert scheduler(1.0, 1.0, requested=False).chunks(100) > 1  # at once, as it is so much
 
 
 def batches(first, more, individuals, slow=()):
     """A scheduler that timed batches, and their sizes; those in `slow` took twice as long."""
-    made, sizes = Scheduler(1, Workers(2), wanted=True), []
+    made, sizes = Scheduler(1, Workers(2), requested=True), []
 
     def seconds(size):
         sizes.append(size)

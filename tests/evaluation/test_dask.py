@@ -234,9 +234,9 @@ def test_a_failing_task_cancels_the_rest(made, tmp_path):
 
 
 def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, monkeypatch, tmp_path):
-    needed = cluster.needed
-    there = {**needed([]), "numpy": "0.1", "gaitsim-nowhere": "7.0"}
-    monkeypatch.setattr(cluster, "needed", lambda experiments: there)
+    versions = cluster.required_versions
+    there = {**versions([]), "numpy": "0.1", "gaitsim-nowhere": "7.0"}
+    monkeypatch.setattr(cluster, "required_versions", lambda experiments: there)
     stderr = gaitsim(*RUN, "--dask", address, code=2).stderr
     assert f"numpy is {np.__version__} on 3 processes such as the scheduler" in stderr
     assert "but 0.1 here" in stderr
@@ -248,7 +248,7 @@ def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, mon
 
 @pytest.mark.slow
 def test_after_a_lost_scheduler_the_run_can_be_resumed(gaitsim, fingerprint, shared, monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE", 2)
+    monkeypatch.setattr(cluster, "TIMEOUT", 2)
     gaitsim(*RUN, "--out", "whole", "--workers", 1)
     with local(1) as theirs:
         shared[4] = theirs.close
@@ -283,15 +283,15 @@ def test_a_scheduler_that_does_not_answer_is_reported(program, tmp_path):
 
 @pytest.mark.slow
 def test_a_scheduler_without_workers_is_reported(monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    monkeypatch.setattr(cluster, "TIMEOUT", 0.5)
     with local(0) as theirs, pytest.raises(GaitsimError, match="has no workers"):
         DaskExecutor(theirs.scheduler_address)
 
 
 @pytest.mark.slow
 def test_workers_come_and_go_with_one_warning_when_none_are_left(monkeypatch):
-    monkeypatch.setattr(cluster, "COUNT", 0.05)
-    monkeypatch.setattr(cluster, "ALONE", 2)
+    monkeypatch.setattr(cluster, "COUNT_DELAY", 0.05)
+    monkeypatch.setattr(cluster, "MAX_EMPTY_COUNTS", 2)
     told, counts, count = [], [], DaskExecutor._count
 
     async def counted(executor):

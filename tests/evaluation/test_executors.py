@@ -116,7 +116,7 @@ def test_if_only_some_workers_can_start_they_do_the_work(monkeypatch):
         assert executor.map(chores.square, range(6)) == [0, 1, 4, 9, 16, 25]
         assert executor.workers == 2
         [text] = told
-        assert text.startswith("only 2 worker processes can start: [Errno 24]")
+        assert text.startswith("cannot start more than 2 worker processes: [Errno 24]")
 
 
 def test_if_no_worker_can_start_there_is_one_error(monkeypatch):

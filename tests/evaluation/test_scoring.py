@@ -6,7 +6,7 @@ import pytest
 from gaitsim.contracts import Measure, Motion
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
-from gaitsim.evaluation.scoring import Evaluation, joined
+from gaitsim.evaluation.scoring import Evaluation, join_evaluations
 
 GENOMES = np.linspace(-1, 2, 12).reshape(4, 3)
 ARCHIVE = ["search.plugin=map-elites", "search.axes.shoulder=[-1, 2]", "search.cells=[3]"]
@@ -222,7 +222,9 @@ def part(*scores, **terms):
 
 
 def test_parts_are_joined_in_order(puppet):
-    whole = joined(puppet(), [part(1.0, -INF, a=[1, 2]), part(-INF, a=[3]), part(4.0, a=[4])])
+    whole = join_evaluations(
+        puppet(), [part(1.0, -INF, a=[1, 2]), part(-INF, a=[3]), part(4.0, a=[4])]
+    )
     assert whole.scores.tolist() == [1, -INF, -INF, 4]
     assert whole.terms["a"].tolist() == [1, 2, 3, 4]
     assert whole.reasons == {1: "why -inf", 2: "why -inf"}
@@ -230,4 +232,4 @@ def test_parts_are_joined_in_order(puppet):
 
 def test_parts_with_different_terms_are_refused(puppet):
     with pytest.raises(PluginError, match=r"'puppet-reach'.* b after a"):
-        joined(puppet(), [part(1.0, a=[1.0]), part(1.0, b=[1.0])])
+        join_evaluations(puppet(), [part(1.0, a=[1.0]), part(1.0, b=[1.0])])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import ExperimentError
-from gaitsim.evaluation.scoring import Evaluation, combined, evaluate
-from gaitsim.evaluation.worlds import drawn, in_world, unseen
+from gaitsim.evaluation.scoring import Evaluation, combine_worlds, evaluate
+from gaitsim.evaluation.worlds import draw_unseen_worlds, draw_worlds, in_world
 from gaitsim.experiment import Experiment, load_experiment, parse_experiment, with_overrides
 
 SHORT = {"organism.duration": 0.5, "worlds.number": 3}
@@ -23,7 +23,7 @@ def genomes(experiment: Experiment) -> np.ndarray:
 def test_a_score_is_the_mean_over_the_worst_worlds(combine, count):
     experiment = walkers(**{"worlds.combine": combine})
     people = genomes(experiment)
-    alone = [evaluate(in_world(experiment, one), people) for one in drawn(experiment, 1)]
+    alone = [evaluate(in_world(experiment, one), people) for one in draw_worlds(experiment, 1)]
     scores = np.sort([one.scores for one in alone], axis=0)[:count].mean(axis=0)
     found = evaluate(experiment, people)
     np.testing.assert_allclose(found.scores, scores, rtol=1e-12)
@@ -33,27 +33,27 @@ def test_a_score_is_the_mean_over_the_worst_worlds(combine, count):
 @pytest.mark.filterwarnings("error")
 def test_who_fails_in_one_world_has_failed_in_all():
     experiment = walkers(**{"worlds.number": 2})
-    worlds = drawn(experiment, 1)
+    worlds = draw_worlds(experiment, 1)
     first = Evaluation(np.array([1.0, -np.inf]), {"a": np.array([1.0, np.inf])}, {1: "a is inf"})
     second = Evaluation(np.array([2.0, -np.inf]), {"a": np.array([2.0, -np.inf])}, {1: "a is -inf"})
-    found = combined(experiment, worlds, [first, second])
+    found = combine_worlds(experiment, worlds, [first, second])
     np.testing.assert_array_equal(found.scores, [1.5, -np.inf])
     assert found.reasons == {1: "a is inf, in world 1 of 2"}
 
 
 def test_worlds_fill_their_ranges_and_differ_from_unseen_ones():
     experiment = walkers(**{"worlds.number": 20, "worlds.ranges": {"friction": [0.3, 1.2]}})
-    worlds = drawn(experiment, 1)
+    worlds = draw_worlds(experiment, 1)
     friction = np.array([one["friction"] for one in worlds])
     np.testing.assert_array_equal(np.sort((friction - 0.3) // 0.045), np.arange(20))
     assert [*worlds[0]] == ["friction", "seed"]
-    assert not {*friction} & {one["friction"] for one in unseen(experiment, 20)}
+    assert not {*friction} & {one["friction"] for one in draw_unseen_worlds(experiment, 20)}
 
 
 def test_worlds_are_redrawn_when_asked():
     fixed, redrawn = walkers(), walkers(**{"worlds.redraw": 5})
-    assert drawn(fixed, 1) == drawn(fixed, 100)
-    assert drawn(redrawn, 1) == drawn(redrawn, 5) != drawn(redrawn, 6)
+    assert draw_worlds(fixed, 1) == draw_worlds(fixed, 100)
+    assert draw_worlds(redrawn, 1) == draw_worlds(redrawn, 5) != draw_worlds(redrawn, 6)
     assert [*redrawn.worlds.redraws(1, 12)] == [6, 11]
     assert not fixed.worlds.redraws(1, 12)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gaitsim.errors import ExperimentError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
-from gaitsim.evolution.islands import epoch_end, evolve_epoch, migrated
+from gaitsim.evolution.islands import epoch_end, evolve_epoch, migrate
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Islands, parse_experiment
 
@@ -59,7 +59,7 @@ def numbered(islands, population):
 
 def test_on_a_ring_the_best_migrate_to_the_next_island():
     genomes, scores = numbered(3, 5)
-    arrived, values = migrated(Islands(number=3, migrants=2), genomes, scores)
+    arrived, values = migrate(Islands(number=3, migrants=2), genomes, scores)
     assert arrived[:, :, 0].tolist() == [
         [0.0, 0.1, 0.2, 2.0, 2.1],
         [1.0, 1.1, 1.2, 0.0, 0.1],
@@ -71,7 +71,7 @@ def test_on_a_ring_the_best_migrate_to_the_next_island():
 
 def test_with_topology_all_the_best_migrate_to_every_island():
     genomes, scores = numbered(3, 5)
-    arrived, _ = migrated(Islands(number=3, migrants=2, topology="all"), genomes, scores)
+    arrived, _ = migrate(Islands(number=3, migrants=2, topology="all"), genomes, scores)
     assert arrived[:, :, 0].tolist() == [
         [0.0, 1.0, 1.1, 2.0, 2.1],
         [1.0, 0.0, 0.1, 2.0, 2.1],
@@ -82,7 +82,7 @@ def test_with_topology_all_the_best_migrate_to_every_island():
 def test_two_islands_exchange_on_a_ring_as_all_do():
     genomes, scores = numbered(2, 4)
     ring, every = (
-        migrated(Islands(number=2, migrants=1, topology=topology), genomes, scores)
+        migrate(Islands(number=2, migrants=1, topology=topology), genomes, scores)
         for topology in ("ring", "all")
     )
     assert np.array_equal(ring[0], every[0])
@@ -92,7 +92,7 @@ def test_two_islands_exchange_on_a_ring_as_all_do():
 def test_failed_individuals_are_the_worst():
     genomes, _ = numbered(2, 3)
     scores = np.array([[-np.inf, 1.0, 2.0], [5.0, -np.inf, -np.inf]])
-    arrived, values = migrated(Islands(number=2, migrants=1), genomes, scores)
+    arrived, values = migrate(Islands(number=2, migrants=1), genomes, scores)
     assert arrived[:, :, 0].tolist() == [[1.0, 0.1, 0.2], [1.0, 1.1, 0.2]]
     assert values.tolist() == [[5.0, 1.0, 2.0], [5.0, -np.inf, 2.0]]
 
@@ -109,7 +109,7 @@ def test_migration_makes_no_island_worse(number, migrants, topology, seed):
     rng = np.random.default_rng(seed)
     genomes = rng.normal(size=(number, 14, 2))
     scores = np.round(rng.normal(size=(number, 14)), 1)  # with equals among them
-    arrived, values = migrated(islands, genomes, scores)
+    arrived, values = migrate(islands, genomes, scores)
     known = {
         tuple(genome): score
         for genome, score in zip(genomes.reshape(-1, 2), scores.flat, strict=True)
@@ -145,7 +145,7 @@ def test_between_migrations_islands_are_bred_apart(puppet):
     for before, after in itertools.pairwise(generations):
         genomes, scores = before.genomes.reshape(3, 6, 3), before.scores.reshape(3, 6)
         if before.number % 2 == 0:
-            genomes, scores = migrated(experiment.islands, genomes, scores)
+            genomes, scores = migrate(experiment.islands, genomes, scores)
         for island in range(3):
             bred = breed(experiment, space, genomes[island], scores[island], after.number, island)
             assert np.array_equal(after.genomes.reshape(3, 6, 3)[island], bred)

@@ -8,7 +8,7 @@ from breeding import warm_start_population
 
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import Progress, evolve, reevaluated
+from gaitsim.evolution import Progress, evolve, reevaluate
 from gaitsim.experiment import Evolution
 
 BEFORE = Progress(evaluations=60, best_score=2.5, stagnation=4, threshold=2.6, stage=2)
@@ -29,7 +29,7 @@ def test_a_reevaluated_generation_keeps_its_genomes(puppet):
     experiment, other = puppet(), puppet("fitness.price=1")
     last = next(evolve(experiment, partial(evaluate, experiment)))
     last = replace(last, progress=BEFORE)
-    anew = reevaluated(other, last, partial(evaluate, other))
+    anew = reevaluate(other, last, partial(evaluate, other))
     assert anew.genomes is last.genomes
     assert np.array_equal(anew.scores, evaluate(other, last.genomes).scores)
     assert not np.array_equal(anew.scores, last.scores)

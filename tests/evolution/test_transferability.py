@@ -83,7 +83,7 @@ def test_features_are_counted_in_standard_deviations():
     rng = np.random.default_rng(4)
     features = rng.normal(5, [0.01, 1, 300], (9, 3))
     features[:, 1] = 2.0  # the same for all
-    tests = model_of(features[:4], [0] * 4, [1] * 4).scaled(features[4:])
+    tests = model_of(features[:4], [0] * 4, [1] * 4).rescaled(features[4:])
     np.testing.assert_allclose(tests.centre, features.mean(axis=0))
     np.testing.assert_allclose(tests.spread[[0, 2]], features.std(axis=0)[[0, 2]])
     assert tests.spread[1] == 1

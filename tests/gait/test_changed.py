@@ -7,7 +7,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evaluation.worlds import in_world
 from gaitsim.experiment import OWN_WORLD, load_experiment
-from gaitsim.gait import changed, with_world
+from gaitsim.gait import with_changed_body, with_world
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import explanation
@@ -23,7 +23,7 @@ def walker():
 
 
 def test_a_genome_moves_the_changed_body_in_its_own_world(walker):
-    moon = changed(walker, {"organism.gravity": 1.6})
+    moon = with_changed_body(walker, {"organism.gravity": 1.6})
     assert moon.experiment.organism.gravity == 1.6
     assert moon.experiment.worlds == OWN_WORLD
     assert moon.score == evaluate(moon.experiment, GENOME).scores[0] == moon.replayed_score
@@ -63,7 +63,7 @@ def test_a_body_is_only_in_worlds_that_it_can_be_in(preset, world, named):
 
 def test_a_score_over_worlds_is_not_taken_for_that_of_the_motion(walker):
     assert walker.evaluated_terms() == walker.terms == walker.scored_terms
-    assert walker.replayed_score == changed(walker, {}).score != walker.score
+    assert walker.replayed_score == with_changed_body(walker, {}).score != walker.score
     told = next(explanation(walker, {}))
     assert "over 2 worlds" in told.warning
     assert "changed" not in told.warning

@@ -171,7 +171,7 @@ def test_a_file_that_cannot_be_written_is_one_message(spider_run, tmp_path, monk
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(RunError, match="gait cannot be written: No space left"):
+    with pytest.raises(RunError, match="cannot write gait: No space left"):
         write_gait(gait, tmp_path / "gait", format)
     assert (tmp_path / "gait").read_text() == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["gait"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.reader import GaitFile, individual_of, read_gait
+from gaitsim.gait.files.reader import GaitFile, play_gait, read_gait
 from gaitsim.gait.files.writer import Gait, write_gait
 
 NAMES = ("L1 coxa", "naïve, joint", "c")
@@ -123,18 +123,18 @@ def test_a_gait_at_another_rate_is_interpolated_to_that_of_the_body(spider, refe
     names = spider.organism.joint_names()
     angles = reference("wave")
     for rate in (30.0, 30.01, None):
-        individual = individual_of(GaitFile(Path("wave.npz"), angles, rate, names), spider)
+        individual = play_gait(GaitFile(Path("wave.npz"), angles, rate, names), spider)
         assert individual.title == "wave.npz on the spider"
         assert individual.score == pytest.approx(0.0998, abs=1e-3)
         assert (individual.generation, individual.genome) == (0, None)
     between = (angles[:-1] + angles[1:]) / 2
     finer = np.stack([angles[:-1], between], axis=1).reshape(-1, angles.shape[1])
-    played = individual_of(GaitFile(Path("wave.npz"), finer, 60.0, names), spider)
+    played = play_gait(GaitFile(Path("wave.npz"), finer, 60.0, names), spider)
     np.testing.assert_allclose(played.joint_angles, angles[:-1], atol=1e-6)
-    coarser = individual_of(GaitFile(Path("wave.npz"), angles[::2], 15.0, names), spider)
+    coarser = play_gait(GaitFile(Path("wave.npz"), angles[::2], 15.0, names), spider)
     np.testing.assert_allclose(
         coarser.joint_angles[1::2], (angles[:-2:2] + angles[2::2]) / 2, atol=1e-6
     )
     for absurd in (1e-3, 1e5):
         with pytest.raises(GaitsimError, match="frames per second"):
-            individual_of(GaitFile(Path("wave.npz"), angles, absurd, names), spider)
+            play_gait(GaitFile(Path("wave.npz"), angles, absurd, names), spider)

@@ -13,7 +13,7 @@ from gaitsim.gait import analyse_gait, exploits
 from gaitsim.gait.contact import feet_of, without_chatter
 from gaitsim.gait.layout import Layout, layout_of
 from gaitsim.gait.patterns import NEAR, nearest, references
-from gaitsim.gait.phases import circular_mean, fit, wrapped
+from gaitsim.gait.phases import circular_mean, fit, wrap
 from gaitsim.gait.travel import Slip, lying, slip_of, travel_of
 from gaitsim.gait.trunk import heading, trunk
 
@@ -74,7 +74,7 @@ def test_circular_means():
     assert circular_mean([0.9, 0.1]) == pytest.approx((0, math.cos(math.pi / 5)))
     assert circular_mean([0.25, 1.25, -0.75]) == pytest.approx((0.25, 1))
     assert circular_mean([0, 0.5])[1] == pytest.approx(0)
-    assert wrapped(np.array([0.75, -0.75, 0.25])) == pytest.approx([-0.25, 0.25, 0.25])
+    assert wrap(np.array([0.75, -0.75, 0.25])) == pytest.approx([-0.25, 0.25, 0.25])
 
 
 @given(
@@ -87,10 +87,10 @@ def test_the_nearest_shift_is_found(phases, shift, seed):
     other = np.random.default_rng(seed).random(len(one))
     distance, shifted = fit(one, other)
     tried = np.linspace(0, 1, 2000)[:, None]
-    by_force = np.sqrt((wrapped(one - other - tried) ** 2).mean(axis=1)).min()
+    by_force = np.sqrt((wrap(one - other - tried) ** 2).mean(axis=1)).min()
     assert distance <= by_force + 1e-12
     assert distance == pytest.approx(by_force, abs=1e-3)
-    assert np.sqrt((wrapped(one - shifted) ** 2).mean()) == pytest.approx(distance, abs=1e-9)
+    assert np.sqrt((wrap(one - shifted) ** 2).mean()) == pytest.approx(distance, abs=1e-9)
     assert fit(one + shift, other)[0] == pytest.approx(distance, abs=1e-6)
     assert fit(one + shift, one)[0] == pytest.approx(0, abs=1e-9)
 

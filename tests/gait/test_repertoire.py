@@ -7,7 +7,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.gait.of_individual import analyse_individual
+from gaitsim.gait.individual_analysis import analyse_individual
 from gaitsim.gait.repertoire import gaits_of, patterns
 from gaitsim.individual import Individual
 

@@ -9,10 +9,10 @@ import pytest
 from gaitsim.contracts import Channel, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
-from gaitsim.gait.files.reader import GaitFile, individual_of
-from gaitsim.gait.perturbations import lagging, mirror, without_every_second
+from gaitsim.gait.files.reader import GaitFile, play_gait
+from gaitsim.gait.perturbations import apply_lag, interpolate_every_second, mirrored_joints
 from gaitsim.gait.robustness import EXPLOIT, FRAGILE, measure_robustness
-from gaitsim.gait.score_breakdown import cut, summarise, term_changes, terms_over_time
+from gaitsim.gait.score_breakdown import cut_motion, summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
 from gaitsim.legged import delayed
 
@@ -22,7 +22,7 @@ def on_the_spider(spider, reference):
     """A reference gait as a individual."""
 
     def make(name, experiment=spider):
-        return individual_of(GaitFile(f"{name}.npz", reference(name), 30.0, ()), experiment)
+        return play_gait(GaitFile(f"{name}.npz", reference(name), 30.0, ()), experiment)
 
     return make
 
@@ -46,7 +46,7 @@ def columns(**terms):
 def test_a_motion_is_cut_along_time_alone():
     timed, still = np.arange(24).reshape(2, 4, 3), np.arange(8).reshape(2, 4)
     channels = {"a": Channel(("frames", "joints"), "rad", ""), "b": Channel(("feet",), "", "")}
-    part = cut(Motion(5.0, {"a": timed, "b": still, "c": timed}), channels, 3)
+    part = cut_motion(Motion(5.0, {"a": timed, "b": still, "c": timed}), channels, 3)
     assert sorted(part) == ["a", "b"]
     assert part["a"].tolist() == timed[:, :3].tolist()
     assert part["b"] is still
@@ -126,9 +126,7 @@ def test_terms_that_cancel_are_named():
     history = columns(movement=[0.0, 2, 5], change=[0.0, -1, -4])
     words = summarise({"movement": 5.0, "change": -4.0}, history, 3)
     assert not any("dominates" in sentence for sentence in words)
-    assert (
-        "movement and change cancel: what one brings, the other takes (+5.000 and -4.000)" in words
-    )
+    assert "movement and change largely cancel (+5.000 and -4.000)" in words
     history = columns(movement=[0.0, 2, 5], change=[0.0, 0, -1])
     assert "cancel" not in str(summarise({"movement": 5.0, "change": -1.0}, history, 3))
 
@@ -162,24 +160,24 @@ def test_late_and_lagging_joints():
     step = np.ones((8, 1))
     step[0] = 0
     for frames in (1, 3):  # the answer of a first-order lag to a step
-        assert lagging(step, frames)[:, 0] == pytest.approx(1 - np.exp(-np.arange(8) / frames))
+        assert apply_lag(step, frames)[:, 0] == pytest.approx(1 - np.exp(-np.arange(8) / frames))
 
 
 def test_every_second_frame_is_left_out():
     for frames in (6, 7):
         flips = np.tile([[0.0], [1.0]], (4, 1))[:frames]
-        assert without_every_second(flips)[1:-1].tolist() == [[0.0]] * (frames - 2)
+        assert interpolate_every_second(flips)[1:-1].tolist() == [[0.0]] * (frames - 2)
         line = np.arange(float(frames))[:, None]
-        assert without_every_second(line).tolist() == line.tolist()
+        assert interpolate_every_second(line).tolist() == line.tolist()
 
 
 def test_joints_find_their_partners():
-    assert mirror(("L1 coxa", "R1 coxa", "spine")) == [1, 0, 2]
-    assert mirror(("left knee", "right knee")) == [1, 0]
-    assert mirror(("L_hip", "R_hip")) == [1, 0]
-    assert mirror(("Lumbar", "Rib")) is None  # words, not sides
-    assert mirror(("L1 coxa", "L2 coxa")) is None
-    assert mirror(()) is None
+    assert mirrored_joints(("L1 coxa", "R1 coxa", "spine")) == [1, 0, 2]
+    assert mirrored_joints(("left knee", "right knee")) == [1, 0]
+    assert mirrored_joints(("L_hip", "R_hip")) == [1, 0]
+    assert mirrored_joints(("Lumbar", "Rib")) is None  # words, not sides
+    assert mirrored_joints(("L1 coxa", "L2 coxa")) is None
+    assert mirrored_joints(()) is None
 
 
 def test_a_walk_is_robust_and_a_flip_flop_collapses(on_the_spider):

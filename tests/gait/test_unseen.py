@@ -7,11 +7,11 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import evaluate
-from gaitsim.evaluation.worlds import drawn, unseen
+from gaitsim.evaluation.worlds import draw_unseen_worlds, draw_worlds
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import with_world
-from gaitsim.gait.judgement import Judgement, Outcome
-from gaitsim.gait.unseen import judge
+from gaitsim.gait.unseen import evaluate_unseen
+from gaitsim.gait.unseen_results import Outcome, UnseenResults
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.unseen_results import summary_line, world_results
 
@@ -29,17 +29,17 @@ def walker():
 
 @pytest.fixture(scope="module")
 def judgement(walker):
-    return judge(walker, 15, workers=1)
+    return evaluate_unseen(walker, 15, workers=1)
 
 
 def test_each_world_is_that_of_a_gait_played_there_alone(walker, judgement):
-    assert judgement.worlds == unseen(EXPERIMENT, 15)
+    assert judgement.worlds == draw_unseen_worlds(EXPERIMENT, 15)
     for world, outcome in zip(judgement.worlds[:4], judgement.outcomes, strict=False):
         alone = with_world(walker, world)
         assert (outcome.score, outcome.result) == (alone.score, alone.measures["forward"])
         assert outcome.fell == (alone.measures["lasted"] < 1)
     assert judgement.nominal.score == walker.replayed_score
-    assert not {world["seed"] for world in drawn(EXPERIMENT, 1)} & {
+    assert not {world["seed"] for world in draw_worlds(EXPERIMENT, 1)} & {
         world["seed"] for world in judgement.worlds
     }
 
@@ -55,7 +55,7 @@ def test_quantiles_are_those_of_numpy(judgement):
 @pytest.mark.slow  # two processes start
 def test_the_number_of_workers_and_the_order_change_nothing(walker, judgement):
     done = []
-    shared = judge(walker, 15, workers=2, advance=done.append)
+    shared = evaluate_unseen(walker, 15, workers=2, advance=done.append)
     assert shared.outcomes == judgement.outcomes
     assert sum(done) == 15
 
@@ -64,9 +64,9 @@ def test_ranges_are_those_of_the_experiment_without_what_is_fixed(walker):
     ranges = {"friction": (0.5, 0.6), "servo_torque": (0.8, 0.9)}
     told = load_experiment("walker", {"organism.duration": 1, "worlds.ranges": ranges})
     changed = with_world(replace(walker, experiment=told), {"friction": 0.2})
-    found = judge(changed, 2, seed=4, workers=1)
+    found = evaluate_unseen(changed, 2, seed=4, workers=1)
     assert found.ranges == {"servo_torque": (0.8, 0.9)}
-    assert found.outcomes[0] == judge(changed, 2, seed=4, ranges=found.ranges).outcomes[0]
+    assert found.outcomes[0] == evaluate_unseen(changed, 2, seed=4, ranges=found.ranges).outcomes[0]
     first = with_world(changed, found.worlds[0])
     assert first.world["friction"] == 0.2
     assert found.outcomes[0].score == first.score
@@ -79,7 +79,7 @@ def made(results, fell=None, measure="forward", unit="m", **conditions):
         {name: float(values[at]) for name, values in conditions.items()} for at in range(count)
     )
     fell = np.zeros(count, bool) if fell is None else fell
-    return Judgement(
+    return UnseenResults(
         measure,
         unit,
         Outcome(2.0, 2.0, False),
@@ -123,20 +123,20 @@ def test_failed_motions_do_not_spoil_what_is_said():
 @pytest.mark.parametrize("number", [0, 10**9, 2.5, float("nan"), True])
 def test_an_invalid_number_of_worlds_is_refused(walker, number):
     with pytest.raises(GaitsimError, match="number of worlds"):
-        judge(walker, number)
+        evaluate_unseen(walker, number)
 
 
 @pytest.mark.parametrize("seed", [-1, float("nan"), "x", 2**60])
 def test_an_invalid_seed_is_refused(walker, seed):
     with pytest.raises(GaitsimError, match="seed"):
-        judge(walker, 3, seed=seed)
+        evaluate_unseen(walker, 3, seed=seed)
 
 
 def test_a_body_with_one_world_is_refused():
     millipede = load_experiment("millipede")
     genome = millipede.space().random(1, np.random.default_rng(0))[0]
     with pytest.raises(GaitsimError, match="no conditions that vary between worlds"):
-        judge(Individual(millipede, 0.0, {}, 1, genome))
+        evaluate_unseen(Individual(millipede, 0.0, {}, 1, genome))
 
 
 @pytest.mark.parametrize(
@@ -145,5 +145,5 @@ def test_a_body_with_one_world_is_refused():
 )
 def test_ranges_that_the_body_cannot_be_in_are_refused(walker, ranges, named):
     with pytest.raises(GaitsimError) as error:
-        judge(walker, 3, ranges=ranges)
+        evaluate_unseen(walker, 3, ranges=ranges)
     assert named in str(error.value)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gaitsim.experiment import load_experiment
-from gaitsim.gait import analyse_individual, on_twin
-from gaitsim.gait.files.reader import individual_of, read_gait
+from gaitsim.gait import analyse_individual, play_on_twin
+from gaitsim.gait.files.reader import play_gait, read_gait
 from gaitsim.legged import stepping
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
@@ -19,8 +19,8 @@ LEGS = [name for side in SIDES for name in side]
 @pytest.mark.parametrize("physics", [False, True], ids=["spider", "twin"])
 @pytest.mark.parametrize("gait", ["alternating-tripod", "alternating-tetrapod", "wave", "standing"])
 def test_stride_and_phase_lag_are_those_of_the_analysis(gait, physics):
-    individual = individual_of(read_gait(GAITS / f"{gait}.npz"), load_experiment("spider"))
-    individual = on_twin(individual) if physics else individual
+    individual = play_gait(read_gait(GAITS / f"{gait}.npz"), load_experiment("spider"))
+    individual = play_on_twin(individual) if physics else individual
     found = individual.measures
     steps = analyse_individual(individual).footfalls
     if gait == "standing":

@@ -138,7 +138,7 @@ def test_champions_of_an_earlier_fitness_are_dropped(new_run):
     path = new_run()
     snapshots = steer(path, "pause", *["step"] * 7, change("fitness.price=5.0"), "step", "stop")
     history = RunSnapshot(path).history
-    assert snapshots[-1].scored_from == RunSnapshot(path).comparable == 8
+    assert snapshots[-1].scored_from == RunSnapshot(path).first_comparable == 8
     assert snapshots[-1].champion.generation == 8
     assert snapshots[-1].champion.score == history["best"][7]
 

@@ -11,7 +11,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Best
 from gaitsim.live.watching import RunWatcher
-from gaitsim.runs.files.folder import champion_file, kept_champions
+from gaitsim.runs.files.folder import champion_file, saved_champions
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
@@ -65,7 +65,7 @@ def test_a_champion_is_reported_once_its_checkpoint_is_written(new_run):
         evolve(path, until)
         reported += watch.poll().events
     numbers = [event.generation for event in reported if event.kind == "kept"]
-    assert numbers == [n for n in kept_champions(path) if n > 2]
+    assert numbers == [n for n in saved_champions(path) if n > 2]
 
 
 def test_a_growing_run_is_followed(new_run):

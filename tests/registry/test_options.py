@@ -147,16 +147,16 @@ def test_a_value_is_toml_or_a_text(text, value):
 )
 def test_typed_values_are_read_by_the_type_of_the_option(name, typed, value):
     field = Many.model_fields[name]
-    found = options.fitting(field, options.parse_value(typed), typed)
+    found = options.convert_value(field, options.parse_value(typed), typed)
     assert found == value
     assert type(found) is type(value)
 
 
 def test_a_file_is_read_as_it_is_written():
     fields = Many.model_fields
-    assert options.fitting(fields["label"], 12, None) == 12
-    assert options.fitting(fields["mass"], ".5", None) == ".5"
-    assert options.fitting(fields["limit"], "none", None) is None
+    assert options.convert_value(fields["label"], 12, None) == 12
+    assert options.convert_value(fields["mass"], ".5", None) == ".5"
+    assert options.convert_value(fields["limit"], "none", None) is None
 
 
 @given(st.text())

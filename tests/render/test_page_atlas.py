@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from javascript import CHROMIUM
 
-from gaitsim.evaluation.scoring import moved
+from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import load_experiment
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.page.atlas import atlas_data, write_atlas
@@ -46,7 +46,7 @@ def test_gaits_of_one_frequency_are_sums_of_two_waves():
     data = json.loads(json.dumps(found))
     assert data["waves"]["shape"] == [2, 300]
     assert counts[0] == sum(counts[1:]) == 120
-    apart = np.abs(in_waves(data, 120) - moved(experiment, genomes)["joint_angles"])
+    apart = np.abs(in_waves(data, 120) - move_genomes(experiment, genomes)["joint_angles"])
     assert apart.max() <= data["error"] + 1e-12
     assert data["error"] <= MAX_WAVE_ERROR
     assert len(data["amounts"]["data"]) < 170 * 120  # larger archives need less per gait
@@ -58,7 +58,7 @@ def test_other_gaits_are_stored_as_strides():
     data = json.loads(json.dumps(gaits_data(experiment, genomes, workers=1)))
     assert data["form"] == "strides"
     assert unpack(data["periods"]) == pytest.approx(20, abs=0.05)  # 1.5 Hz at 30 Hz
-    angles = moved(experiment, genomes)["joint_angles"]
+    angles = move_genomes(experiment, genomes)["joint_angles"]
     for stride, played in zip(in_strides(data), angles, strict=True):
         first = int(SETTLED * len(played))
         apart = np.abs(stride - played[first : first + len(stride)]).max()
@@ -114,7 +114,7 @@ def test_the_page_plays_gaits_without_network_requests(bundled, tmp_path):
     run = bundled("spider-atlas")
     write_atlas(run, tmp_path / "atlas.html")
     genomes = run.members.genomes
-    angles = moved(run.experiment, genomes)["joint_angles"]
+    angles = move_genomes(run.experiment, genomes)["joint_angles"]
     messages, requests = [], []
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=DRAWING)

@@ -101,7 +101,7 @@ def test_a_failed_write_is_reported_in_one_message(spider_run, tmp_path, monkeyp
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(RunError, match=r"a\.png cannot be written: No space left"):
+    with pytest.raises(RunError, match=r"cannot write a\.png: No space left"):
         plot_fitness(spider_run, tmp_path / "a.png")
     assert [path.name for path in tmp_path.iterdir()] == ["b.png"]
 

@@ -145,7 +145,7 @@ def test_a_full_disk_keeps_the_old_file_and_gives_one_message(tmp_path, monkeypa
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(RunError, match="a cannot be written: No space left"):
+    with pytest.raises(RunError, match="cannot write a: No space left"):
         write(tmp_path / "a", plain(3), format)
     assert (tmp_path / "a").read_text() == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
@@ -157,7 +157,7 @@ def test_exceeding_the_file_size_limit_is_reported_in_one_message(tmp_path, form
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, before[1]))
     try:
-        with pytest.raises(RunError, match="a cannot be written: File too large") as error:
+        with pytest.raises(RunError, match="cannot write a: File too large") as error:
             write(tmp_path / "a", noise(60), format)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)

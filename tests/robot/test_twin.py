@@ -8,8 +8,8 @@ from rigid_body import replay
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.gait import on_twin, transferred
-from gaitsim.gait.files.reader import individual_of, read_gait
+from gaitsim.gait import compare_bodies, play_on_twin
+from gaitsim.gait.files.reader import play_gait, read_gait
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
 
@@ -17,13 +17,13 @@ GAITS = Path(__file__).parents[2] / "data/gaits"
 @pytest.mark.parametrize("gait", ["alternating-tetrapod", "ripple"])
 def test_a_gait_walks_as_far_on_the_twin_as_in_the_independent_simulation(gait):
     file = read_gait(GAITS / f"{gait}.npz")
-    individual = individual_of(file, load_experiment("spider"))
-    twin = on_twin(individual)
+    individual = play_gait(file, load_experiment("spider"))
+    twin = play_on_twin(individual)
     reference = replay(individual.joint_angles)
     assert twin.measures["forward"] == pytest.approx(reference.forward, rel=0.12)
     assert abs(twin.measures["yaw"] - reference.yaw) < 5
     assert twin.measures["lasted"] == pytest.approx(9.96)
-    found = {one.name: one for one in transferred(individual, twin)}
+    found = {one.name: one for one in compare_bodies(individual, twin)}
     forward = found["forward"]
     assert forward.own == pytest.approx(individual.measures["forward"])
     assert (forward.other, forward.unit) == (pytest.approx(twin.measures["forward"]), "m")
@@ -31,6 +31,6 @@ def test_a_gait_walks_as_far_on_the_twin_as_in_the_independent_simulation(gait):
 
 
 def test_a_body_without_a_twin_is_refused():
-    twin = on_twin(individual_of(read_gait(GAITS / "ripple.npz"), load_experiment("spider")))
+    twin = play_on_twin(play_gait(read_gait(GAITS / "ripple.npz"), load_experiment("spider")))
     with pytest.raises(GaitsimError, match="has no physical twin"):
-        on_twin(twin)
+        play_on_twin(twin)

@@ -48,9 +48,9 @@ def test_a_damaged_checkpoint_falls_back_and_is_kept(pair, checkpoint):
         path.write_bytes(damaged)
         read, warning = read_with_fallback(path, previous)
         assert read.generation == 7
-        assert "population.pickle cannot be read" in warning
+        assert "cannot read population.pickle" in warning
         assert f"kept as population.damaged-{number}.pickle" in warning
-        assert "population.previous.pickle, of generation 7, is used instead" in warning
+        assert "population.previous.pickle of generation 7 is used instead" in warning
         assert path.with_name(f"population.damaged-{number}.pickle").read_bytes() == damaged
         assert not path.exists()
     # The next write leaves the only good one alone.
@@ -66,8 +66,8 @@ def test_a_missing_checkpoint_falls_back(pair):
     read, warning = read_with_fallback(path, previous)
     assert read.generation == 7
     assert warning == (
-        "population.pickle cannot be read as a checkpoint: file not found; "
-        "population.previous.pickle, of generation 7, is used instead"
+        "cannot read population.pickle as a checkpoint: file not found; "
+        "population.previous.pickle of generation 7 is used instead"
     )
     assert names_in(path.parent) == {previous.name}
 

@@ -68,10 +68,10 @@ def test_a_folder_that_cannot_be_made_is_refused(puppet, out):
 
 def test_a_file_for_a_folder_is_one_message(puppet):
     Path("file").touch()
-    with pytest.raises(RunError, match=r"run cannot be written: (Not a directory|File exists)"):
+    with pytest.raises(RunError, match=r"cannot write run: (Not a directory|File exists)"):
         create_run(puppet(), Path("file/run"))
     Path("runs").touch()
-    with pytest.raises(RunError, match="puppet cannot be written"):
+    with pytest.raises(RunError, match="cannot write puppet"):
         create_run(puppet())
 
 

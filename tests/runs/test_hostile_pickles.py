@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from gaitsim.errors import CheckpointError
 from gaitsim.runs.files import safe_pickle
-from gaitsim.runs.files.pickle_stack import RefusedError
+from gaitsim.runs.files.pickle_stack import RejectedPickleError
 from gaitsim.runs.files.safe_pickle import dumps, load, loads
 
 FILE = Path("population.pickle")
@@ -182,7 +182,7 @@ for path in Path(sys.argv[1]).glob("*.pickle"):
     "payload", [b"cos\nsystem\n.", b"\x8c\x02os\x8c\x06system\x93.", b"\x82\1."]
 )
 def test_the_reader_knows_no_name_even_without_the_scan(payload):
-    with pytest.raises((RefusedError, ValueError)):
+    with pytest.raises((RejectedPickleError, ValueError)):
         safe_pickle._Reader(io.BytesIO(payload)).load()
 
 

@@ -141,7 +141,7 @@ def test_stages_may_change_all_but_the_number(run):
     with pytest.raises(ExperimentError) as refused:
         evolve(run.path, "islands.number=2")
     (problem,) = refused.value.problems
-    assert problem.what == "a resumed run keeps its islands"
+    assert problem.what == "the number of islands of a run cannot change"
     assert "islands.number" in problem.where
     with pytest.raises(ExperimentError, match="a problem") as refused:
         evolve(run.path, "evolution.population=9")
@@ -163,7 +163,7 @@ def test_an_experiment_changed_by_hand_must_fit(run):
     path.write_text(
         text.replace("number = 3", "number = 2").replace("population = 6", "population = 9")
     )
-    with pytest.raises(CheckpointError, match="asks for 2 islands"):
+    with pytest.raises(CheckpointError, match="the experiment has 2 islands"):
         evolve(run.path)
 
 

@@ -119,42 +119,42 @@ class TestWatch:
     def test_it_reads_what_changed_and_no_more(self, make, monkeypatch, checkpoint_reads):
         paths = [make("a", 2), make("b", 2)]
         watch, read = RunsWatcher(paths[0].parent), checkpoint_reads
-        monkeypatch.setattr("gaitsim.runs.overview.PATIENCE", 0)
-        first = watch.look()
+        monkeypatch.setattr("gaitsim.runs.overview.READ_INTERVAL", 0)
+        first = watch.poll()
         assert read == [path / "population.pickle" for path in paths]
         read.clear()
-        assert watch.look() == first
+        assert watch.poll() == first
         assert not read
         evolve(paths[1], 3)
         read.clear()
-        assert [found.generation for found in watch.look()] == [2, 3]
+        assert [found.generation for found in watch.poll()] == [2, 3]
         assert read == [paths[1] / "population.pickle"]
 
     def test_what_was_read_slowly_is_not_read_at_once_again(self, make, monkeypatch):
         path = make("a", 2)
         watch = RunsWatcher(path.parent)
-        monkeypatch.setattr("gaitsim.runs.overview.PATIENCE", 1e9)
-        watch.look()
+        monkeypatch.setattr("gaitsim.runs.overview.READ_INTERVAL", 1e9)
+        watch.poll()
         evolve(path, 3)
-        assert [found.generation for found in watch.look()] == [2]
+        assert [found.generation for found in watch.poll()] == [2]
 
     def test_runs_come_and_go(self, make):
         one, other = make("a", 1), make("b", 1)
         watch = RunsWatcher(one.parent)
-        assert {found.name for found in watch.look()} == {"a", "b"}
+        assert {found.name for found in watch.poll()} == {"a", "b"}
         shutil.rmtree(one)
-        assert [found.name for found in watch.look()] == ["b"]
+        assert [found.name for found in watch.poll()] == ["b"]
         make("c", 1)
-        assert {found.name for found in watch.look()} == {"b", "c"}
+        assert {found.name for found in watch.poll()} == {"b", "c"}
         shutil.rmtree(other)
 
     def test_a_folder_that_is_not_there_has_none(self, tmp_path):
-        assert RunsWatcher(tmp_path / "runs").look() == []
+        assert RunsWatcher(tmp_path / "runs").poll() == []
 
     def test_a_file_is_no_folder(self, tmp_path):
         (tmp_path / "runs").write_text("")
         with pytest.raises(RunError):
-            RunsWatcher(tmp_path / "runs").look()
+            RunsWatcher(tmp_path / "runs").poll()
 
 
 class TestCurve:

@@ -96,7 +96,7 @@ def test_links_are_deleted_without_their_targets(run, tmp_path):
 
 def test_one_that_cannot_be_renamed_is_whole(run, monkeypatch):
     monkeypatch.setattr("pathlib.Path.rename", _refused)
-    with pytest.raises(RunError, match="cannot be written"):
+    with pytest.raises(RunError, match="cannot write"):
         delete_run(run)
     monkeypatch.undo()
     assert list_runs(run.parent) == [run]

@@ -109,7 +109,7 @@ def test_records_that_are_missing_are_one_message(half, name, keep):
         file.unlink()
     else:
         file.write_bytes(file.read_bytes()[: int(file.stat().st_size * keep)])
-    what = f"there is no {name}" if keep is None else f"{name} ends at generation [012]"
+    what = f"{name} is missing" if keep is None else f"{name} ends at generation [012]"
     asked = [lambda: RunWriter.open(half.path)]
     asked += (
         [half.fingerprint, lambda: half.history] if name == "history.csv" else [half.individual]
@@ -140,11 +140,11 @@ def test_a_damaged_checkpoint_falls_back_to_the_same_end(half, whole, how):
     before = names(half.path)
     checkpoint, warning = half.checkpoint, half.warning
     assert checkpoint.generation == 3
-    assert "population.previous.pickle, of generation 3, is used instead" in warning
+    assert "population.previous.pickle of generation 3 is used instead" in warning
     assert half.generation == len(half.history["best"]) == len(half.bests) == 3
     assert half.fingerprint()
     assert names(half.path) == before  # who only reads renames nothing
-    assert "of generation 3, is used instead" in go_on(half.path)
+    assert "of generation 3 is used instead" in go_on(half.path)
     kept = {name for name in names(half.path) if "damaged" in name}
     assert kept == (set() if how == "missing" else {"population.damaged-1.pickle"})
     assert_same(half, whole)
@@ -235,7 +235,7 @@ def test_another_version_of_a_package_is_refused_unless_wanted(half, whole):
     checkpoint = half.checkpoint
     checkpoint.versions["organism puppet"] = "gaitsim-puppets 0.9"
     write_checkpoint(path, checkpoint)
-    with pytest.raises(RunError, match="evolved with other versions") as error:
+    with pytest.raises(RunError, match="evolved with other versions of packages") as error:
         RunWriter.open(half.path)
     assert "organism puppet: gaitsim-puppets 0.9 then, gaitsim-puppets 1.0 now" in error.value.what
     assert "--any-version" in error.value.remedy
@@ -249,7 +249,7 @@ def test_another_numpy_is_a_warning(half):
     checkpoint = half.checkpoint
     checkpoint.versions["numpy"] = "1.0"
     write_checkpoint(path, checkpoint)
-    assert "a different version of numpy: 1.0 then" in go_on(half.path)
+    assert "different versions of libraries: numpy: 1.0 then" in go_on(half.path)
 
 
 def test_one_writer_at_a_time(half):

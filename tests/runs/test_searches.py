@@ -82,7 +82,7 @@ def test_a_run_in_steps_is_the_run_in_one_go(searching, tmp_path):
     assert verify(whole, everything=True).identical
     assert verify(whole, [1, 4, 9]).identical
     # Generations 7 to 9 have the same worlds, as has all that the search remembers.
-    assert whole.comparable == 7
+    assert whole.first_comparable == 7
     kept = experiment.search.remembered(whole.finished.state)
     if kept is not None and experiment.search.keeps:
         scores = evaluate(experiment, whole.members.genomes, 9).scores
@@ -146,7 +146,7 @@ def test_a_resumed_run_keeps_its_search(searching, tmp_path):
         for kind, what in (("selection", "best"), ("crossover", "mean"), ("mutation", "jitter"))
     }
     more = operators if other == "genetic" else {}
-    with pytest.raises(GaitsimError, match="keeps its search"):
+    with pytest.raises(GaitsimError, match="search of a run cannot change"):
         plan_resume(
             RunSnapshot(path), {"search.plugin": other, **more}, generations=5, any_version=False
         )

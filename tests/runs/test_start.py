@@ -13,7 +13,7 @@ from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.runs.files.checkpoint import Champion, read_champion, write_champion
 from gaitsim.runs.files.folder import START, create_run
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.start import check_start, kept_individual
+from gaitsim.runs.start import check_start, find_individual
 from gaitsim.runs.writer import RunWriter
 
 THRESHOLD = "evolution.fitness_threshold=0"
@@ -44,24 +44,24 @@ def test_an_individual_is_named_by_file_run_and_generation(staged):
     number, score, genome = best.generation, best.score, best.genome
     assert number > 5
     for reference in ("staged", f"staged@{number}", str(staged.path.resolve())):
-        kept = kept_individual(reference)
+        kept = find_individual(reference)
         assert (kept.generation, kept.score) == (number, score)
         assert kept.genome.tobytes() == genome.tobytes()
         assert kept.experiment == staged.stages[1].experiment
-    early = kept_individual("staged@2")
+    early = find_individual("staged@2")
     assert early.experiment == staged.stages[0].experiment
     assert early.versions == staged.stages[0].versions
     assert set(early.terms) == {"reach", "price"}
     file = sorted((staged.path / "champions").iterdir())[0]
-    assert kept_individual(str(file)).experiment == early.experiment
+    assert find_individual(str(file)).experiment == early.experiment
 
 
 def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
     one = go_on(create_run(puppet(), Path("runs/a")))
     other = go_on(create_run(puppet("seed=2"), Path("runs/a@2")))
-    assert kept_individual("a@2").score == other.individual().score
-    assert kept_individual("a@3").score == one.individual(3).score
-    assert kept_individual("a@2@1").score == other.individual(1).score
+    assert find_individual("a@2").score == other.individual().score
+    assert find_individual("a@3").score == one.individual(3).score
+    assert find_individual("a@2@1").score == other.individual(1).score
 
 
 @pytest.mark.parametrize(
@@ -78,18 +78,18 @@ def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
         ("", "there is no run ''"),
         ("a\0b", "there is no run"),
         ("staged/population.pickle", "is not a valid champion"),
-        ("staged/experiment.toml", "cannot be read as a checkpoint"),
+        ("staged/experiment.toml", "cannot read experiment.toml as a checkpoint"),
         ("staged/champions", "is not a run"),
         ("/dev/zero", "it is not a regular file"),
     ],
 )
 def test_what_is_no_individual_is_refused(staged, reference, says):
     with pytest.raises(RunError, match=says):
-        kept_individual(reference)
+        find_individual(reference)
 
 
 def test_the_initial_population_is_the_individual_and_its_mutations(puppet, staged):
-    start = kept_individual("staged@2")
+    start = find_individual("staged@2")
     experiment = puppet("seed=5")
     run = go_on(create_run(experiment, Path("from"), start), 1)
     genomes = run.checkpoint.genomes
@@ -105,7 +105,7 @@ def test_the_initial_population_is_the_individual_and_its_mutations(puppet, stag
 def test_bits_begin_a_run(puppet):
     bits = ("organism.plugin=bit-puppet",)
     source = go_on(create_run(puppet(*bits), Path("source")))
-    run = go_on(create_run(puppet(*bits, "seed=9"), None, kept_individual("source")))
+    run = go_on(create_run(puppet(*bits, "seed=9"), None, find_individual("source")))
     genomes = run.checkpoint.genomes
     assert genomes.dtype == np.uint8
     assert run.individual().score >= source.individual().score
@@ -116,7 +116,7 @@ def test_a_run_from_each_kept_champion_is_the_same_again(puppet, staged):
     assert {staged.stage_at(read_champion(file).generation).number for file in files} == {1, 2}
     found = set()
     for file in files:
-        start = kept_individual(str(file))
+        start = find_individual(str(file))
         whole = go_on(create_run(puppet(), Path("whole"), start))
         parts = create_run(puppet(), Path("parts"), start)
         for until in (1, 3, None):
@@ -128,21 +128,21 @@ def test_a_run_from_each_kept_champion_is_the_same_again(puppet, staged):
 
 
 def test_a_run_needs_nothing_but_its_own_folder(puppet, staged):
-    path = create_run(puppet(), Path("from"), kept_individual("staged"))
+    path = create_run(puppet(), Path("from"), find_individual("staged"))
     shutil.copytree(path, "copy")
     whole = go_on(path)
     shutil.rmtree(staged.path)
     assert go_on(Path("copy")).fingerprint() == whole.fingerprint()
-    assert whole.start.generation == kept_individual("copy/start.pickle").generation
+    assert whole.start.generation == find_individual("copy/start.pickle").generation
     unlike = go_on(create_run(puppet(), Path("unlike")))
     assert unlike.fingerprint() != whole.fingerprint()
     assert unlike.start is None
 
 
 def test_a_start_is_held_to_the_body_when_the_run_begins(puppet, staged):
-    start = kept_individual("staged")
+    start = find_individual("staged")
     path = create_run(puppet(), Path("from"), start)
-    with pytest.raises(RunError, match="the genome has 3 real genes of the organism 'puppet'"):
+    with pytest.raises(RunError, match="the genome has 3 real genes of the body 'puppet'"):
         RunWriter.open(path, overrides={"organism.plugin": "bit-puppet"})
     assert "bit-puppet" not in (path / "experiment.toml").read_text()
     with pytest.raises(ExperimentError):
@@ -159,8 +159,8 @@ def champion(experiment, genome):
 
 
 MISFITS = {
-    "length": ("organism.names=abcd", [0.0] * 4, "has 4 real genes of the organism 'shaped'"),
-    "dtype": ("organism.plugin=bit-puppet", np.ones(3, np.uint8), "3 bit genes of the organism"),
+    "length": ("organism.names=abcd", [0.0] * 4, "has 4 real genes of the body 'shaped'"),
+    "dtype": ("organism.plugin=bit-puppet", np.ones(3, np.uint8), "3 bit genes of the body"),
     "labels": ("organism.names=abd", [0.0] * 3, "gene 3 is 'd', not 'c'"),
     "bounds": ("organism.most=5", [0.0, 0.0, 4.0], "'c' is 4, allowed -1 to 2"),
 }
@@ -174,7 +174,7 @@ def test_a_genome_of_another_body_is_refused(puppet, option, genome, says):
         check_start(puppet(*shaped), came, "--from file")
     assert says in error.value.what
     assert error.value.where == "--from file"
-    assert error.value.allowed.startswith("3 real genes of the organism 'shaped' (labels ")
+    assert error.value.allowed.startswith("3 real genes of the body 'shaped' (labels ")
     check_start(puppet(*shaped), champion(puppet(*shaped), [0.0, 1.0, 2.0]), "")
 
 
@@ -183,7 +183,7 @@ def test_a_genome_whose_body_is_not_installed_is_held_to_its_form(puppet, tmp_pa
     for genome, fits in [([0.0, 0.0, 0.0], True), ([0.0], False), ([9.0, 0.0, 0.0], False)]:
         came = Champion(text, {}, 1, np.array(genome), 0.0, {})
         write_champion(tmp_path / "a.pickle", came)
-        kept = kept_individual("a.pickle")
+        kept = find_individual("a.pickle")
         if fits:
             check_start(puppet(), kept, "")
         else:

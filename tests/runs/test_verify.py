@@ -26,7 +26,7 @@ from gaitsim.runs.files.provenance import (
     write_provenance,
 )
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.resume import restored
+from gaitsim.runs.resume import restore_generation
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.start import champion_of
 from gaitsim.runs.verify.consistency import expected_chain
@@ -195,16 +195,14 @@ def test_one_score_is_found(run):
 def test_one_gene_of_the_checkpoint_is_found(run):
     forged = forge_checkpoint(run, genomes=one_gene(run.checkpoint.genomes))
     found = verify(run, [1], workers=1).differences
-    assert (
-        found[LAST][0] == "the genomes in population.pickle are not those recorded in checksums.bin"
-    )
+    assert found[LAST][0] == "the genomes in population.pickle do not match checksums.bin"
     # A forger who knows makes digests, scores and the row fit; breeding again finds him.
     evaluation = evaluate(run.experiment, forged.genomes)
     forge_checkpoint(run, scores=evaluation.scores, terms=evaluation.terms)
     digested(
         run, LAST, genomes=genomes_checksum(forged.genomes), scores=scores_checksum(evaluation)
     )
-    generation = restored(read_checkpoint(run.path / "population.pickle"))
+    generation = restore_generation(read_checkpoint(run.path / "population.pickle"))
     from gaitsim.runs.files.history import row
 
     space = run.experiment.space()
@@ -242,7 +240,7 @@ def test_a_damaged_checkpoint_is_a_difference(run, name, spoilt):
     for verdict in (everything(run), verify(run, workers=1)):
         assert not verdict.identical
         (text,) = verdict.damaged
-        assert text.startswith(f"{name} cannot be read as a checkpoint: it is ")
+        assert text.startswith(f"cannot read {name} as a checkpoint: it is ")
         # All that is left is compared.
         assert verdict.differences == {}
         left = LAST - 1 if name == "population.pickle" else LAST
@@ -256,7 +254,7 @@ def test_a_checkpoint_that_is_gone_is_a_difference_unless_it_is_the_one_before(r
     (run.path / "population.pickle").unlink()
     verdict = everything(run)
     assert not verdict.identical
-    assert "population.pickle cannot be read as a checkpoint: file not found" in verdict.damaged[0]
+    assert "cannot read population.pickle as a checkpoint: file not found" in verdict.damaged[0]
 
 
 def test_a_run_of_one_generation_has_no_checkpoint_before(puppet, tmp_path):
@@ -317,13 +315,13 @@ def test_a_checkpoint_before_of_another_run_is_a_difference(run, changes):
 def test_genes_out_of_bounds_are_not_moved(run):
     before = read_checkpoint(run.path / "population.previous.pickle")
     forge_checkpoint(run, "population.previous.pickle", genomes=before.genomes * 1e300)
-    assert "leaves the bounds" in verify(run, workers=1).differences[LAST - 1][-1]
+    assert "is out of bounds" in verify(run, workers=1).differences[LAST - 1][-1]
 
     def change(record):
         record["genome"][2] = np.nan
 
     forge_bests(run, 7, change)
-    assert "leaves the bounds" in verify(run, [7], workers=1).differences[7][-1]
+    assert "is out of bounds" in verify(run, [7], workers=1).differences[7][-1]
 
 
 def test_a_champion_is_compared(run):
@@ -371,7 +369,7 @@ def test_a_changed_experiment_file_is_a_difference(run, override, change):
     edited = edit(run, override)
     for verdict in (everything(edited), verify(edited, [2, LAST], workers=1)):
         assert not verdict.identical
-        assert [(one.key, one.then, one.now) for one in verdict.asked] == [change]
+        assert [(one.key, one.then, one.now) for one in verdict.edited] == [change]
         assert (verdict.differences, verdict.damaged) == ({}, ())
     # Once a generation was made with it, the file is right again.
     evolve(run.path, generations=LAST + 1)
@@ -382,7 +380,7 @@ def test_an_option_that_the_file_lacks_is_its_default(run):
     path = run.path / "experiment.toml"
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(line for line in lines if not line.startswith("price")))
-    assert [one.key for one in everything(RunSnapshot(run.path)).asked] == ["fitness.price"]
+    assert [one.key for one in everything(RunSnapshot(run.path)).edited] == ["fitness.price"]
 
 
 def test_the_end_of_the_search_and_its_name_may_be_others(run):
@@ -391,7 +389,7 @@ def test_the_end_of_the_search_and_its_name_may_be_others(run):
     path = run.path / "experiment.toml"
     path.write_text("# A remark.\n" + path.read_text())
     assert everything(edited).identical
-    assert everything(edited).asked == ()
+    assert everything(edited).edited == ()
 
 
 def test_the_step_between_champions_is_nothing_where_none_are_kept(puppet, tmp_path):
@@ -402,7 +400,7 @@ def test_the_step_between_champions_is_nothing_where_none_are_kept(puppet, tmp_p
 def test_a_stage_that_has_not_begun_is_told(run):
     fork = RunSnapshot(fork_run(run.path, overrides={"fitness.price": 0.2}, generations=LAST + 2))
     verdict = everything(fork)
-    assert ([one.key for one in verdict.asked], verdict.differences) == (["fitness.price"], {})
+    assert ([one.key for one in verdict.edited], verdict.differences) == (["fitness.price"], {})
     evolve(fork.path)
     assert everything(RunSnapshot(fork.path)).identical
 

@@ -7,7 +7,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.gait.judgement import Judgement, Outcome
+from gaitsim.gait.unseen_results import Outcome, UnseenResults
 from gaitsim.individual import Individual
 from gaitsim.study.in_worlds import common_ranges, rank_in_worlds, ranking
 
@@ -19,7 +19,7 @@ def judgement(results):
     outcomes = tuple(Outcome(float(one), 0.0, fell=False) for one in results)
     worlds = tuple({"friction": 0.5} for _ in results)
     nominal = Outcome(2.0, 0.0, fell=False)
-    return Judgement("forward", "m", nominal, RANGES, {"friction": ""}, 0, worlds, outcomes)
+    return UnseenResults("forward", "m", nominal, RANGES, {"friction": ""}, 0, worlds, outcomes)
 
 
 def test_runs_are_ranked_by_the_worst_tenth_in_paired_worlds():

@@ -142,6 +142,6 @@ def test_any_text_survives_a_round_trip(value):
     field = model.model_fields["label"]
     if value is not None and value.lower() == "none":
         return  # 'none' unsets an option, so it cannot be a text
-    written = options.written(field, value)
+    written = options.format_value(field, value)
     typed = parse_assignments([f"key={written}"])["key"]
-    assert options.fitting(field, options.parse_value(typed), typed) == value
+    assert options.convert_value(field, options.parse_value(typed), typed) == value

@@ -414,7 +414,7 @@ class TestSteering:
             await type_in(pilot, "runs/walk/experiment.toml/x", "#change-out")
             await pilot.press("enter")
             await app_until(pilot, lambda: problem(screen))
-            assert "cannot be written" in problem(screen)
+            assert "cannot write" in problem(screen)
 
         live(make(3), test)
 

@@ -72,7 +72,7 @@ def look(here, monkeypatch, snap_compare):
     """Return a function that compares a screen with its snapshot."""
 
     def look(size, before, runs=RUNS, theme=None):
-        monkeypatch.setattr(RunsWatcher, "look", lambda watch, progress=None: runs)
+        monkeypatch.setattr(RunsWatcher, "poll", lambda watch, progress=None: runs)
         app = GaitsimApp(Path("runs"), clock=lambda: NOW, theme=theme)
 
         async def show(pilot):

@@ -11,7 +11,7 @@ from gaitsim.cli.console import output, print_table
 from gaitsim.cli.facts import print_facts
 from gaitsim.contracts import Organism
 from gaitsim.errors import PluginError, nearest
-from gaitsim.evaluation.worlds import usual_conditions
+from gaitsim.evaluation.worlds import default_conditions
 from gaitsim.registry import KINDS, entries, find, load_class, options
 
 
@@ -56,7 +56,7 @@ def _show(kind: str, name: str) -> None:
         rows = [(name, one.shape, one.units, one.help) for name, one in plugin.channels.items()]
         console.print()
         print_table(["channel", "axes", "unit", "meaning"], rows)
-        if conditions := usual_conditions(plugin):
+        if conditions := default_conditions(plugin):
             console.print()
             print_table(
                 ["condition", "nominal", "usual range", "unit", "meaning"],

@@ -68,9 +68,9 @@ def _version_5(data: memoryview, order: str, names: Collection[str], largest: in
             raise ValueError(f"it holds more than {VARIABLES:,} variables")
         if kind == _COMPRESSED:
             # Unpack only the start, so that large variables with other names do no harm.
-            name = _name(_unpacked(body, order, _HEAD, cut=True), order)
+            name = _name(_unpack(body, order, _HEAD, cut=True), order)
             if name in names:
-                matrix = _unpacked(body, order, largest)
+                matrix = _unpack(body, order, largest)
                 largest -= len(matrix)
                 yield name, _matrix(matrix, order)
         elif kind == _MATRIX:
@@ -95,7 +95,7 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
         yield kind, data[begin : begin + size]
 
 
-def _unpacked(body: memoryview, order: str, largest: int, *, cut: bool = False) -> memoryview:
+def _unpack(body: memoryview, order: str, largest: int, *, cut: bool = False) -> memoryview:
     """Return the content of a packed matrix; with `cut`, only the first `largest` bytes."""
     unpacker = zlib.decompressobj()
     data = unpacker.decompress(body, max(1, largest))  # 0 would mean no limit
@@ -135,7 +135,7 @@ def _matrix(body: memoryview, order: str) -> NDArray[Any]:
         return np.array([_text(part, order) for _, part in cells])
     stored, content = next(parts)
     if kind == _CHAR and stored in _TEXTS:
-        text = _decoded(content, stored, order)
+        text = _decode(content, stored, order)
         return _rows(np.array(list(text)), rows, columns)
     if kind not in _REAL or flags & _COMPLEX or stored not in _NUMBERS:
         raise ValueError(f"{name} is neither a real matrix nor a text")
@@ -149,10 +149,10 @@ def _text(body: memoryview, order: str) -> str:
     stored, content = next(parts, (16, memoryview(b"")))
     if flags & 0xFF != _CHAR or stored not in _TEXTS:
         raise ValueError("a cell holds no text")
-    return _decoded(content, stored, order)
+    return _decode(content, stored, order)
 
 
-def _decoded(content: memoryview, stored: int, order: str) -> str:
+def _decode(content: memoryview, stored: int, order: str) -> str:
     if len(content) > _LONGEST:
         raise ValueError(f"a text has more than {_LONGEST:,} bytes")
     wide = "" if _TEXTS[stored] == "utf-8" else {"<": "-le", ">": "-be"}[order]

@@ -73,18 +73,18 @@ class GaitFile:
         )
 
 
-def individual_of(file: GaitFile, experiment: Experiment) -> Individual:
+def play_gait(file: GaitFile, experiment: Experiment) -> Individual:
     """Play a gait from a file on the body of an experiment, at the frame rate of the body.
 
     Raises:
         GaitsimError: the body cannot play the gait, its joints differ, or it is too long.
         PluginError: the body or the fitness fails.
     """
-    angles = fitted(file, experiment)
+    angles = fit_to_body(file, experiment)
     return Individual.of_motion(experiment, play(experiment, angles[None]), file.path)
 
 
-def fitted(file: GaitFile, experiment: Experiment) -> Angles:
+def fit_to_body(file: GaitFile, experiment: Experiment) -> Angles:
     """Return the angles in the order of a body's joints, at its frame rate.
 
     Angles at the frame rate of the body are returned unchanged, bit for bit.
@@ -102,10 +102,10 @@ def fitted(file: GaitFile, experiment: Experiment) -> Angles:
     rate = play(experiment, angles[None, :2]).frame_rate
     if abs(file.frame_rate / rate - 1) <= _SAME_RATE:
         return angles
-    return _resampled(file, angles, file.frame_rate, rate)
+    return _resample(file, angles, file.frame_rate, rate)
 
 
-def _resampled(file: GaitFile, angles: Angles, given: float, rate: float) -> Angles:
+def _resample(file: GaitFile, angles: Angles, given: float, rate: float) -> Angles:
     """Interpolate angles linearly from one frame rate to another."""
     last = (len(angles) - 1) / given * rate
     if not 1 <= last < MOST_FRAMES:
@@ -132,12 +132,12 @@ def read_gait(path: Path) -> GaitFile:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # invalid values and headers are reported below
-            return _checked(path, _READERS[suffix](data))
+            return _check_fields(path, _READERS[suffix](data))
     except GaitsimError:
         raise
     # Invalid data can make the readers raise any exception.
     except Exception as error:
-        raise _refused(path, shortened(str(error), 200) or type(error).__name__) from None
+        raise _invalid_file(path, shortened(str(error), 200) or type(error).__name__) from None
 
 
 def read_bounded(path: Path, largest: int) -> bytes:
@@ -169,13 +169,13 @@ def read_npz(data: bytes, largest: int) -> dict[str, NDArray[Any]]:
         return dict(file)
 
 
-def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
+def _check_fields(path: Path, fields: Mapping[str, Any]) -> GaitFile:
     found = next((fields[name] for name in _ANGLES if name in fields), None)
     if found is None:
-        raise _refused(path, f"it has neither {' nor '.join(_ANGLES)}")
+        raise _invalid_file(path, f"it has neither {' nor '.join(_ANGLES)}")
     angles = np.asarray(found)
     if angles.dtype.kind not in "fiu" or angles.ndim != 2 or len(angles) < 2:
-        raise _refused(path, f"its angles have dtype {angles.dtype} and shape {angles.shape}")
+        raise _invalid_file(path, f"its angles have dtype {angles.dtype} and shape {angles.shape}")
     frames, joints = angles.shape
     if frames > MOST_FRAMES or joints > MOST_JOINTS:
         raise GaitsimError(
@@ -185,19 +185,19 @@ def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
         )
     angles = angles.astype(np.float64)
     if not np.isfinite(angles).all():
-        raise _refused(path, "its angles are not all finite")
+        raise _invalid_file(path, "its angles are not all finite")
     rate = next((float(np.ravel(fields[name])[0]) for name in _RATE if name in fields), None)
     if rate is not None and not 0 < rate < np.inf:
-        raise _refused(path, f"its frame rate is {rate}")
+        raise _invalid_file(path, f"its frame rate is {rate}")
     names = np.ravel(next((fields[name] for name in _NAMES if name in fields), ()))
     if len(names) and names.dtype.kind != "U":
-        raise _refused(path, f"its joint names have dtype {names.dtype}; they should be text")
+        raise _invalid_file(path, f"its joint names have dtype {names.dtype}; they should be text")
     if len(names) not in (0, joints):
-        raise _refused(path, f"it names {len(names):,} of its {joints:,} joints")
+        raise _invalid_file(path, f"it names {len(names):,} of its {joints:,} joints")
     return GaitFile(path, angles, rate, tuple(names.tolist()))
 
 
-def _refused(path: Path, reason: str) -> GaitsimError:
+def _invalid_file(path: Path, reason: str) -> GaitsimError:
     return GaitsimError(f"{path} is not a gait file: {reason}", allowed=_ALLOWED)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.scoring import moved
+from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_errors
 from gaitsim.render.page.packing import Packed, pack
@@ -158,7 +158,7 @@ def _compact(amounts: Floats, step: float) -> Json:
 
 def _angles(experiment: Experiment, genomes: Genomes) -> tuple[Floats, float]:
     """Return the joint angles, (individuals, frames, joints) rad, and the frame rate, Hz."""
-    motion = moved(experiment, genomes)
+    motion = move_genomes(experiment, genomes)
     with plugin_errors(experiment.entries["organism"], "computing the channel 'joint_angles'"):
         angles = np.asarray(motion["joint_angles"], np.float64)
     return np.nan_to_num(angles), float(motion.frame_rate)

@@ -9,7 +9,7 @@ from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generation
 from gaitsim.render.plots.labels import add_heading, heading_of_run
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.style import WIDTH, styled
-from gaitsim.runs.files.folder import unfinished
+from gaitsim.runs.files.folder import unfinished_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +26,7 @@ def diversity_figure(request: Request) -> "Figure":
     run, theme = request.run, request.theme
     history = run.history
     if not history:
-        raise unfinished(run.path)
+        raise unfinished_error(run.path)
     bits = isinstance(run.experiment.space(), BitSpace)
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 2.9))

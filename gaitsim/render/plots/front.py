@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Results
 from gaitsim.contracts.search import Members
-from gaitsim.evolution.transferability import RealityTests, predicted
+from gaitsim.evolution.transferability import RealityTests, with_predictions
 from gaitsim.individual import Member
 from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request, require_kept
@@ -55,7 +55,7 @@ def front_figure(request: Request) -> "Figure":
     last = run.finished
     results = Results(last.genomes, last.scores, last.values)
     if (tests := RealityTests.of(last.state)) is not None:
-        results = predicted(run.experiment_at(run.generation), tests, results)
+        results = with_predictions(run.experiment_at(run.generation), tests, results)
     everybody = {
         name: results.scores if name == "score" else results.values[name] for name in names
     }

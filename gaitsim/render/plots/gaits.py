@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from gaitsim.gait.of_individual import frames_before_fall
+from gaitsim.gait.individual_analysis import frames_before_fall
 from gaitsim.gait.repertoire import Gait, gaits_of, patterns
 from gaitsim.individual import Individual, Member
 from gaitsim.render.plots.footfall import contacts_of

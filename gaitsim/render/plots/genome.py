@@ -12,7 +12,7 @@ from gaitsim.render.plots.fitness import mark_stages
 from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.runs.files.folder import unfinished
+from gaitsim.runs.files.folder import unfinished_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,7 +43,7 @@ def genome_figure(request: Request) -> "Figure":
     run, theme = request.run, request.theme
     history, bests = run.history, run.bests
     if not len(bests):
-        raise unfinished(run.path)
+        raise unfinished_error(run.path)
     space, last = run.experiment.space(), len(bests)
     columns = np.unique(np.linspace(0, last - 1, min(last, _MAX_GENERATIONS)).round().astype(int))
     bits, places = isinstance(space, BitSpace), _positions(space, bests["genome"][columns], request)

@@ -12,7 +12,7 @@ from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import WIDTH, styled
-from gaitsim.runs.files.folder import list_runs, unfinished
+from gaitsim.runs.files.folder import list_runs, unfinished_error
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.compare_runs import ComparedRun, RunsReader, warning
 
@@ -93,7 +93,7 @@ def _check_readable(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
         if run.problem is not None:
             raise run.problem
         if not run.history:
-            raise unfinished(run.path)
+            raise unfinished_error(run.path)
     return [*runs]
 
 
@@ -101,7 +101,7 @@ def _draw(axes: "Axes", group: Sequence[ComparedRun], style: Mapping[str, Any]) 
     """Draw the median and quartiles of a group, or the line of a single run."""
     group = [run for run in group if 2 * run.generation >= group[0].generation]
     length = min(run.generation for run in group)
-    first = max(run.comparable for run in group) - 1
+    first = max(run.first_comparable for run in group) - 1
     part = slice(first, length)
     bests = np.stack(
         [np.fmax.accumulate(finite_or_nan(run.history["best"][part])) for run in group]

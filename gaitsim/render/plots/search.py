@@ -14,7 +14,7 @@ from gaitsim.render.plots.fitness import draw_curve, stages
 from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import WIDTH, styled
-from gaitsim.runs.files.folder import unfinished
+from gaitsim.runs.files.folder import unfinished_error
 from gaitsim.runs.files.history import FIGURE, figures_of
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def search_figure(request: Request) -> "Figure":
     run, theme = request.run, request.theme
     history = run.history
     if not history:
-        raise unfinished(run.path)
+        raise unfinished_error(run.path)
     names = figures_of(history)
     if not names:
         raise _no_figures(run.experiment)

@@ -8,7 +8,7 @@ from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
 from gaitsim.render.plots.panels import grid
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.style import WIDTH, styled
-from gaitsim.runs.files.folder import unfinished
+from gaitsim.runs.files.folder import unfinished_error
 from gaitsim.runs.files.history import COLUMNS, MEAN
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def terms_figure(request: Request) -> "Figure":
     """
     history, theme = request.run.history, request.theme
     if not history:
-        raise unfinished(request.run.path)
+        raise unfinished_error(request.run.path)
     names = [name for name in history if name not in COLUMNS and MEAN + name in history]
     if len(names) > MAX_PANELS:
         raise RunError(

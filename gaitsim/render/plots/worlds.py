@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitsim.gait.intervals import Floats
-from gaitsim.gait.judgement import Judgement
 from gaitsim.gait.sensitivity import PARTS
+from gaitsim.gait.unseen_results import UnseenResults
 from gaitsim.render.plots.labels import add_heading, format_number
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.render.terminal.unseen_results import format_falls, spaced
@@ -20,7 +20,7 @@ _HEIGHT = 1.55  # height of a row of panels, inches
 _DOT = 7.0  # area of a world's mark, points²
 
 
-def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figure":
+def worlds_figure(found: UnseenResults, heading: str, theme: Theme = LIGHT) -> "Figure":
     """Draw the sorted results, and the results against each condition, the most harmful one first.
 
     The vertical axis of every panel shows the results.
@@ -53,12 +53,12 @@ def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figu
     return figure
 
 
-def heading_of_worlds(found: Judgement, title: str) -> str:
+def heading_of_worlds(found: UnseenResults, title: str) -> str:
     """Return the heading of the figure: the title, the number of worlds and of falls."""
     return f"{title}: {len(found.worlds):,} unseen worlds, {format_falls(found)}"
 
 
-def _draw_distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
+def _draw_distribution(axes: "Axes", found: UnseenResults, theme: Theme) -> None:
     """Draw the sorted results against the share of worlds with lower results."""
     order = np.argsort(found.results, kind="stable")
     share = 100 * (np.arange(len(order)) + 0.5) / len(order)
@@ -84,7 +84,7 @@ def _draw_distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
     axes.set_xlabel("share of worlds (%)")
 
 
-def _draw_condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
+def _draw_condition(axes: "Axes", found: UnseenResults, name: str, theme: Theme) -> None:
     """Draw the results against a condition, with the means of its thirds and its harmful range."""
     values, (low, high) = found.conditions[name], found.ranges[name]
     effect = next((one for one in found.effects if one.condition == name), None)
@@ -115,7 +115,7 @@ def _draw_condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> 
 
 
 def _draw_worlds(
-    axes: "Axes", across: Floats, found: Judgement, theme: Theme, order: np.ndarray
+    axes: "Axes", across: Floats, found: UnseenResults, theme: Theme, order: np.ndarray
 ) -> None:
     """Mark each world; falls are crosses, and failed motions are crosses on the axis."""
     results, fell = found.results[order], found.fell[order]

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, MissingFunctionError
-from gaitsim.gait import GaitAnalysis, transferred
+from gaitsim.gait import GaitAnalysis, compare_bodies
 from gaitsim.gait.changed import engine_of
 from gaitsim.gait.quantities import quantities
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
-from gaitsim.gait.twin import Transferred
+from gaitsim.gait.twin import QuantityPair
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number
 
@@ -98,7 +98,7 @@ def compare_engines(individual: Individual, other: Individual) -> Passage:
 def _compare(
     individual: Individual, other: Individual, title: str, columns: tuple[str, str]
 ) -> Passage:
-    failure, found = other.replayed_failure, transferred(individual, other)
+    failure, found = other.replayed_failure, compare_bodies(individual, other)
     rows = tuple(
         (one.name, _format(one, one.own), _format(one, one.other), one.unit) for one in found
     )
@@ -117,7 +117,7 @@ def _compare(
     )
 
 
-def _format(one: Transferred, value: float) -> str:
+def _format(one: QuantityPair, value: float) -> str:
     return format_or_dash(value, DIGITS.get(one.name, 3))
 
 

@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterator
 
 from gaitsim.evaluation.worlds import describe
-from gaitsim.gait.judgement import SCORE, Judgement
 from gaitsim.gait.sensitivity import Effect
+from gaitsim.gait.unseen_results import SCORE, UnseenResults
 from gaitsim.render.terminal.explanation import Passage, format_or_dash
 from gaitsim.render.terminal.text import number
 
 
-def world_results(found: Judgement) -> Iterator[Passage]:
+def world_results(found: UnseenResults) -> Iterator[Passage]:
     """Yield the distribution of the results across worlds, and the conditions that reduce them."""
     shares = {"best": 1.0, "upper quartile": 0.75, "median": 0.5, "lower quartile": 0.25}
     results = {
@@ -44,7 +44,7 @@ def world_results(found: Judgement) -> Iterator[Passage]:
     yield _harmful_conditions(found)
 
 
-def _harmful_conditions(found: Judgement) -> Passage:
+def _harmful_conditions(found: UnseenResults) -> Passage:
     if not found.effects:
         return Passage(notes=("No condition has an effect beyond chance.",))
     loss = f"loss {found.unit}".rstrip()
@@ -69,7 +69,7 @@ def _harmful_conditions(found: Judgement) -> Passage:
     )
 
 
-def summary_line(found: Judgement) -> str:
+def summary_line(found: UnseenResults) -> str:
     """Return a summary on one line, such as 'In 100 unseen worlds: median 1.92 m, …'."""
     unit = f" {found.unit}".rstrip()
     condition = spaced(found.effects[0].condition) if found.effects else ""
@@ -81,19 +81,19 @@ def summary_line(found: Judgement) -> str:
     )
 
 
-def format_strongest(found: Judgement) -> str:
+def format_strongest(found: UnseenResults) -> str:
     """Return the most harmful condition and range, such as 'friction below 0.6', or a dash."""
     if not found.effects:
         return "–"
     return f"{found.effects[0].condition} {format_range(found.effects[0], found)}"
 
 
-def format_falls(found: Judgement) -> str:
+def format_falls(found: UnseenResults) -> str:
     """Return the number of worlds in which the body falls, such as '3 falls'."""
     return {0: "no falls", 1: "1 fall"}.get(found.falls, f"{found.falls:,} falls")
 
 
-def format_range(effect: Effect, found: Judgement) -> str:
+def format_range(effect: Effect, found: UnseenResults) -> str:
     """Return the harmful range of a condition, such as 'below −1° or above 1°'."""
     least, most = found.ranges[effect.condition]
     unit = found.units[effect.condition]
@@ -123,7 +123,7 @@ def format_percent(share: float) -> str:
     return f"{number(100 * share, 0)} %" if math.isfinite(share) else "–"
 
 
-def format_spans(found: Judgement) -> Iterator[str]:
+def format_spans(found: UnseenResults) -> Iterator[str]:
     """Yield the range of each condition, such as 'slope −3 to 3°'."""
     for name, (low, high) in found.ranges.items():
         yield f"{name} {_short(low)} to {format_quantity(high, found.units[name])}"

@@ -12,25 +12,28 @@ from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.history import (
     figures_of,
     header,
+    header_problem,
     parse_history,
     read_history,
     terms_of,
     used_terms,
-    wrong_names,
 )
-from gaitsim.runs.files.tables import Columns, damaged, line, opened, read_head
+from gaitsim.runs.files.tables import Columns, damaged_error, line, open_records, read_head
 
 WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 
 
 class AppendOnlyFile:
-    """A file that grows by whole records, and is truncated when opened."""
+    """A file that grows by whole records, and is truncated when opened.
+
+    Args:
+        path: path of the file.
+        keep: number of bytes to keep; a shorter file is extended with zeros, from its last whole
+            record.
+        size: size of a record, bytes.
+    """
 
     def __init__(self, path: Path, keep: int, size: int = 1) -> None:
-        """Open `path` for appending after its first `keep` bytes.
-
-        Missing records, of `size` bytes each, are filled with zeros.
-        """
         self._path = path
         with writing(path):
             self._descriptor = open_descriptor(path, os.O_RDWR | os.O_CREAT)
@@ -49,7 +52,7 @@ class AppendOnlyFile:
             opened = os.fstat(self._descriptor)
         except OSError as error:
             raise RunError(
-                f"{self._path.name} cannot be written: a plugin closed its descriptor",
+                f"cannot write {self._path.name}: a plugin closed its descriptor",
                 where=str(self._path),
                 remedy="change the plugin to close only files that it opened",
             ) from error
@@ -107,11 +110,11 @@ class AppendOnlyHistory:
             RunError: the existing rows cannot be read, or rewritten with more columns.
         """
         terms = terms_of(values)
-        begins = ""
+        head = ""
         if terms != self._terms:
-            begins = self._prepare(terms, figures_of(values))
+            head = self._prepare(terms, figures_of(values))
         row = line([values.get(name, math.nan) for name in self._columns])
-        self._file.append((begins + row).encode())
+        self._file.append((head + row).encode())
         self._terms = terms
 
     def close(self) -> None:
@@ -119,12 +122,12 @@ class AppendOnlyHistory:
         self._file.close()
 
     def _prepare(self, terms: Sequence[str], figures: Sequence[str]) -> str:
-        """Add columns for these terms and figures to the file.
+        """Add missing columns for terms and figures to the file.
 
         Returns:
-            The header to write first if the file is empty, else ''.
+            The header, to be written first, if the file is empty; otherwise ''.
         """
-        with opened(self._path) as file:
+        with open_records(self._path) as file:
             head = read_head(self._path, file)
         self._columns = header(terms, figures)
         if not head:
@@ -134,8 +137,8 @@ class AppendOnlyHistory:
             return ""
         before = read_history(self._path)
         self._columns = header(used_terms(before, terms), figures)
-        if wrong := wrong_names(self._columns):
-            raise damaged(self._path, wrong)
+        if wrong := header_problem(self._columns):
+            raise damaged_error(self._path, wrong)
         if found != self._columns:
             # Closed first, as some systems cannot replace open files.
             self._file.close()
@@ -146,7 +149,7 @@ class AppendOnlyHistory:
 
 
 def _table(before: Columns, columns: Sequence[str]) -> str:
-    """Return the text of a history with these columns; missing values are `nan`."""
+    """Return the text of a history with the given columns; missing values are `nan`."""
     missing = [math.nan] * len(before["generation"])
     cells: list[list[float]] = []
     for name in columns:

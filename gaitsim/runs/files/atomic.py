@@ -25,13 +25,13 @@ _REMEDIES = {
     errno.EEXIST: _NO_FOLDER,
     errno.EISDIR: "rename or move the folder of that name",
     errno.ELOOP: "remove the link, and restore the file from a copy of the run",
-    errno.EMLINK: "replace it by a copy; otherwise the file under its other name would change, too",
+    errno.EMLINK: "replace it with a copy: it has a second name, whose content would also change",
 }
 _NO_FOLDER_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EACCES}
 
 
 def write_bytes(path: Path, data: bytes, *, follow: bool = True) -> None:
-    """Write `data` to `path` atomically: after a crash it has either the new or the old content.
+    """Write `data` to `path` atomically: after a crash, the file has its new or its old content.
 
     Args:
         path: path of the file.
@@ -57,8 +57,8 @@ def write_rotating(path: Path, previous: Path, data: bytes) -> None:
     """
     with writing(path), _partial(path.parent, data) as partial:
         if path.is_file() and not path.is_symlink():
-            with _twin(path) as twin:
-                twin.replace(previous)
+            with _second_name(path) as second:
+                second.replace(previous)
         partial.replace(path)
         sync_folder(path.parent)
 
@@ -117,12 +117,12 @@ def set_aside(path: Path, word: str) -> Path:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Convert system errors while `path` is written into a `RunError`."""
+    """Convert system errors in the block, which writes `path`, to a `RunError`."""
     try:
         yield
     except OSError as error:
         raise RunError(
-            f"{path.name or path} cannot be written: {error.strerror or error}",
+            f"cannot write {path.name or path}: {error.strerror or error}",
             where=str(path),
             remedy=_REMEDIES.get(error.errno or 0, "check the disk and the path, then try again"),
         ) from error
@@ -152,22 +152,22 @@ def _partial(folder: Path, data: bytes) -> Iterator[Path]:
 
 
 @contextmanager
-def _twin(path: Path) -> Iterator[Path]:
+def _second_name(path: Path) -> Iterator[Path]:
     """Create a second name for a file, or a copy if the file system lacks hard links."""
-    twin = draft_name(path.parent)
+    second = draft_name(path.parent)
     with locked(path):  # also locks the second name
         try:
-            os.link(path, twin)
+            os.link(path, second)
         except OSError:
             with _partial(path.parent, path.read_bytes()) as copy:
                 yield copy
             return
         try:
-            yield twin
+            yield second
         finally:
-            # POSIX renames between two names of the same file do nothing, so the twin remains
-            # after a crash between the two renames of a rotation.
-            remove(twin)
+            # After a crash between the two renames of a rotation, `path` and `previous` are names
+            # of one file. POSIX then renames nothing, and the second name remains.
+            remove(second)
 
 
 def sync_folder(folder: Path) -> None:

@@ -172,7 +172,7 @@ def read_with_fallback(
             kept. Only for the writer of the run.
 
     Returns:
-        The checkpoint, and a warning if it is the previous one.
+        The checkpoint, and a warning if it is the previous one, else None.
 
     Raises:
         SchemaVersionError: a file is intact, but from an older or newer gaitsim.
@@ -196,12 +196,12 @@ def read_with_fallback(
             allowed="at least one intact checkpoint",
             remedy="restore one from a copy of the folder, or start a new run",
         ) from error
-    instead = f"{previous.name}, of generation {checkpoint.generation}, is used instead"
+    instead = f"{previous.name} of generation {checkpoint.generation} is used instead"
     if not (rename and path.exists()):
         return checkpoint, f"{damage}; {instead}"
     try:
         return checkpoint, f"{damage}; it is kept as {set_aside(path, 'damaged').name}, {instead}"
-    except RunError as error:  # a folder without renames cannot overwrite the file either
+    except RunError as error:  # a folder that forbids renames keeps the file, too
         return checkpoint, f"{damage}; {instead}; {error.what}"
 
 
@@ -215,9 +215,9 @@ def _check(checkpoint: Checkpoint) -> Checkpoint:
         if len(term) != individuals:
             raise ValueError(f"terms.{term_name} should match the {individuals} genomes in number")
         if not (np.isfinite(term) | failed).all():
-            raise ValueError(f"terms.{term_name} should be finite where the score is")
+            raise ValueError(f"terms.{term_name} should be finite if the score is finite")
     if not checkpoint.reasons.keys() <= {str(index) for index in np.flatnonzero(failed)}:
-        raise ValueError("reasons should be only for individuals with the score −inf")
+        raise ValueError("only individuals with the score −inf should have reasons")
     for value_name, values in checkpoint.values.items():
         if len(values) != individuals:
             raise ValueError(
@@ -252,7 +252,7 @@ def pack(record: Checkpoint | Champion) -> bytes:
         (_CHECKPOINT if isinstance(record, Checkpoint) else _CHAMPION).validate_python(content)
     except ValidationError as error:
         key, wrong = first_problem(error, record.kind)
-        raise ValueError(f"this {record.kind} cannot be written: {key}: {wrong}") from error
+        raise ValueError(f"cannot write this {record.kind}: {key}: {wrong}") from error
     return safe_pickle.dumps({"kind": record.kind, **content})
 
 
@@ -266,7 +266,7 @@ def _unpack(path: Path, kind: str, adapter: TypeAdapter[_T]) -> _T:
         key, allowed = first_problem(error, kind)
     except MemoryError as error:
         raise CheckpointError(
-            f"{path.name} needs more memory than is available",
+            f"cannot read {path.name}: it needs more memory than is available",
             where=str(path),
             remedy="close other programs, or use a machine with more memory",
         ) from error

@@ -1,8 +1,8 @@
 """`checksums.bin`: checksums of each generation, with which `gaitsim verify` finds changes.
 
 The last checksum of each record covers the rest of the record, the generation's row and best, and
-the last checksum of the previous record. It therefore reveals any change, and its generation. It
-does not prove who wrote the run; only reproducing the run does.
+the last checksum of the previous record. It therefore reveals any change, and in which generation.
+It does not prove that the scores are genuine: only reproducing the run does.
 """
 
 import hashlib

@@ -29,24 +29,24 @@ def draft_name(folder: Path) -> Path:
 @contextmanager
 def draft_file(folder: Path) -> Iterator[Path]:
     """Create an empty file in `folder`; remove it afterwards unless it was renamed."""
-    with ExitStack() as held:
-        yield _create(folder, lambda path: path.touch(exist_ok=False), held)
+    with ExitStack() as resources:
+        yield _create(folder, lambda path: path.touch(exist_ok=False), resources)
 
 
 @contextmanager
 def draft_folder(folder: Path) -> Iterator[Path]:
     """Create an empty folder in `folder`; remove it afterwards unless it was renamed."""
-    with ExitStack() as held:
-        yield _create(folder, Path.mkdir, held)
+    with ExitStack() as resources:
+        yield _create(folder, Path.mkdir, resources)
 
 
-def _create(folder: Path, create: Callable[[Path], None], held: ExitStack) -> Path:
+def _create(folder: Path, create: Callable[[Path], None], resources: ExitStack) -> Path:
     while True:
         path = draft_name(folder)
-        held.callback(remove, path)
+        resources.callback(remove, path)
         create(path)
         with suppress(FileNotFoundError):  # another process swept it before it was locked
-            held.enter_context(locked(path))
+            resources.enter_context(locked(path))
             path.lstat()
             return path
 
@@ -67,7 +67,7 @@ def locked(path: Path) -> Iterator[None]:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the drafts in `folder` left by killed programs, but not those in use."""
+    """Remove the drafts in `folder` that killed programs left, but not those in use."""
     for draft in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
         with suppress(OSError):
             _remove_abandoned(draft)

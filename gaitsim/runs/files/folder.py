@@ -41,17 +41,17 @@ def find_run(reference: str) -> Path:
     Raises:
         RunError: the run does not exist.
     """
-    places = [Path(place) for place in (reference, RUNS / reference) if reference]
-    for path in places:
+    paths = [Path(path) for path in (reference, RUNS / reference) if reference]
+    for path in paths:
         if holds_run(path):
             return path
-    for path in places:
+    for path in paths:
         if os.path.isfile(path / CHECKPOINT):  # noqa: PTH113
             raise RunError(
                 f"the run {path} has lost its {EXPERIMENT}",
                 remedy="restore it from a copy of the run; the checkpoint also contains its text",
             )
-    for path in places:
+    for path in paths:
         if os.path.isdir(path):  # noqa: PTH112
             raise RunError(
                 f"{path} is not a run: it has no {EXPERIMENT}",
@@ -66,12 +66,12 @@ def find_run(reference: str) -> Path:
 
 
 def holds_run(path: Path) -> bool:
-    """Return whether a folder is a run, possibly damaged: whether it has an `experiment.toml`."""
-    # Unlike pathlib, os.path accepts names that are invalid for files.
+    """Return whether a folder is a run, even a damaged one: it has an `experiment.toml`."""
+    # Unlike pathlib, os.path does not raise an error for an invalid file name.
     return os.path.lexists(path / EXPERIMENT)
 
 
-def own_run(path: Path, verb: str) -> Path:
+def resolve_run(path: Path, verb: str) -> Path:
     """Return the absolute path of a run's folder, for deleting or renaming it.
 
     Args:
@@ -84,21 +84,21 @@ def own_run(path: Path, verb: str) -> Path:
     if path.is_symlink():
         raise RunError(
             f"{path} is a symbolic link to a run",
-            allowed="the run itself",
-            remedy=f"{verb} the run at {path.resolve()}, or only the link by hand",
+            allowed="the folder of a run",
+            remedy=f"{verb} the run at {path.resolve()}, or {verb} only the link, by hand",
         )
     if not holds_run(path):
         raise RunError(
             f"{path} is not a run: it has no {EXPERIMENT}",
             remedy="'gaitsim runs' lists the runs here",
         )
-    return path.resolve()  # '.' has no name
+    return path.resolve()  # a path such as '.' has no name
 
 
-def ends_early(run: Path, name: str, found: int, generation: int) -> RunError:
+def truncation_error(run: Path, name: str, found: int, generation: int) -> RunError:
     """Return the error of a file that ends before the generation of the checkpoint."""
-    there = (run / name).exists()
-    what = f"{name} ends at generation {found}" if there else f"there is no {name}"
+    exists = (run / name).exists()
+    what = f"{name} ends at generation {found}" if exists else f"{name} is missing"
     return RunError(
         f"{what}, but the checkpoint is of generation {generation}",
         where=str(run / name),
@@ -106,7 +106,7 @@ def ends_early(run: Path, name: str, found: int, generation: int) -> RunError:
     )
 
 
-def unfinished(run: Path) -> RunError:
+def unfinished_error(run: Path) -> RunError:
     """Return the error of a run whose first generation is not finished."""
     return RunError(
         f"the run {run} has no finished generation yet",
@@ -122,12 +122,11 @@ def deleted_or_moved(run: Path) -> RunError:
     )
 
 
-def own_folder(run: Path, name: str) -> Path:
+def create_subfolder(run: Path, name: str) -> Path:
     """Return a folder within a run; create it if it is missing.
 
     Raises:
-        RunError: the folder cannot be created, or is a link, through which files elsewhere would
-            change.
+        RunError: the folder cannot be created, or is a link, which could lead out of the run.
     """
     folder = run / name
     with writing(folder):
@@ -167,13 +166,13 @@ def exports_folder(run: Path) -> Path:
     Raises:
         RunError: the folder cannot be created, or it or a file in it is a link to elsewhere.
     """
-    folder = own_folder(run, EXPORTS)
+    folder = create_subfolder(run, EXPORTS)
     check_links(folder, "remove it, or choose another place with --out")
     return folder
 
 
 def check_links(folder: Path, remedy: str = "remove it") -> None:
-    """Check that a folder contains no links through which files elsewhere would change.
+    """Check that a folder contains no links to files outside it.
 
     Raises:
         RunError: the folder contains such a link, or cannot be read.
@@ -191,7 +190,7 @@ def champion_file(generation: int) -> str:
     return f"{CHAMPIONS}/generation-{generation:06d}.pickle"
 
 
-def kept_champions(run: Path) -> list[int]:
+def saved_champions(run: Path) -> list[int]:
     """Return the generations whose champions are saved in a run's folder, in order.
 
     Raises:
@@ -199,7 +198,7 @@ def kept_champions(run: Path) -> list[int]:
     """
     if not os.path.lexists(run / CHAMPIONS):
         return []
-    folder = own_folder(run, CHAMPIONS)
+    folder = create_subfolder(run, CHAMPIONS)
     names = (path.stem for path in folder.glob("generation-*.pickle"))
     matches = (re.fullmatch(r"generation-(\d+)", name) for name in names)
     return sorted(int(match[1]) for match in matches if match)
@@ -213,18 +212,18 @@ def list_runs(root: Path) -> list[Path]:
     """
     found = []
     try:
-        # Names with a leading dot are drafts that create_run is still writing.
+        # Folders with a leading dot are drafts that `create_run` is still writing.
         for path in root.iterdir() if root.exists() else ():
             if not path.name.startswith(".") and holds_run(path):
-                found.append((_made(path), path.name, path))
+                found.append((_creation_time(path), path.name, path))
     except OSError as error:
         raise RunError(
-            f"cannot list {root}: {error.strerror}", remedy="give a folder that holds runs"
+            f"cannot list {root}: {error.strerror}", remedy="give a folder that contains runs"
         ) from None
     return [path for *_, path in sorted(found)]
 
 
-def _made(path: Path) -> float:
+def _creation_time(path: Path) -> float:
     try:
         return (path / EXPERIMENT).stat().st_mtime
     except OSError:  # the run has just been deleted
@@ -234,7 +233,7 @@ def _made(path: Path) -> float:
 def create_run(
     experiment: Experiment, out: Path | None = None, start: Champion | None = None
 ) -> Path:
-    """Create the folder of a new run; an existing name gets a number, such as spider-2.
+    """Create the folder of a new run; a number is added to an existing name, as in spider-2.
 
     The folder is created atomically, with its experiment.
 
@@ -247,7 +246,7 @@ def create_run(
     Raises:
         RunError: the folder cannot be created, or the population is too large for a checkpoint.
     """
-    experiment.check_given()
+    experiment.check_functions()
     check_size(experiment)
     if experiment.search.reads():
         prepare(experiment)  # raises an error for unknown terms and measures
@@ -263,7 +262,7 @@ def create_run(
 def create_folder(
     wanted: Path, files: Mapping[str, str | bytes], folders: Iterable[str] = ()
 ) -> Path:
-    """Create a folder with its content atomically; an existing name gets a number.
+    """Create a folder with its content atomically; a number is added to an existing name.
 
     Args:
         wanted: path of the folder.
@@ -275,13 +274,13 @@ def create_folder(
     """
     if wanted.name in ("", ".."):
         raise RunError(
-            f"{wanted} already exists, and cannot be created",
+            f"cannot create {wanted}: it already exists",
             remedy="give --out the path of a new folder",
         )
     with writing(wanted):
         wanted.parent.mkdir(parents=True, exist_ok=True)
         sweep(wanted.parent)
-        for taken in filter(is_folder, takewhile(os.path.lexists, _names(wanted))):
+        for taken in filter(is_folder, takewhile(os.path.lexists, _numbered_names(wanted))):
             sweep(taken)
         with draft_folder(wanted.parent) as draft:
             for name in folders:
@@ -289,7 +288,7 @@ def create_folder(
             for name, content in files.items():
                 data = content.encode() if isinstance(content, str) else content
                 write_bytes(draft / name, data, follow=False)
-            path = _name(draft, wanted)
+            path = _rename_to_free_name(draft, wanted)
             sync_folder(path.parent)
     return path
 
@@ -301,7 +300,7 @@ def check_size(experiment: Experiment) -> None:
         RunError: the population is too large.
     """
     population, space = experiment.individuals, experiment.space()
-    # The other half is for scores and terms.
+    # Half of the checkpoint is reserved for scores and terms.
     most = MAX_BYTES // 2 // (space.genes * space.dtype.itemsize)
     if population > most:
         raise RunError(
@@ -312,15 +311,15 @@ def check_size(experiment: Experiment) -> None:
 
 def free_name(wanted: Path) -> Path:
     """Return the first free name of a, a-2, a-3, …, which `create_run` would use."""
-    return next(path for path in _names(wanted) if not os.path.lexists(path))
+    return next(path for path in _numbered_names(wanted) if not os.path.lexists(path))
 
 
-def _names(wanted: Path) -> Iterator[Path]:
+def _numbered_names(wanted: Path) -> Iterator[Path]:
     others = (wanted.with_name(f"{wanted.name}-{number}") for number in count(2))
     return chain([wanted], others)
 
 
-def _name(draft: Path, wanted: Path) -> Path:
+def _rename_to_free_name(draft: Path, wanted: Path) -> Path:
     """Rename `draft` to the first free name."""
     while True:
         path = free_name(wanted)

@@ -17,7 +17,7 @@ from gaitsim.evolution import Generation
 from gaitsim.runs.files.tables import (
     Columns,
     check_values,
-    opened,
+    open_records,
     parse_rows,
     read_table,
     read_up_to,
@@ -42,7 +42,7 @@ FIGURE = "search:"
 """Prefix of the names of the search's figures."""
 SCORES = ("best", "mean", "median", "lower quartile", "upper quartile", "worst", "std")
 A_SCORE = f"a number from {-LARGEST_SCORE:g} to {LARGEST_SCORE:g}, or −inf"
-LONGEST = 1e9  # seconds of a generation
+LONGEST = 1e9  # longest time of a generation, seconds
 MOST_TERMS = 200
 LARGEST_RECORDS = 2**32  # bytes of a file of records
 
@@ -110,13 +110,13 @@ def read_islands(path: Path, islands: int, most: int | None = None) -> NDArray[n
         RunError: the file cannot be read, or is damaged.
     """
 
-    def wrong_names(names: Sequence[str]) -> str:
+    def check_header(names: Sequence[str]) -> str:
         if tuple(names) == islands_header(islands):
             return ""
-        return f"it does not have a column for each of {islands} islands"
+        return f"it does not have one column for each of {islands} islands"
 
     def parse(path: Path, head: bytes, rows: bytes) -> Columns:
-        columns = parse_rows(path, head, rows, 1, wrong_names)
+        columns = parse_rows(path, head, rows, 1, check_header)
         for name in islands_header(islands)[1:]:
             check_values(path, columns, name, is_score(columns[name]), A_SCORE)
         return columns
@@ -182,8 +182,8 @@ def is_score(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     return accepted
 
 
-def wrong_names(names: Sequence[str]) -> str:
-    """Return what is wrong with the names of a history's columns, or ''."""
+def header_problem(names: Sequence[str]) -> str:
+    """Return what is wrong with the names of a history's columns; '' if they are valid."""
     terms, figures = terms_of(names), figures_of(names)
     if tuple(names) != header(terms, figures):
         return "its first line does not have the column names of a history"
@@ -210,7 +210,7 @@ def is_term(name: str) -> bool:
 def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Columns:
     """Return whole rows of a history as columns by name, each (rows,).
 
-    Terms may be any number, including those of failed individuals.
+    Terms may be any number, as those of failed individuals need not be finite.
 
     Args:
         path: path of the file, for messages.
@@ -221,7 +221,7 @@ def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Colum
     Raises:
         RunError: the first line or a row is damaged.
     """
-    columns = parse_rows(path, head, rows, first, wrong_names)
+    columns = parse_rows(path, head, rows, first, header_problem)
     for name in ("stage", "evaluations"):
         values = columns[name]
         whole = (values >= 1) & (values < 2**53) & (np.floor(values) == values)
@@ -247,7 +247,7 @@ def read_history(path: Path, most: int | None = None) -> Columns:
 
 
 def best_terms(columns: Mapping[str, NDArray[np.float64]], generation: int) -> dict[str, float]:
-    """Return the terms of a generation's best score, without NaN, the terms of other stages."""
+    """Return the terms of a generation's best score; terms of other stages, NaN, are omitted."""
     found = {name: float(columns[name][generation - 1]) for name in terms_of(columns)}
     return {name: value for name, value in found.items() if not math.isnan(value)}
 
@@ -266,6 +266,6 @@ def read_records(path: Path, layout: np.dtype[Any], most: int | None = None) -> 
     Raises:
         RunError: the file cannot be read.
     """
-    with opened(path, LARGEST_RECORDS) as file:
+    with open_records(path, LARGEST_RECORDS) as file:
         data = read_up_to(file, LARGEST_RECORDS if most is None else most * layout.itemsize)
     return np.frombuffer(data, layout, count=len(data) // layout.itemsize)

@@ -11,18 +11,18 @@ from filelock import FileLock, Timeout
 
 from gaitsim.errors import RunError
 from gaitsim.opening import open_descriptor, read_regular
-from gaitsim.runs.background import check_not_elsewhere
+from gaitsim.runs.background import check_not_in_background
 
 if sys.platform != "win32":
     import fcntl
 
-PATIENCE = 0.5  # seconds, as `is_locked` briefly holds the lock of an idle run, too
+TIMEOUT = 0.5  # seconds; `is_locked` also holds the lock for a moment
 _REMOVE = "remove it, if no process writes the run"
 _REMEDIES = dict.fromkeys((errno.ELOOP, errno.EINVAL, errno.EISDIR, errno.EMLINK), _REMOVE)
 
 
 class RunLock:
-    """The lock of a run folder, which the system releases when its process ends in any way.
+    """The lock of a run folder; the system releases it when the process ends, in whatever way.
 
     Raises:
         RunError: another process holds the lock, or is waiting to evolve the run in the
@@ -30,13 +30,13 @@ class RunLock:
     """
 
     def __init__(self, folder: Path) -> None:
-        check_not_elsewhere(folder, PATIENCE)
+        check_not_in_background(folder, TIMEOUT)
         self._lock = FileLock(folder / ".lock")
         owner = folder / ".lock-owner"
         try:
             # filelock would also open other kinds of files.
             os.close(open_descriptor(folder / ".lock", os.O_RDWR | os.O_CREAT))
-            self._lock.acquire(timeout=PATIENCE, poll_interval=0.02)
+            self._lock.acquire(timeout=TIMEOUT, poll_interval=0.02)
         except Timeout:
             raise RunError(
                 f"the run {folder} is being written by {_read(owner)}",
@@ -52,7 +52,7 @@ class RunLock:
             ) from None
         # The name of the owner is only for messages.
         with suppress(OSError):
-            owner.unlink(missing_ok=True)  # in case it is a link
+            owner.unlink(missing_ok=True)  # it could be a link
             with owner.open("x", encoding="utf-8") as file:
                 file.write(f"process {os.getpid()} on {socket.gethostname()}")
 
@@ -70,7 +70,7 @@ def _read(owner: Path) -> str:
 
 
 def is_locked(folder: Path) -> bool:
-    """Return whether a process is writing to the run. Creates no file in the folder."""
+    """Return whether a process is writing the run; creates no file in the folder."""
     try:
         descriptor = open_descriptor(folder / ".lock", os.O_RDONLY)
     except OSError:

@@ -14,13 +14,13 @@ _PUSHES: dict[str, _Value] = {
     **dict.fromkeys(("NONE", "NEWTRUE", "NEWFALSE", "BINFLOAT"), (object, 0)),
 }
 # Opcodes that move values from the stack into the container below them: the type of the
-# container, and the number of values, unless a mark gives their start.
+# container, and for two of them the number of values. A mark gives the start for the others.
 _FILLS: dict[str, type] = {"APPEND": list, "APPENDS": list, "SETITEM": dict, "SETITEMS": dict}
 _WIDTHS = {"APPEND": 1, "SETITEM": 2}
 
 
-class RefusedError(Exception):
-    """A pickle is rejected, for the reason in the message."""
+class RejectedPickleError(Exception):
+    """Raised for a pickle that is rejected; the message is the reason."""
 
 
 class OpcodeStack:
@@ -41,16 +41,16 @@ class OpcodeStack:
         elif name in _FILLS:
             self._fill(_FILLS[name], self.marks.pop() if self.marks else 0)
         elif name not in ("FRAME", "STOP"):
-            raise RefusedError(f"it contains the opcode {name}, which no checkpoint has")
+            raise RejectedPickleError(f"it contains the opcode {name}, which no checkpoint has")
 
     def _fill(self, container: type, start: int) -> None:
         """Move the values from `start` on into the container below them."""
         if start < 1 or self.values[start - 1][0] is not container:
-            raise RefusedError(f"it fills a {container.__name__} that does not exist")
+            raise RejectedPickleError(f"it fills a {container.__name__} that does not exist")
         items = self.values[start:]
         if container is dict and (len(items) % 2 or any(kind is not str for kind, _ in items[::2])):
-            raise RefusedError("a key is not a string")
+            raise RejectedPickleError("a key is not a string")
         depth = max([self.values[start - 1][1], *(inner + 1 for _, inner in items)])
         if depth > MAX_DEPTH:
-            raise RefusedError(f"its containers are nested more than {MAX_DEPTH} deep")
+            raise RejectedPickleError(f"its containers are nested more than {MAX_DEPTH} deep")
         self.values[start - 1 :] = [(container, depth)]

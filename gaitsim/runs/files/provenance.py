@@ -51,7 +51,7 @@ _ENTRIES = TypeAdapter(list[Provenance])
 
 
 def current_versions(experiment: Experiment) -> dict[str, str]:
-    """Return the versions in use, which are complete once the first evaluation has loaded all."""
+    """Return the versions in use, complete once the first evaluation has loaded all libraries."""
     config: Any = np.show_config(mode="dicts")
     blas = config.get("Build Dependencies", {}).get("blas", {})
     found = {
@@ -71,7 +71,7 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
         found["processor"] = f"{get_host_cpu_name()}, {found['processor']}"
     for kind in experiment.kinds:
         for name, value in options.values(experiment.plugin(kind)).items():
-            if is_long(value):  # in the key, as another text is a new stage, not a new version
+            if is_long(value):  # the checksum is in the key, as another text starts a stage
                 found[f"{kind}.{name} {checksum(value)}"] = "SHA-256"
     return found
 

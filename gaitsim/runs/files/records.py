@@ -14,8 +14,8 @@ from gaitsim.runs.files import history
 from gaitsim.runs.files.append_only import AppendOnlyFile, AppendOnlyHistory
 from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.checksums import NONE, RECORD, SIZE, checksums
-from gaitsim.runs.files.folder import BESTS, CHECKSUMS, HISTORY, ISLANDS, ends_early
-from gaitsim.runs.files.tables import line, line_ends, opened
+from gaitsim.runs.files.folder import BESTS, CHECKSUMS, HISTORY, ISLANDS, truncation_error
+from gaitsim.runs.files.tables import line, line_ends, open_records
 
 
 class RecordFiles:
@@ -37,11 +37,11 @@ class RecordFiles:
         ends = {name: line_ends(path / name, done) for name in tables}
         stored = {name: max(len(found) - 1, 0) for name, found in ends.items()}
         bests = path / BESTS
-        with opened(bests, history.LARGEST_RECORDS) as file:
+        with open_records(bests, history.LARGEST_RECORDS) as file:
             stored[BESTS] = file.seek(0, os.SEEK_END) // self._layout.itemsize
         for name, count in stored.items():
             if count < done:
-                raise ends_early(path, name, count, done)
+                raise truncation_error(path, name, count, done)
         keep = {name: found[done] if done else 0 for name, found in ends.items()}
         size = RECORD.itemsize
         with ExitStack() as held, writing(path):
@@ -76,16 +76,16 @@ class RecordFiles:
         record = np.zeros((), self._layout)
         record["score"], record["genome"] = generation.scores[best], generation.genomes[best]
         islands = history.island_bests(generation, self._number)
-        kept = record.tobytes() + history.islands_record(islands)
+        bests = record.tobytes() + history.islands_record(islands)
         self._history.append(row)
         self._bests.append(record.tobytes())
         if self._number > 1:
             row_of_islands = line([generation.number, *islands.tolist()])
             self._islands.append(row_of_islands.encode())
-        # Not flushed to disk, which would take as long as everything else here. Only `gaitsim
-        # verify` needs a checksum that is lost in a power failure.
+        # Not flushed to disk, which would double the time of this method. If a power failure loses
+        # a checksum, only `gaitsim verify` misses it.
         record_of_checksums = checksums(
-            generation.genomes, generation.evaluation, row, kept, self._chain
+            generation.genomes, generation.evaluation, row, bests, self._chain
         )
         self._checksums.append(record_of_checksums, force=False)
         self._chain = record_of_checksums[-SIZE:]

@@ -10,10 +10,10 @@ offset     bytes  content
 52         rest   pickle, protocol 5
 =========  =====  ============================================
 
-This layout is the same in all schema versions. `pickle.loads(data[52:])` opens the rest in any
-Python. The pickle contains dicts with string keys, lists, str, int of 64 bits, float, bool, None
-and bytes, without references. It needs only 24 opcodes, none of which imports, calls or memoises
-anything.
+This layout is the same in all schema versions. Any Python can load the pickle with
+`pickle.loads(data[52:])`. It contains dicts with string keys, lists, str, int of 64 bits, float,
+bool, None and bytes, without references. It uses only 24 opcodes, none of which imports, calls or
+memoises anything.
 
 A correct checksum shows that a file is undamaged, not that it is harmless. Therefore all opcodes
 are checked before any is executed.
@@ -30,7 +30,7 @@ from typing import Any, BinaryIO, NoReturn
 
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.opening import open_regular
-from gaitsim.runs.files.pickle_stack import MAX_DEPTH, OpcodeStack, RefusedError
+from gaitsim.runs.files.pickle_stack import MAX_DEPTH, OpcodeStack, RejectedPickleError
 
 MAGIC = b"GAITSIM\0"
 VERSION = 4
@@ -48,18 +48,18 @@ _DIGEST = slice(_FIELDS.size, HEADER)
 
 
 class SchemaVersionError(CheckpointError):
-    """A checkpoint is intact, but in the format of an older or newer gaitsim."""
+    """Raised for an intact checkpoint in the format of an older or newer gaitsim."""
 
 
 class NewerVersionError(SchemaVersionError):
-    """A checkpoint is intact, but in the format of a newer gaitsim."""
+    """Raised for an intact checkpoint in the format of a newer gaitsim."""
 
 
 class _Reader(pickle.Unpickler):
     """An unpickler that builds only builtins, even if the scan missed something."""
 
     def find_class(self, module: str, name: str) -> NoReturn:
-        raise RefusedError(f"it imports {name!r} from {module!r}, which no checkpoint does")
+        raise RejectedPickleError(f"it imports {name!r} from {module!r}, which no checkpoint does")
 
 
 def dumps(content: dict[str, Any]) -> bytes:
@@ -68,7 +68,7 @@ def dumps(content: dict[str, Any]) -> bytes:
     Equal content, with keys in the same order, gives equal bytes.
 
     Raises:
-        ValueError: `content` is of types that a checkpoint cannot contain, or too large.
+        ValueError: `content` is too large, or has types that a checkpoint cannot contain.
     """
     file = io.BytesIO()
     file.write(bytes(HEADER))
@@ -105,15 +105,15 @@ def load(path: Path) -> dict[str, Any]:
         with open_regular(path, MAX_BYTES) as file:
             return _load(file, path)
     except FileNotFoundError as error:
-        raise _refusal(path, "file not found", "check the path") from error
+        raise _read_error(path, "file not found", "check the path") from error
     except PermissionError as error:
         raise RunError(
-            f"{path.name} cannot be read: permission denied",
+            f"cannot read {path.name}: permission denied",
             where=str(path),
             remedy="change its permissions",
         ) from error
     except (OSError, MemoryError) as error:
-        raise _refusal(path, _reason(error)) from error
+        raise _read_error(path, _reason(error)) from error
 
 
 def loads(data: bytes, path: Path) -> dict[str, Any]:
@@ -130,17 +130,17 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
     """Read a file, loading it into memory only if its header and checksum are correct."""
     header = file.read(HEADER)
     if not header:
-        raise _refusal(path, "it is empty")
+        raise _read_error(path, "it is empty")
     if not header.startswith(MAGIC):
-        raise _refusal(path, "it is a different kind of file", "give the path of a checkpoint")
+        raise _read_error(path, "it is a different kind of file", "give the path of a checkpoint")
     if len(header) < HEADER:
-        raise _refusal(path, "it is damaged: the header is cut off")
+        raise _read_error(path, "it is damaged: the header is cut off")
     _, version, length = _FIELDS.unpack_from(header)
     found = file.seek(0, os.SEEK_END) - HEADER
     if length != found:
-        raise _refusal(path, f"it is damaged: it has {found:,} bytes instead of {length:,}")
+        raise _read_error(path, f"it is damaged: it has {found:,} bytes instead of {length:,}")
     if _digest(file) != header[_DIGEST]:
-        raise _refusal(path, "it is damaged: its checksum is wrong")
+        raise _read_error(path, "it is damaged: its checksum is wrong")
     if version > VERSION:
         raise NewerVersionError(
             f"{path.name} was written by a newer gaitsim",
@@ -149,7 +149,7 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
             remedy="update gaitsim: pip install --upgrade gaitsim",
         )
     if version < 1:
-        raise _refusal(path, f"there is no schema version {version}")
+        raise _read_error(path, f"there is no schema version {version}")
     try:
         file.seek(0)
         stream = io.BytesIO(file.read(HEADER + length))
@@ -157,13 +157,13 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
         stream.seek(HEADER)
         content: dict[str, Any] = _Reader(stream).load()
     except Exception as error:  # hostile bytes can make the unpickler raise any error
-        raise _refusal(path, _reason(error)) from error
+        raise _read_error(path, _reason(error)) from error
     if version < VERSION:
-        raise _older(path, version, content)
+        raise _older_format_error(path, version, content)
     return content
 
 
-def _older(path: Path, version: int, content: dict[str, Any]) -> SchemaVersionError:
+def _older_format_error(path: Path, version: int, content: dict[str, Any]) -> SchemaVersionError:
     """Return the error of a file written by an older gaitsim, which it names."""
     versions = content.get("versions")
     found = versions.get("gaitsim") if isinstance(versions, dict) else None
@@ -201,23 +201,23 @@ def _scan(stream: io.BytesIO) -> None:
     for count, (opcode, arg, _) in enumerate(pickletools.genops(stream)):
         text += _text_length(arg)
         if count >= MAX_OPCODES:
-            raise RefusedError(f"it has more than {MAX_OPCODES:,} opcodes")
+            raise RejectedPickleError(f"it has more than {MAX_OPCODES:,} opcodes")
         if text > MAX_TEXT:
-            raise RefusedError(f"it has more than {MAX_TEXT:,} characters of text")
+            raise RejectedPickleError(f"it has more than {MAX_TEXT:,} characters of text")
         if opcode.name == "FRAME" and (arg or 0) > end - stream.tell():
-            raise RefusedError("a frame is longer than the file")
+            raise RejectedPickleError("a frame is longer than the file")
         if count > 0:
             stack.follow(opcode.name)
         elif (opcode.name, arg) != ("PROTO", 5):
-            raise RefusedError("it is not a pickle of protocol 5")
+            raise RejectedPickleError("it is not a pickle of protocol 5")
     if stack.marks or [kind for kind, _ in stack.values] != [dict]:
-        raise RefusedError("it is not one dict")
+        raise RejectedPickleError("it does not contain exactly one dict")
     if stream.tell() != end:
-        raise RefusedError("bytes follow the end of the pickle")
+        raise RejectedPickleError("bytes follow the end of the pickle")
 
 
 def _is_plain(content: object) -> bool:
-    """Return whether content is so small and plain that `_scan` certainly accepts its pickle."""
+    """Return whether content is so small and plain that `_scan` always accepts its pickle."""
     level, text, depth = [content], 0, 0
     while level and depth < MAX_DEPTH and len(level) < MAX_OPCODES / 100:
         inner: list[object] = []
@@ -239,7 +239,7 @@ def _is_plain(content: object) -> bool:
 def _text_length(arg: object) -> int:
     """Check the argument of an opcode, and return its number of characters."""
     if isinstance(arg, int) and not -(2**63) <= arg < 2**63:
-        raise RefusedError("a whole number needs more than 64 bits")
+        raise RejectedPickleError("a whole number needs more than 64 bits")
     if not isinstance(arg, str):
         return 0
     arg.encode()  # surrogates can be read but not printed
@@ -254,14 +254,14 @@ def _reason(error: BaseException) -> str:
     return str(error) or type(error).__name__
 
 
-def _refusal(
+def _read_error(
     path: Path,
     reason: str,
     remedy: str = "use an older copy of the file: this one cannot be repaired",
     allowed: str = "",
 ) -> CheckpointError:
     return CheckpointError(
-        f"{path.name} cannot be read as a checkpoint: {reason}",
+        f"cannot read {path.name} as a checkpoint: {reason}",
         where=str(path),
         allowed=allowed or "a checkpoint written by gaitsim",
         remedy=remedy,

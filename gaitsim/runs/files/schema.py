@@ -75,8 +75,8 @@ def array(
 ) -> PlainValidator:
     """Return a validator that reads an array stored by `plain_array`.
 
-    The array is in native byte order, and writable, as read-only arrays would need separately
-    compiled code.
+    The array is in native byte order. It is writable, because Numba would compile kernels a second
+    time for read-only arrays.
 
     Args:
         shape: names of the axes, which must not be empty; None allows any shape.
@@ -109,9 +109,9 @@ def plain_array(values: Array) -> dict[str, object]:
     return {"dtype": little.dtype.str, "shape": list(values.shape), "bytes": little.tobytes()}
 
 
-def first_problem(error: ValidationError, of: str) -> tuple[str, str]:
-    """Return the key of the first invalid value, safe to print, and the reason."""
+def first_problem(error: ValidationError, root: str) -> tuple[str, str]:
+    """Return the key of the first invalid value, below `root` and safe to print, and the reason."""
     first = error.errors(include_url=False, include_input=False)[0]
-    parts = [of, *map(str, first["loc"])]
+    parts = [root, *map(str, first["loc"])]
     key = ".".join(part if part.isprintable() else ascii(part) for part in parts)
     return key[:200], first["msg"].removeprefix("Value error, ")

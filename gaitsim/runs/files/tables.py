@@ -1,6 +1,6 @@
 """CSV tables of numbers: a line of names, then one row per generation.
 
-They may grow while they are read, and are not trusted.
+Tables may grow while they are read, and are not trusted.
 """
 
 import csv
@@ -38,13 +38,13 @@ def line(cells: Iterable[str | float]) -> str:
 def line_ends(path: Path, rows: int) -> list[int]:
     """Return the ends of the first line and the next `rows` lines, in bytes from the start.
 
-    There are fewer if the file has fewer whole lines, and none without a file.
+    The list is shorter if the file has fewer whole lines, and empty without a file.
 
     Raises:
         RunError: the file cannot be read.
     """
     ends: list[int] = []
-    with opened(path) as file:
+    with open_records(path) as file:
         start = 0
         while len(ends) <= rows and (data := file.read(2**20)):
             ends += [start + end.end() for end in re.finditer(b"\n", data)]
@@ -59,7 +59,7 @@ def first_rows(path: Path, rows: int) -> bytes:
         RunError: the file cannot be read.
     """
     ends = line_ends(path, rows)
-    with opened(path) as file:
+    with open_records(path) as file:
         return file.read(ends[-1] if ends else 0)
 
 
@@ -71,7 +71,7 @@ def read_head(path: Path, file: BinaryIO) -> bytes:
     """
     head = file.readline(LONGEST_HEAD)
     if len(head) == LONGEST_HEAD:
-        raise damaged(path, "its first line is too long")
+        raise damaged_error(path, "its first line is too long")
     return head if head.endswith(b"\n") else b""
 
 
@@ -81,8 +81,7 @@ def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> byte
     Args:
         path: path of the file, for messages.
         file: opened file.
-        head: first line of the file, from which too long or too short rows are detected without
-            parsing.
+        head: first line of the file; its number of columns limits the length of the rows.
         most: maximum number of lines; None for all.
 
     Raises:
@@ -95,7 +94,7 @@ def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> byte
     data = read_up_to(file, longest)
     count = data.count(b"\n")
     if 2 * columns * count > len(data) or (len(data) == longest and count < (most or 1)):
-        raise damaged(path, "a row does not have one number per column")
+        raise damaged_error(path, "a row does not have one number per column")
     if most is not None and count > most:
         ends = (end.end() for end in re.finditer(b"\n", data))
         return data[: next(islice(ends, most - 1, None))]
@@ -122,7 +121,7 @@ def column_names(path: Path, head: bytes) -> list[str]:
     try:
         return next(csv.reader([head.decode()]), [])
     except (UnicodeDecodeError, csv.Error):
-        raise damaged(path, "its first line does not name the columns") from None
+        raise damaged_error(path, "its first line does not name the columns") from None
 
 
 def read_table(
@@ -140,14 +139,14 @@ def read_table(
     Raises:
         RunError: the file cannot be read, or is damaged.
     """
-    with opened(path) as file:
+    with open_records(path) as file:
         head = read_head(path, file)
         rows = read_rows(path, file, head, most) if head else b""
     return parse(path, head, rows) if head else {}
 
 
 def parse_rows(
-    path: Path, head: bytes, rows: bytes, first: int, wrong_names: Callable[[list[str]], str]
+    path: Path, head: bytes, rows: bytes, first: int, check_header: Callable[[list[str]], str]
 ) -> Columns:
     """Return whole rows of a table as columns by name, each (rows,).
 
@@ -156,28 +155,28 @@ def parse_rows(
         head: first line of the file.
         rows: whole lines of the file.
         first: generation of the first row.
-        wrong_names: function that returns what is wrong with the names of the columns, or ''.
+        check_header: function that returns what is wrong with the names of the columns, or ''.
 
     Raises:
         RunError: the first line or a row is damaged.
     """
     count = rows.count(b"\n")
     names = column_names(path, head)
-    if wrong := wrong_names(names):
-        raise damaged(path, wrong)
+    if wrong := check_header(names):
+        raise damaged_error(path, wrong)
     try:
-        # Three times as fast as csv and float() for a hundred thousand generations.
+        # np.loadtxt is three times as fast as csv and float() for a hundred thousand generations.
         table = (
             np.loadtxt(io.StringIO(rows.decode("ascii")), delimiter=",", comments=None, ndmin=2)
             if count
             else np.empty((0, len(names)))
         )
     except ValueError:
-        raise damaged(path, "it contains something other than numbers") from None
+        raise damaged_error(path, "it contains something other than numbers") from None
     if table.shape != (count, len(names)):
-        raise damaged(path, "a row does not have one number per column")
+        raise damaged_error(path, "a row does not have one number per column")
     if not np.array_equal(table[:, 0], np.arange(first, first + count)):
-        raise damaged(path, "its rows are not numbered by generation from 1")
+        raise damaged_error(path, "its rows are not numbered by generation from 1")
     return {name: table[:, column] for column, name in enumerate(names)}
 
 
@@ -198,12 +197,13 @@ def check_values(
     """
     for at in np.flatnonzero(~accepted)[:1]:
         generation = columns["generation"][at]
-        raise damaged(
+        raise damaged_error(
             path, f"{name} of generation {generation:.0f} is {columns[name][at]:g}, not {allowed}"
         )
 
 
-def damaged(path: Path, reason: str) -> RunError:
+def damaged_error(path: Path, reason: str) -> RunError:
+    """Return the error of a damaged table."""
     return RunError(
         f"{path.name} is damaged: {reason}",
         where=str(path),
@@ -212,16 +212,16 @@ def damaged(path: Path, reason: str) -> RunError:
 
 
 @contextmanager
-def opened(path: Path, largest: int = LARGEST) -> Iterator[BinaryIO]:
+def open_records(path: Path, largest: int = LARGEST) -> Iterator[BinaryIO]:
     """Open a file with one record per generation for reading; a missing file reads as empty.
 
     Raises:
         RunError: the file cannot be read.
     """
     try:
-        with ExitStack() as held:
+        with ExitStack() as resources:
             try:
-                file = held.enter_context(open_regular(path, largest))
+                file = resources.enter_context(open_regular(path, largest))
             except FileNotFoundError:
                 file = io.BytesIO()
             yield file

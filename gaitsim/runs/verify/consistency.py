@@ -20,14 +20,14 @@ from gaitsim.runs.files.folder import (
     ISLANDS,
     PREVIOUS,
     champion_file,
-    kept_champions,
+    saved_champions,
 )
 from gaitsim.runs.files.history import best_terms, island_bests, islands_record, row
-from gaitsim.runs.resume import next_progress, restored
+from gaitsim.runs.resume import next_progress, restore_generation
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import Change, changes, comparable
+from gaitsim.runs.stages import Change, changes, first_comparable
 
-KEEPING = ("fitness_threshold", "delta_fitness")
+SAVING_OPTIONS = ("fitness_threshold", "delta_fitness")
 """Options of [evolution] that start no stage, but decide which champions are saved."""
 
 
@@ -58,7 +58,7 @@ def expected_chain(run: RunSnapshot, generation: int) -> bytes:
 
 
 def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
-    """Return which parts of a generation, `genomes` or `scores`, differ from their checksums."""
+    """Return the parts, `genomes` or `scores`, of a generation that differ from their checksums."""
     parts = {
         "genomes": genomes_checksum(generation.genomes),
         "scores": scores_checksum(generation.evaluation),
@@ -70,7 +70,7 @@ def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
     ]
 
 
-def without_checksum(run: RunSnapshot) -> int:
+def count_without_checksum(run: RunSnapshot) -> int:
     """Return the number of generations without a checksum."""
     if not len(run.checksums):
         return run.generation
@@ -78,7 +78,7 @@ def without_checksum(run: RunSnapshot) -> int:
 
 
 def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
-    """Return the differences of `experiment.toml` from the experiment of the last generation.
+    """Return the differences between `experiment.toml` and the experiment of the last generation.
 
     Options that only affect when the search stops are left out.
 
@@ -87,14 +87,16 @@ def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
     """
     if run.finished.experiment == run.experiment_text:
         return ()
-    then, now = (one.evolution.model_dump() for one in (run.stages[-1].outline, run.experiment))
+    before, after = run.stages[-1].outline.evolution, run.experiment.evolution
+    then, now = before.model_dump(), after.model_dump()
     saved = then["fitness_threshold"], now["fitness_threshold"]
-    keys = KEEPING if saved != (None, None) else ()  # without a threshold, none are saved
+    # Without a threshold, no champions are saved.
+    keys = SAVING_OPTIONS if saved != (None, None) else ()
     changed = [Change(f"evolution.{key}", then[key], now[key]) for key in keys]
     return (*run.pending, *(change for change in changed if change.then != change.now))
 
 
-def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
+def inconsistencies(run: RunSnapshot) -> dict[int, list[str]]:
     """Return the inconsistencies between the files of a run, by generation in order.
 
     Raises:
@@ -102,17 +104,17 @@ def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
     """
     found: dict[int, list[str]] = {}
     for generation, what in (
-        *_of_rows(run),
-        *_of_checkpoint(run, run.finished, CHECKPOINT),
-        *_of_checkpoint(run, run.previous, PREVIOUS),
-        *_of_progress(run),
-        *_of_champions(run),
+        *_check_rows(run),
+        *_check_checkpoint(run, run.finished, CHECKPOINT),
+        *_check_checkpoint(run, run.previous, PREVIOUS),
+        *_check_progress(run),
+        *_check_champions(run),
     ):
         found.setdefault(generation, []).append(what)
     return dict(sorted(found.items()))
 
 
-def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+def _check_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
     """Compare history and bests with each other and with their checksums."""
     files = (HISTORY, ISLANDS, BESTS) if run.islands.shape[1] > 1 else (HISTORY, BESTS)
     for at, score in enumerate(run.bests["score"].tolist()):
@@ -124,22 +126,23 @@ def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
         if islands != score and run.islands.shape[1] > 1:
             yield generation, f"best is {islands!r} in {ISLANDS}, {score!r} in {BESTS}"
         if found["stage"] != run.stage_at(generation).number:
-            yield generation, f"stage is {found['stage']:g} only in {HISTORY}"
+            stage = run.stage_at(generation).number
+            yield generation, f"stage is {found['stage']:g} in {HISTORY}, {stage} in {CHECKPOINT}"
         chain = checksum(run, generation, "chain")
         if chain is not None and chain != expected_chain(run, generation):
             yield generation, f"its row or record of {', '.join(files)} or {CHECKSUMS} was changed"
 
 
-def _of_checkpoint(
+def _check_checkpoint(
     run: RunSnapshot, checkpoint: Checkpoint | None, name: str
 ) -> Iterator[tuple[int, str]]:
     """Compare a checkpoint with its checksums, its row and its record."""
     if checkpoint is None:
         return
-    generation = restored(checkpoint)
+    generation = restore_generation(checkpoint)
     number = generation.number
     for part in wrong_checksums(run, generation):
-        yield number, f"the {part} in {name} are not those recorded in {CHECKSUMS}"
+        yield number, f"the {part} in {name} do not match {CHECKSUMS}"
     if outside := population_out_of_bounds(run, checkpoint):
         yield number, f"{outside} in {name}"
         return
@@ -151,7 +154,7 @@ def _of_checkpoint(
 
 
 def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
-    """Return which gene of a checkpoint's population is outside the body's bounds, or ''.
+    """Return which gene of a checkpoint's population is outside the body's bounds; '' if none is.
 
     Raises:
         GaitsimError: the experiment of the stage has problems, or its body fails.
@@ -160,14 +163,14 @@ def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
     return out_of_bounds(experiment, checkpoint.genomes, "the population")
 
 
-def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+def _check_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
     """Compare the progress of the search in the checkpoint with the history."""
     checkpoint, last = run.finished, run.generation
-    course = run.history["best"][comparable(run.stages) - 1 :]
-    best = float(course.max())
+    scores = run.history["best"][first_comparable(run.stages) - 1 :]
+    best = float(scores.max())
     if checkpoint.best_score != best:
         yield last, f"the best score is {checkpoint.best_score!r} in {CHECKPOINT}, not {best!r}"
-    since = len(course) - 1 - int(np.argmax(course))
+    since = len(scores) - 1 - int(np.argmax(scores))
     if np.isfinite(best) and checkpoint.stagnation != since:
         yield last, f"{CHECKPOINT} has a stagnation of {checkpoint.stagnation}, not {since}"
     threshold = checkpoint.threshold
@@ -185,17 +188,17 @@ def _threshold(run: RunSnapshot) -> float | None:
     evolution = run.stages[-1].outline.evolution
     before = Progress(0, -np.inf, -1, evolution.fitness_threshold)
     if run.previous is not None:
-        begins = changes(read_outline(run.previous.experiment, PREVIOUS), run.stages[-1].outline)
-        before = next_progress(run.previous, evolution, begins)
+        previous = read_outline(run.previous.experiment, PREVIOUS)
+        before = next_progress(run.previous, evolution, changes(previous, run.stages[-1].outline))
     if run.stages[-1].outline.worlds.redrawn(run.generation):
-        before = before.with_other_scores(evolution, 0)
+        before = before.reset_scores(evolution, 0)
     best = float(run.history["best"][-1])
     return advance(before, best, len(run.finished.genomes), evolution)[0].threshold
 
 
-def _of_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+def _check_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
     """Compare the champions with the bests and the history."""
-    for generation in kept_champions(run.path):
+    for generation in saved_champions(run.path):
         if generation > run.generation:
             continue
         name = champion_file(generation)
@@ -208,11 +211,11 @@ def _of_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
         if champion.generation != generation:
             yield generation, f"{name} contains the champion of generation {champion.generation}"
         if not np.array_equal(champion.genome, best["genome"]):
-            yield generation, f"the genome in {name} is not that in {BESTS}"
+            yield generation, f"the genome in {name} differs from that in {BESTS}"
         if champion.score != best["score"]:
-            yield generation, f"the score in {name} is not that in {BESTS}"
+            yield generation, f"the score in {name} differs from that in {BESTS}"
         if champion.terms != best_terms(run.history, generation):
-            yield generation, f"the terms in {name} are not those in {HISTORY}"
+            yield generation, f"the terms in {name} differ from those in {HISTORY}"
 
 
 def row_differences(run: RunSnapshot, generation: Generation) -> list[str]:

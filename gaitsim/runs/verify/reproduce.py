@@ -9,12 +9,12 @@ import numpy as np
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evaluation.scoring import Evaluate
-from gaitsim.evolution import Generation, evolve, island_map, reevaluated
+from gaitsim.evolution import Generation, evolve, island_map, reevaluate
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, PREVIOUS
 from gaitsim.runs.files.history import best_terms
-from gaitsim.runs.resume import restored
+from gaitsim.runs.resume import restore_generation
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.start import start_genome
 from gaitsim.runs.verify.consistency import (
@@ -27,7 +27,7 @@ NewEvaluator = Callable[[Experiment], Evaluator]
 """Creates the evaluator of an experiment."""
 
 Reproduced = Iterator[tuple[int, bool, list[str]]]
-"""Number of each generation, whether it was fully reproduced, and differences from the record."""
+"""The number of each generation, whether it was fully reproduced, and its differences."""
 
 
 def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Reproduced:
@@ -48,8 +48,8 @@ def reproduce_some(
 ) -> Reproduced:
     """Reproduce some generations, in full if the previous population is stored.
 
-    That is the case for the first generation, and for the last one if the previous checkpoint
-    exists. For other generations, only the best individual is re-evaluated.
+    The first generation needs no previous population, and that of the last one is in the previous
+    checkpoint, if it exists. For other generations, only the best individual is re-evaluated.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
@@ -58,7 +58,7 @@ def reproduce_some(
         before = None
         previous = run.previous if number == run.generation else None
         if previous is not None and not population_out_of_bounds(run, previous):
-            before = restored(previous)
+            before = restore_generation(previous)
         if number == 1 or before is not None:
             (generation,) = _evolve(run, before, number, new_evaluator)
             yield number, True, _differences(run, generation)
@@ -85,7 +85,7 @@ def _evolve(
             )
             last = replace(last, progress=progress)
             if stage.reevaluated:
-                last = reevaluated(experiment, last, evaluator.evaluate)
+                last = reevaluate(experiment, last, evaluator.evaluate)
         yield from evolve(experiment, evaluator.evaluate, last, start, island_map(evaluator))
 
 

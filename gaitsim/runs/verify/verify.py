@@ -11,7 +11,7 @@ from gaitsim.experiment import Experiment
 from gaitsim.runs.files.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change
-from gaitsim.runs.verify.consistency import disagreements, edited_options, without_checksum
+from gaitsim.runs.verify.consistency import count_without_checksum, edited_options, inconsistencies
 from gaitsim.runs.verify.reproduce import reproduce_all, reproduce_some
 
 SAMPLES = 10
@@ -30,10 +30,10 @@ class Verdict:
         without_checksum: number of generations without a checksum.
         warning: warning about the files of the run, or ''.
         damaged: one message for each checkpoint that cannot be read.
-        asked: options of `experiment.toml` that differ from those of the last generation, except
+        edited: options of `experiment.toml` that differ from those of the last generation, except
             for those that only affect when the search stops.
         origins: versions and processors that computed the run; () if not recorded.
-        elsewhere: one message for each difference between these and the current ones.
+        elsewhere: one message for each difference between `origins` and the current versions.
     """
 
     last: int
@@ -43,18 +43,18 @@ class Verdict:
     without_checksum: int
     warning: str
     damaged: tuple[str, ...]
-    asked: tuple[Change, ...]
+    edited: tuple[Change, ...]
     origins: tuple[Provenance, ...]
     elsewhere: tuple[str, ...]
 
     @property
     def identical(self) -> bool:
-        """Whether nothing differs: no generation, no checkpoint, no option in the file."""
-        return not (self.differences or self.damaged or self.asked)
+        """Whether no generation and no option differs, and no checkpoint is damaged."""
+        return not (self.differences or self.damaged or self.edited)
 
     @property
     def not_reproduced(self) -> tuple[tuple[int, int], ...]:
-        """The spans, first and last, of generations of which only the files were checked."""
+        """The first and last generation of each span of which only the files were checked."""
         done = sorted({*self.whole, *self.best})
         gaps = zip([0, *done], [*done, self.last + 1], strict=True)
         return tuple((before + 1, after - 1) for before, after in gaps if after - before > 1)
@@ -92,29 +92,29 @@ def verify(
     """
     last = run.finished.generation
     _ = run.previous  # read and cached now, before the run grows
-    asked = sorted({*generations}) if generations else sample(last)
-    for number in (asked[0], asked[-1]):
+    requested = sorted({*generations}) if generations else sample(last)
+    for number in (requested[0], requested[-1]):
         if not 1 <= number <= last:
             raise RunError(
                 f"the run {run.path} has no generation {number}",
                 where="--generations",
                 allowed=f"1 to {last}",
             )
-    found = disagreements(run)
+    found = inconsistencies(run)
 
     def new_evaluator(experiment: Experiment) -> Evaluator:
         # Not the run's default number of workers, as the result must not depend on it.
         return Evaluator(experiment, workers or (1 if experiment.organism.threads else 2))
 
-    begin(last if everything else len(asked))
+    begin(last if everything else len(requested))
     reproduced: dict[bool, list[int]] = {True: [], False: []}
-    again = (
+    results = (
         reproduce_all(run, new_evaluator)
         if everything
-        else reproduce_some(run, asked, new_evaluator)
+        else reproduce_some(run, requested, new_evaluator)
     )
-    for number, wholly, wrong in again:
-        reproduced[wholly].append(number)
+    for number, fully, wrong in results:
+        reproduced[fully].append(number)
         advance()
         if wrong:
             found.setdefault(number, []).extend(wrong)
@@ -126,10 +126,10 @@ def verify(
         whole=tuple(reproduced[True]),
         best=tuple(reproduced[False]),
         differences=dict(sorted(found.items())),
-        without_checksum=without_checksum(run),
+        without_checksum=count_without_checksum(run),
         warning=run.warning,
         damaged=run.damaged,
-        asked=edited_options(run),
+        edited=edited_options(run),
         origins=tuple(origins),
         elsewhere=tuple(differences(origins, current_versions(run.experiment_at(last)))),
     )

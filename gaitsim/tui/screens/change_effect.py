@@ -44,7 +44,9 @@ def changeable_options(run: RunSnapshot) -> list[ChangeableOption]:
         for name, declared in type(model).model_fields.items():
             if f"{section}.{name}" in ("evolution.population", "islands.number"):
                 continue  # fixed after the start
-            value = options.shown(declared, given[name]) if name in given else options.NOT_SET
+            value = (
+                options.format_brief(declared, given[name]) if name in given else options.NOT_SET
+            )
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"
             found.append(ChangeableOption(f"{section}.{name}", value, about))
     chosen = [

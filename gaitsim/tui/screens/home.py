@@ -116,7 +116,7 @@ other terminals.
             first = self._watch is None
             self._watch = self._watch or RunsWatcher(self.gaitsim.folder)
             try:
-                return self._watch.look(self._progress if first else None), None
+                return self._watch.poll(self._progress if first else None), None
             except GaitsimError as error:
                 return [], error
 

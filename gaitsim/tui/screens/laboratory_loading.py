@@ -7,9 +7,9 @@ import numpy as np
 
 from gaitsim.adaptation.performance import MEASURE
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.damaged import can_be_damaged, damaged, with_damage
-from gaitsim.gait.of_individual import frames_before_fall
-from gaitsim.gait.twin import has_twin, on_twin, twin_of
+from gaitsim.gait.damaged import can_be_damaged, damage_body, with_damage
+from gaitsim.gait.individual_analysis import frames_before_fall
+from gaitsim.gait.twin import has_twin, play_on_twin, twin_of
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.plan import Plan, plan_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -53,7 +53,7 @@ class Subject:
         Raises:
             GaitsimError: the body cannot have it.
         """
-        (twin_of if physics else damaged)(self.champion.experiment, damage_texts(damage))
+        (twin_of if physics else damage_body)(self.champion.experiment, damage_texts(damage))
 
     def damaged_legs(self, damage: Choice) -> list[str]:
         """Return the legs that are lost or have a damaged joint."""
@@ -97,7 +97,7 @@ def simulate_walk(individual: Individual, damage: Choice, physics: bool) -> Walk
     Raises:
         GaitsimError: the body cannot have this damage, or has no twin.
     """
-    found = (on_twin if physics else with_damage)(individual, damage_texts(damage))
+    found = (play_on_twin if physics else with_damage)(individual, damage_texts(damage))
     _ = found.skeleton  # computed here because it is slow
     forward = found.measurements.get(MEASURE)
     path = found.skeleton.path

@@ -17,7 +17,7 @@ from gaitsim.live.background import background_state
 from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watching import RunWatcher
-from gaitsim.runs.background import DOES
+from gaitsim.runs.background import STATE_PREDICATES
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.fork import fork_run
@@ -300,7 +300,7 @@ with `gaitsim attach`.
     def action_back(self) -> None:
         """Leave the run evolving and show how to return to it and how to stop it."""
         if self.process is not None and self.app.screen_stack[-1] is self:
-            what = DOES.get(self.state, "stops and is saved")
+            what = STATE_PREDICATES.get(self.state, "stops and is saved")
             stop = command("stop", self.run)
             text = f"Open it to watch and steer it; to stop it, press s there or run: {stop}"
             self.notify(text, title=f"{self.run.name} {what} in the background", markup=False)

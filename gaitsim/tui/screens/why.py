@@ -14,9 +14,9 @@ from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import has_worlds
-from gaitsim.gait import GaitAnalysis, analyse_individual, on_twin
+from gaitsim.gait import GaitAnalysis, analyse_individual, play_on_twin
 from gaitsim.gait.twin import has_twin
-from gaitsim.gait.unseen import judge
+from gaitsim.gait.unseen import evaluate_unseen
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.explanation import (
     Passage,
@@ -148,7 +148,9 @@ The terms behind the score of an individual, and its gait.
 
         # Worker processes would interfere with the app's terminal.
         workers = None if individual.experiment.organism.threads else 1
-        return tuple(world_results(judge(individual, WORLDS, workers=workers, advance=advance)))
+        return tuple(
+            world_results(evaluate_unseen(individual, WORLDS, workers=workers, advance=advance))
+        )
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         found = self._individual
@@ -165,7 +167,7 @@ The terms behind the score of an individual, and its gait.
 
 
 def _physics_section(individual: Individual) -> Passage:
-    return compare_with_twin(individual, on_twin(individual))
+    return compare_with_twin(individual, play_on_twin(individual))
 
 
 def _read(path: Path, which: Which) -> tuple[Individual, tuple[Passage, ...], GaitAnalysis]:

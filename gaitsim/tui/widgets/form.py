@@ -77,7 +77,9 @@ class Field(Vertical):
 
     def _about(self) -> Text:
         field: FieldInfo = self.option.field
-        takes = "" if self._choices else options.takes(field)  # the unit is beside the input
+        takes = (
+            "" if self._choices else options.type_and_bounds(field)
+        )  # the unit is beside the input
         if takes == "a text" and options.meaning(field):
             takes = ""
         parts = [part for part in (options.meaning(field), takes) if part]

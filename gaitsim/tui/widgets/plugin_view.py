@@ -11,7 +11,7 @@ from rich.text import Text
 
 from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.worlds import usual_conditions
+from gaitsim.evaluation.worlds import default_conditions
 from gaitsim.registry import options
 from gaitsim.registry.presets import read_preset
 from gaitsim.render.terminal.text import visible, visible_lines
@@ -56,7 +56,7 @@ def _facts(
     found = []
     if issubclass(plugin, Organism):
         found += [(name, str(channel)) for name, channel in plugin.channels.items()]
-        found += [(name, str(one)) for name, one in usual_conditions(plugin).items()]
+        found += [(name, str(one)) for name, one in default_conditions(plugin).items()]
         offered = catalogue.offered(name, None)
         found.append(("fitness", ", ".join(offered["fitness"]) or "none installed"))
     if issubclass(plugin, Fitness):

@@ -15,7 +15,7 @@ from gaitsim.gait.sensitivity import Effect, effects
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 MEASURE, SCORE = "forward", "score"
-TRIFLE = 0.01  # loss below which an effect is not reported, as a share of the nominal result
+NEGLIGIBLE = 0.01  # loss below which an effect is not reported, as a share of the nominal result
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Judgement(ReprMixin):
+class UnseenResults(ReprMixin):
     """The results of a gait in unseen worlds.
 
     Attributes:
@@ -108,7 +108,7 @@ class Judgement(ReprMixin):
     def effects(self) -> tuple[Effect, ...]:
         """The conditions with a significant and relevant loss, the strongest first."""
         found = effects(self.conditions, self.ranges, self.results)
-        least = TRIFLE * abs(self.nominal.result)
+        least = NEGLIGIBLE * abs(self.nominal.result)
         return tuple(one for one in found if not one.loss < least)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:

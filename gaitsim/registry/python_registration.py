@@ -16,7 +16,7 @@ from gaitsim.registry import options
 from gaitsim.registry.class_validation import PLUGIN, problems
 from gaitsim.registry.entry_points import PYTHON, entries
 from gaitsim.registry.plugin_context import contract_error
-from gaitsim.registry.python_entries import ARGUMENTS, OUTSIDE, SCORE, PythonEntry, give
+from gaitsim.registry.python_entries import ARGUMENTS, OUTSIDE, SCORE, PythonEntry, register
 from gaitsim.registry.python_plugins import FunctionBody, FunctionFitness
 
 _BASES: dict[str, type[Plugin]] = {"fitness": Fitness, "organism": Organism}
@@ -26,7 +26,7 @@ _SIGNATURES = {
 }
 
 
-def given_options(
+def python_options(
     fitness: Any = None, body: Any = None, space: Any = None
 ) -> dict[str, dict[str, Any]]:
     """Register a fitness and a body in this process, and return the sections that choose them.
@@ -95,7 +95,7 @@ def _section(kind: str, thing: Any, space: GenomeSpace | None) -> dict[str, Any]
     base = FunctionFitness if kind == "fitness" else FunctionBody
     parts = {"entry": entry, "function": staticmethod(thing), "__module__": __name__, **space_of}
     model = type(label, (base,), {**parts, "__doc__": inspect.getdoc(thing)})
-    _give(entry, model)
+    _register(entry, model)
     return {PLUGIN: name}
 
 
@@ -112,12 +112,12 @@ def _name_of(kind: str, model: type[Plugin]) -> str:
     entry = PythonEntry(kind, name, where, OUTSIDE, "", file=file)
     if found := problems(kind, model):
         raise contract_error(entry, f"breaks its contract: {'; '.join(found)}")
-    _give(entry, model)
+    _register(entry, model)
     return name
 
 
-def _give(entry: PythonEntry, model: type[Plugin]) -> None:
-    give(PythonEntry(**{**vars(entry), "model": model}))
+def _register(entry: PythonEntry, model: type[Plugin]) -> None:
+    register(PythonEntry(**{**vars(entry), "model": model}))
 
 
 def _code_of(kind: str, thing: Any) -> CodeType:
