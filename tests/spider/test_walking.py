@@ -163,7 +163,7 @@ def test_walking_agrees_with_an_independent_reference(spider: Spider) -> None:
 def test_three_feet_in_a_row_on_one_side_are_one_side_of_the_support() -> None:
     feet = np.repeat(FEET[None], 2, axis=0)
     feet[:, :4, 1], feet[:, 4:, 1] = 0.18, -0.17
-    # The nearest side runs from the front foot to the rear foot.
+    # The nearest sides connect the two front feet and the two rear feet.
     assert walked(feet)["margin"] == pytest.approx(0.16)
     feet[:, 4:, 1] = -0.1
     assert walked(feet)["margin"] == pytest.approx(0.1)
