@@ -17,7 +17,7 @@ class Hover(Fitness):
     y: float = option(0.0, "y of the point", unit="m", ge=-1000, le=1000)
     z: float = option(0.0, "z of the point", unit="m", ge=-1000, le=1000)
     radius: float = option(
-        0.5, "largest distance that counts as at the point", unit="m", gt=0, le=100
+        0.5, "largest distance at which a fly counts as being at the point", unit="m", gt=0, le=100
     )
 
     needs: ClassVar[tuple[str, ...]] = ("position",)

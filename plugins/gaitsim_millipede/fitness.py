@@ -16,7 +16,7 @@ class MillipedeTravel(Fitness):
     """
 
     direction: Literal["forward", "backward", "clockwise", "counter-clockwise"] = option(
-        "forward", "direction of the motion that scores"
+        "forward", "direction in which motion scores"
     )
 
     needs: ClassVar[tuple[str, ...]] = ("side_reach",)

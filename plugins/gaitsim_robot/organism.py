@@ -54,7 +54,7 @@ from gaitsim_robot.symmetry import Symmetry
 
 
 class Robot(Organism):
-    """Any legged robot from a URDF or MJCF file, in rigid-body physics on level ground."""
+    """Any legged robot from a URDF or MJCF file, in rigid-body physics."""
 
     model: str = option(
         "quadruped",

@@ -18,7 +18,7 @@ LARGEST_DEVIATION = 1 / 3
 
 
 class CmaEs(Search):
-    """Learns which joint changes of the genes raise the score, from the ranks of scores alone.
+    """Learns which combined changes of genes raise the score, using only the ranks of scores.
 
     Samples come from a normal distribution whose mean, covariance and step size adapt to the best
     samples. After convergence, the search restarts from a random genome with twice the samples.

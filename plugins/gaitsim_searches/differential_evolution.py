@@ -36,7 +36,10 @@ class DifferentialEvolution(Search):
     """
 
     greediness: float = option(
-        0.1, "share of the best genomes, at least two, that others move towards", gt=0, le=1
+        0.1,
+        "share of the best genomes, at least two of them, towards which all genomes move",
+        gt=0,
+        le=1,
     )
     memory: int = option(6, "number of successful pairs of F and CR remembered", ge=1, le=1000)
     archive: float = option(

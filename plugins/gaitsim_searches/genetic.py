@@ -17,7 +17,7 @@ from gaitsim.contracts import (
 
 
 class Genetic(Search):
-    """A generational genetic algorithm with elitism, Holland 1975, De Jong 1975.
+    """A generational genetic algorithm with elitism (Holland 1975, De Jong 1975).
 
     The best individuals are copied. The experiment's operators select and cross parents, and mutate
     their children. With a warm start, the first population is its genome and mutants of it.

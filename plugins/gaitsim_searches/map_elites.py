@@ -49,7 +49,10 @@ class MapElites(Search):
     cells: (
         Annotated[int, Field(ge=2, le=_MOST_CENTROIDS)]
         | tuple[Annotated[int, Field(ge=1, le=_MOST_CELLS)], ...]
-    ) = option(1_000, "cells along each axis of a grid, or one number of even Voronoi cells")
+    ) = option(
+        1_000,
+        "number of cells along each axis of a grid, or of even Voronoi cells if it is one number",
+    )
     variation: Literal["isotropic", "line", "cma-me", "cma-mae"] = option(
         "line", "method that creates new genomes from elites"
     )
@@ -67,9 +70,12 @@ class MapElites(Search):
     )
     flips: float = option(1.0, "mean number of bits that isotropic and line variation flip", gt=0)
     step: float = option(0.2, "initial step size of an emitter, in widths", gt=0, le=10)
-    emitters: int = option(5, "emitters that share a generation", ge=1, le=1_000)
+    emitters: int = option(5, "number of emitters that share a generation", ge=1, le=1_000)
     learning_rate: float = option(
-        0.01, "rate at which the thresholds of cma-mae rise; 1 at once, 0 never", ge=0, le=1
+        0.01,
+        "rate at which the thresholds of cma-mae rise, from 0 (never) to 1 (at once)",
+        ge=0,
+        le=1,
     )
     threshold: float = option(
         0.0, "score that a genome of cma-mae must exceed in an empty cell", ge=-1e100, le=1e100
