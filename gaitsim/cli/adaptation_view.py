@@ -76,7 +76,7 @@ class View:
             print_json({**ended, **values, "share": share, "adaptation": path})
             return
         echo(f"Ended: {adaptation.ending}.")
-        gait_words = "an unnamed gait" if name == "none" else f"a {name} in the atlas"
+        gait_words = "an unnamed gait" if name == "none" else f"{name} in the atlas"
         output().print(
             f"Best: member {best.member}, {gait_words}: {best.measured:.3f}{self._unit}, "
             f"{share:.0%} of the best in the atlas",
