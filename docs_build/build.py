@@ -97,7 +97,7 @@ def stage() -> None:
     for source, name in OUTSIDE.items():
         if name != "index.md":
             page = ROOT / source.removeprefix("../")
-            (STAGE / name).write_text(inward(page.read_text(), page.parent))
+            (STAGE / name).write_text(with_site_links(page.read_text(), page.parent))
     shutil.copy(ROOT / "docs_build" / "site.css", STAGE)
     shutil.copytree(ROOT / "docs_build" / "fonts", STAGE / "fonts")
     (STAGE / "commands.md").write_text(commands.page())
@@ -113,13 +113,13 @@ def _with_links_to_copies(text: str) -> str:
     return text
 
 
-def inward(text: str, folder: Path) -> str:
-    """Return the text of a page from outside docs/, with links that work on the site.
+def with_site_links(text: str, folder: Path) -> str:
+    """Return a page from outside docs/ with links that work on the site.
 
     Links into docs/ lose the folder; other relative links become plain text.
     """
 
-    def link(found: re.Match[str]) -> str:
+    def replace(found: re.Match[str]) -> str:
         words, target = found.groups()
         if re.match(r"https?:|#", target):
             return found[0]
@@ -128,7 +128,7 @@ def inward(text: str, folder: Path) -> str:
             return f"[{words}]({path.name}{target[len(target.partition('#')[0]) :]})"
         return words
 
-    return re.sub(r"\[([^\]]+)\]\(([^)\s]+)\)", link, text)
+    return re.sub(r"\[([^\]]+)\]\(([^)\s]+)\)", replace, text)
 
 
 def main() -> int:

@@ -68,7 +68,7 @@ def _command(name: str, function: Callable[..., Any]) -> Iterator[str]:
 
 
 class _Row:
-    """A parameter of a command's function, as a row of a table says it."""
+    """A parameter of a command's function, as a row of a table."""
 
     def __init__(self, parameter: inspect.Parameter) -> None:
         self._parameter = parameter

@@ -44,8 +44,8 @@ ITALIC = {"h": "ℎ"} | {
 """Letter of a variable -> the italic character that browsers draw for it."""
 
 
-def cut(source: Path) -> None:
-    """Write the shipped subset of a font."""
+def write_subset(source: Path) -> None:
+    """Write the subset of a font that the site uses."""
     font = TTFont(source, recalcTimestamp=False)
     # `ssty` has the glyphs of subscripts and superscripts; the others place accents.
     options = Options(layout_features=["ssty", "mkmk", "ccmp"], hinting=False, notdef_outline=True)
@@ -56,19 +56,19 @@ def cut(source: Path) -> None:
     font.save(FONT)
 
 
-def missing(mathml: str) -> str:
+def missing_characters(mathml: str) -> str:
     """Return the characters of an equation in MathML that the font lacks."""
     text = LETTER.sub(lambda found: ITALIC.get(found[1], found[1]), mathml)
     drawn = set(html.unescape(re.sub(r"<[^>]*>|\s", "", text)))
-    return "".join(sorted(drawn - set(map(chr, known()))))
+    return "".join(sorted(drawn - set(map(chr, code_points()))))
 
 
 @cache
-def known() -> frozenset[int]:
-    """Return the code points in the shipped font."""
+def code_points() -> frozenset[int]:
+    """Return the code points in the subset."""
     with TTFont(FONT) as font:
         return frozenset(font.getBestCmap())
 
 
 if __name__ == "__main__":
-    cut(Path(sys.argv[1]))
+    write_subset(Path(sys.argv[1]))

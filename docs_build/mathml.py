@@ -47,7 +47,7 @@ def block(
     if "\\" in made:
         # Any other exception would silently show the block as code.
         raise SuperFencesException(f"unsupported LaTeX: {source}")
-    if missing := font.missing(made):
+    if missing := font.missing_characters(made):
         raise SuperFencesException(
             f"not in the font, see docs_build/font.py: {missing} in {source}"
         )

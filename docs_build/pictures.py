@@ -1,7 +1,7 @@
-"""Regenerate the pictures of the documentation: `python docs_build/pictures.py`, a few minutes.
+"""Regenerate the pictures of the documentation: `python docs_build/pictures.py`.
 
-The script evolves the runs it needs, with fixed seeds, and draws them with gaitsim. Only the times
-on the screens of the terminal UI differ from one execution to the next.
+The script takes a few minutes. It evolves the runs that it needs, with fixed seeds, and draws them
+with gaitsim. Only the times on the screens of the terminal UI differ between executions.
 """
 
 import asyncio
@@ -34,7 +34,7 @@ FONTS = re.compile(r"@font-face\s*\{[^}]*\}")
 
 
 def evolve() -> None:
-    """Evolve the runs to show, in the folder runs/."""
+    """Evolve the runs in the folder runs/."""
     for name, preset, seed, more in RUNS:
         for _ in gs.evolve(preset, seed=seed, out=f"runs/{name}", set=more):
             pass
@@ -88,10 +88,10 @@ def plots() -> None:
 def _plot(figure: object, name: str) -> None:
     path = HERE / f"{name}.png"
     path.write_bytes(picture(figure, "png", LIGHT, SCREEN))  # type: ignore[arg-type]
-    _smaller(Image.open(path), path)
+    _write_with_palette(Image.open(path), path)
 
 
-def _smaller(image: Image.Image, path: Path) -> None:
+def _write_with_palette(image: Image.Image, path: Path) -> None:
     """Write a picture with a reduced palette that keeps the exact colours of marks."""
     pixels = np.asarray(image.convert("RGB"))
     white = np.full((1, 3), 255, dtype=np.uint8)
@@ -105,13 +105,13 @@ def bodies() -> None:
     """Draw stills and short films of the champions."""
     for name, seconds in (("spider", 4.2), ("millipede", 0.75), ("quadruped", 2.2)):
         still = gs.picture(gs.load(name).champion, seconds, size=(640, 360))
-        _smaller(still, HERE / f"{name}.png")
-    hurt = with_damage(gs.load("spider").champion, ["L1 lost", "R3 femur stuck 20"])
-    _smaller(gs.picture(hurt, 3.2, size=(640, 360)), HERE / "spider-damaged.png")
+        _write_with_palette(still, HERE / f"{name}.png")
+    damaged = with_damage(gs.load("spider").champion, ["L1 lost", "R3 femur stuck 20"])
+    _write_with_palette(gs.picture(damaged, 3.2, size=(640, 360)), HERE / "spider-damaged.png")
     standing = HERE / "robot-standing.png"
     skeleton = gs.load("quadruped").champion.skeleton
     write_still(skeleton, standing, "quadruped", size=(640, 360))
-    _smaller(Image.open(standing), standing)
+    _write_with_palette(Image.open(standing), standing)
     _film("spider", RenderSettings("gif", (400, 240), 15, intro=False), 40)
     _film("fly", RenderSettings("gif", (400, 240), 25, intro=False), 75)
     _film("walker", RenderSettings("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
@@ -121,7 +121,9 @@ def bodies() -> None:
         (1, 20, champion),
         RenderSettings(size=(960, 480), intro=False),
     )
-    _smaller(Image.fromarray(list(several.pictures())[-1]), HERE / "spider-generations.png")
+    _write_with_palette(
+        Image.fromarray(list(several.pictures())[-1]), HERE / "spider-generations.png"
+    )
 
 
 def _film(run: str, settings: RenderSettings, pictures: int) -> None:

@@ -1,4 +1,4 @@
-"""The Python in the documentation works as it stands, page by page."""
+"""The Python blocks of the documentation run as printed, page by page."""
 
 import re
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ NUMBER = re.compile(r"-?\d+(\.\d+)?")
 
 @dataclass(frozen=True)
 class Block:
-    """A block of Python: its code, its first line in the page, and what it is said to print."""
+    """A Python block: its code, its first line on the page, and its expected output."""
 
     code: str
     line: int
@@ -25,7 +25,7 @@ class Block:
 
 
 def blocks(text: str) -> Iterator[Block]:
-    """The blocks of Python in a page that are to be run."""
+    """Yield the Python blocks of a page that the test runs."""
     fence = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
     found = list(fence.finditer(text))
     for number, one in enumerate(found):
@@ -40,7 +40,7 @@ def blocks(text: str) -> Iterator[Block]:
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder in which a spider was evolved, as the pages take for granted."""
+    """Return a folder with a run of the spider, which the pages assume."""
     import gaitsim as gs
 
     folder = tmp_path_factory.mktemp("docs")
@@ -63,13 +63,13 @@ def test_the_python_of_a_page_runs(
     monkeypatch.chdir(runs)
     names: dict[str, object] = {"__name__": page.stem}
     for block in blocks(page.read_text()):
-        # Lines of errors are those of the page.
+        # Line numbers in errors are those of the page.
         code = compile("\n" * (block.line - 1) + block.code, str(page), "exec")
         capsys.readouterr()
         exec(code, names)
         printed = capsys.readouterr().out
         if block.prints:
-            # The last digits may be others on another processor.
+            # Last digits may differ on other processors.
             assert NUMBER.sub("#", printed) == NUMBER.sub("#", block.prints)
 
 

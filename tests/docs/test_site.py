@@ -1,4 +1,4 @@
-"""What the site is built from: its pages, and those that are made."""
+"""The site: its navigation, links, equations, pictures and generated pages."""
 
 import importlib.util
 import re
@@ -18,7 +18,7 @@ RUNNER = CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1", "TERM": "dumb"})
 
 
 def module(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """A script of docs_build, which is no package."""
+    """Import a script of docs_build, which is not a package."""
     monkeypatch.syspath_prepend(BUILD)
     spec = importlib.util.spec_from_file_location(name, BUILD / f"{name}.py")
     assert spec is not None
@@ -37,7 +37,7 @@ def test_every_page_is_in_the_navigation(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert sorted(listed) == sorted(page.name for page in (tmp_path / "docs").glob("*.md"))
 
 
-def test_links_that_leave_the_folder_lead_to_pages(
+def test_links_to_files_outside_docs_lead_to_pages(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     build = module("build", monkeypatch)
@@ -46,16 +46,19 @@ def test_links_that_leave_the_folder_lead_to_pages(
     for page in (tmp_path / "docs").glob("*.md"):
         assert "](../" not in page.read_text(), page.name
     text = "[a](docs/tui.md#keys) [b](https://x.org) [c](#d) [e](data/make_gaits.py)"
-    assert build.inward(text, ROOT) == "[a](tui.md#keys) [b](https://x.org) [c](#d) e"
+    assert build.with_site_links(text, ROOT) == "[a](tui.md#keys) [b](https://x.org) [c](#d) e"
 
 
 def test_every_character_of_an_equation_is_in_the_font(monkeypatch: pytest.MonkeyPatch) -> None:
     font = module("font", monkeypatch)
     assert font.FONT.stat().st_size < 150_000
     assert "SIL OPEN FONT LICENSE" in font.FONT.with_suffix(".LICENSE").read_text()
-    assert font.missing("<math><mi>h</mi><mi>θ</mi><mo>&#x0003C;</mo><mi>sin</mi></math>") == ""
-    assert font.missing("<mi>x</mi><mtext>步 態</mtext>") == "態步"
-    pytest.importorskip("latex2mathml")  # of the extra `docs`: elsewhere the build finds them
+    assert (
+        font.missing_characters("<math><mi>h</mi><mi>θ</mi><mo>&#x0003C;</mo><mi>sin</mi></math>")
+        == ""
+    )
+    assert font.missing_characters("<mi>x</mi><mtext>步 態</mtext>") == "態步"
+    pytest.importorskip("latex2mathml")  # in the extra `docs`; otherwise only the build checks
     mathml = module("mathml", monkeypatch)
     for page in (ROOT / "docs").glob("*.md"):
         for source in re.findall(r"^```math\n(.*?)^```$", page.read_text(), re.DOTALL | re.M):
@@ -93,7 +96,7 @@ def test_every_option_of_every_plugin_is_in_the_reference(monkeypatch: pytest.Mo
                 assert options.default(field) in page
 
 
-def test_pictures_that_pages_show_are_there_and_small() -> None:
+def test_all_pictures_are_used_and_small() -> None:
     pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
     shown = {
         (page.parent / target).resolve()
@@ -105,7 +108,7 @@ def test_pictures_that_pages_show_are_there_and_small() -> None:
     assert sum(path.stat().st_size for path in kept) < 3_000_000
 
 
-def test_pictures_fetch_nothing() -> None:
+def test_pictures_load_nothing_from_the_network() -> None:
     for picture in (ROOT / "docs" / "pictures").glob("*.svg"):
         found = set(re.findall(r"https?://[^\s\"')<]+", picture.read_text()))
         assert found <= {"http://www.w3.org/2000/svg", "https://www.textualize.io"}, picture
