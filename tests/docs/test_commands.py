@@ -66,7 +66,7 @@ LONG = {
 """Presets that evolve long, since pages name late generations or need an archive with members."""
 
 LESS = {
-    "run": {"--population": "20", "--generations": "2"},
+    "run": {"--population": "10", "--generations": "2"},
     "atlas": {"--population": "20", "--generations": "2"},
     "video": {"--size": "320x180", "--fps": "1", "--speed": "1"},
     "play": {"--at": "0"},
@@ -199,6 +199,7 @@ def reader_does(
         if out:
             (folder / out).write_text(printed)
     else:
+        line = re.sub(r"(gaitsim video \S+)", r"\1 --size 320x180 --fps 1", line)
         done = subprocess.run(**shell(line, folder), capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"{line}: {done.stderr}"
 
