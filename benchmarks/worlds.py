@@ -52,13 +52,13 @@ class Row(NamedTuple):
     """A champion: the simulations of its search, and its results in unseen worlds."""
 
     simulations: int
-    judgement: UnseenResults
+    unseen: UnseenResults
     of_one: float
 
     @property
     def kept(self) -> float:
         """Return the mean of the worst tenth of distances, as a share of the nominal distance."""
-        return self.judgement.worst_tenth / self.judgement.nominal.result
+        return self.unseen.worst_tenth / self.unseen.nominal.result
 
 
 def main() -> None:
@@ -103,7 +103,7 @@ def compare(name: str, seeds: Sequence[int], folder: Path, *, full: bool) -> Non
         print(
             f"{label:>11}: of its nominal {spread([row.kept for row in of_label], '.0%')}, "
             f"of one world’s {spread([row.of_one for row in of_label], '.0%')}, "
-            f"falls {spread([row.judgement.falls for row in of_label], 'g')}"
+            f"falls {spread([row.unseen.falls for row in of_label], 'g')}"
         )
 
 

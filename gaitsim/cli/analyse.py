@@ -7,7 +7,6 @@ import typer
 
 from gaitsim.cli.console import echo, output, print_json, report_files
 from gaitsim.cli.gait_view import print_gait
-from gaitsim.cli.judging import check_worlds, judge_shown
 from gaitsim.cli.options import (
     BestOf,
     Damage,
@@ -23,6 +22,7 @@ from gaitsim.cli.options import (
 from gaitsim.cli.parsing import not_combinable, parse_body_changes, parse_individual
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
+from gaitsim.cli.unseen import check_worlds, evaluate_with_progress
 from gaitsim.gait import analyse_individual, play_on_twin
 from gaitsim.gait.changed import in_engine
 from gaitsim.gait.files.reader import play_gait, read_gait
@@ -97,14 +97,14 @@ def analyse(
     individual = changed(_individual(opened, parse_individual(generation, member), gait))
     history = opened.history
     found = analyse_individual(individual)
-    judgement = None
+    unseen = None
     if worlds is not None:
-        judgement = judge_shown(individual, worlds, world_seed, workers=workers)
+        unseen = evaluate_with_progress(individual, worlds, world_seed, workers=workers)
     if figure is not None:
-        if judgement is None:
+        if unseen is None:
             plot_gait(found, individual.title, figure)
         else:
-            save(worlds_figure(judgement, heading_of_worlds(judgement, individual.title)), figure)
+            save(worlds_figure(unseen, heading_of_worlds(unseen, individual.title)), figure)
         report_files(figure)
     twin, elsewhere = _other_simulations(individual, physics, engine)
     robustness = None
@@ -117,7 +117,7 @@ def analyse(
             {
                 "run": str(opened.path),
                 **analysis,
-                "unseen_worlds": judgement.to_dict() if judgement else None,
+                "unseen_worlds": unseen.to_dict() if unseen else None,
                 "figure": str(figure) if figure else None,
             }
         )
@@ -128,7 +128,7 @@ def analyse(
         print_robustness(robustness)
     sections = [compare_with_twin(individual, twin)] if twin else []
     sections += [compare_engines(individual, elsewhere)] if elsewhere else []
-    for section in (*sections, *(world_results(judgement) if judgement else ())):
+    for section in (*sections, *(world_results(unseen) if unseen else ())):
         output().print()
         print_section(section)
     if figure is not None:

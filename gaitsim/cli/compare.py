@@ -12,9 +12,9 @@ from gaitsim.cli.compare_worlds import rank_runs
 from gaitsim.cli.completion import preset_names
 from gaitsim.cli.console import as_json, notice, output, print_json, print_table, report_files
 from gaitsim.cli.interrupts import all_or_nothing
-from gaitsim.cli.judging import check_worlds
 from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers, WorldSeed
 from gaitsim.cli.progress_bar import Progress
+from gaitsim.cli.unseen import check_worlds
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.render.plots.comparison import FIGURES

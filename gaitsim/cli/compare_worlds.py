@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from gaitsim.cli.console import notice, output, print_json, print_table
-from gaitsim.cli.judging import judge_shown
+from gaitsim.cli.unseen import evaluate_with_progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges
 from gaitsim.gait.unseen_results import UnseenResults
@@ -43,10 +43,12 @@ def rank_runs(
         )
 
     def evaluate(label: str, champion: Individual, ranges: Ranges) -> UnseenResults:
-        return judge_shown(champion, number, seed, workers=workers, ranges=ranges, what=label)
+        return evaluate_with_progress(
+            champion, number, seed, workers=workers, ranges=ranges, what=label
+        )
 
     paths = [find_run(one) for one in runs]
-    found = rank_in_worlds(paths, number, seed=seed or 0, judged=evaluate)
+    found = rank_in_worlds(paths, number, seed=seed or 0, evaluate=evaluate)
     if json:
         print_json(found.to_dict())
     else:
@@ -55,7 +57,7 @@ def rank_runs(
 
 def _print(found: Ranking, number: int) -> None:
     console = output()
-    first = found.runs[0].judgement
+    first = found.runs[0].unseen
     unit = f"{first.measure} {first.unit}".rstrip()
     interval = f"{100 * CONFIDENCE:.0f} % CI"
     for note in found.notes:
@@ -65,13 +67,13 @@ def _print(found: Ranking, number: int) -> None:
     rows = [
         (
             one.label,
-            format_or_dash(one.judgement.worst_tenth, 3),
+            format_or_dash(one.unseen.worst_tenth, 3),
             _range(one.low, one.high),
-            format_or_dash(one.judgement.median, 3),
-            format_or_dash(one.judgement.nominal.result, 3),
-            format_percent(one.judgement.kept(one.judgement.worst_tenth)),
-            f"{one.judgement.falls:,}",
-            format_strongest(one.judgement),
+            format_or_dash(one.unseen.median, 3),
+            format_or_dash(one.unseen.nominal.result, 3),
+            format_percent(one.unseen.kept(one.unseen.worst_tenth)),
+            f"{one.unseen.falls:,}",
+            format_strongest(one.unseen),
         )
         for one in found.runs
     ]

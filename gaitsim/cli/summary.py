@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.cli.console import output, print_json, print_table
-from gaitsim.cli.judging import judge_at_end
+from gaitsim.cli.unseen import evaluate_champion
 from gaitsim.gait.damaged import can_be_damaged
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
@@ -51,8 +51,8 @@ def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -
         parts: dict[str, Any] = {"generation": run.generation, "score": None}
         if champion:
             parts = to_dict(champion)
-            if judgement := judge_at_end(run, champion, workers):
-                parts["unseen_worlds"] = judgement.statistics()
+            if unseen := evaluate_champion(run, champion, workers):
+                parts["unseen_worlds"] = unseen.statistics()
         print_json(
             {"run": str(path), "finished": reason, **parts, "fingerprint": run.fingerprint()}
         )
@@ -62,8 +62,8 @@ def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -
     print_champion(run, champion)
     if champion is None:
         return
-    if judgement := judge_at_end(run, champion, workers):
-        console.print(summary_line(judgement))
+    if unseen := evaluate_champion(run, champion, workers):
+        console.print(summary_line(unseen))
     view = ArchiveView.of(run.members) if run.experiment.search.keeps == "archive" else None
     if view is not None:
         print_archive(run, view)

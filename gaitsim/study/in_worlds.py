@@ -17,7 +17,7 @@ from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.statistics import interval
 
-Judge = Callable[[str, Individual, Ranges], UnseenResults]
+Evaluate = Callable[[str, Individual, Ranges], UnseenResults]
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class Ranked:
 
     Attributes:
         label: name of the run in the ranking.
-        judgement: results of its champion.
+        unseen: results of its champion.
         low, high: bootstrap confidence interval of the mean of the worst tenth, over worlds.
     """
 
     label: str
-    judgement: UnseenResults
+    unseen: UnseenResults
     low: float
     high: float
 
@@ -82,7 +82,7 @@ class Ranking:
             "runs": [
                 {
                     "run": one.label,
-                    **one.judgement.statistics(),
+                    **one.unseen.statistics(),
                     "worst_tenth_low": one.low,
                     "worst_tenth_high": one.high,
                 }
@@ -98,7 +98,7 @@ def rank_in_worlds(
     *,
     seed: int = 0,
     workers: int | None = None,
-    judged: Judge | None = None,
+    evaluate: Evaluate | None = None,
 ) -> Ranking:
     """Evaluate the champions of runs in the same unseen worlds, and rank them by the worst tenth.
 
@@ -110,7 +110,7 @@ def rank_in_worlds(
         number: number of worlds.
         seed: seed of the worlds.
         workers: number of workers; None for the body's default.
-        judged: function that evaluates the champion of a label in given ranges; None for
+        evaluate: function that evaluates the champion of a label in given ranges; None for
             `evaluate_unseen`.
 
     Raises:
@@ -133,12 +133,12 @@ def rank_in_worlds(
     }
     _check_bodies(champions)
     ranges, notes = common_ranges(champions)
-    judged = judged or (
+    evaluate = evaluate or (
         lambda _, one, ranges: evaluate_unseen(
             one, number, seed=seed, ranges=ranges, workers=workers
         )
     )
-    found = {label: judged(label, one, ranges) for label, one in champions.items()}
+    found = {label: evaluate(label, one, ranges) for label, one in champions.items()}
     if len({(one.measure, one.unit) for one in found.values()}) > 1:
         raise GaitsimError(
             "the runs have scores in different units, and no distance to compare",
@@ -148,19 +148,19 @@ def rank_in_worlds(
 
 
 def ranking(
-    judgements: Mapping[str, UnseenResults], ranges: Ranges, notes: Sequence[str] = ()
+    unseen: Mapping[str, UnseenResults], ranges: Ranges, notes: Sequence[str] = ()
 ) -> Ranking:
     """Rank results in the same worlds, given by label."""
-    order = sorted(judgements, key=lambda label: -judgements[label].worst_tenth)
-    results = {label: judgements[label].results for label in order}
+    order = sorted(unseen, key=lambda label: -unseen[label].worst_tenth)
+    results = {label: unseen[label].results for label in order}
     ranked = tuple(
-        Ranked(label, judgements[label], *_interval((results[label],), _worst)) for label in order
+        Ranked(label, unseen[label], *_interval((results[label],), _worst)) for label in order
     )
     pairs = tuple(
         WorstTenths(
             one,
             other,
-            judgements[one].worst_tenth - judgements[other].worst_tenth,
+            unseen[one].worst_tenth - unseen[other].worst_tenth,
             *_interval((results[one], results[other]), _difference),
         )
         for one, other in itertools.combinations(order, 2)

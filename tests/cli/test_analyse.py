@@ -251,11 +251,11 @@ def walker(gaitsim):
 
 
 def test_a_gait_is_evaluated_in_unseen_worlds(gaitsim, walker, tmp_path):
-    judged = ("analyse", "walker", "--worlds", 12, "--workers", 1)
-    shown = gaitsim(*judged, "--figure", "worlds.png")
+    command = ("analyse", "walker", "--worlds", 12, "--workers", 1)
+    shown = gaitsim(*command, "--figure", "worlds.png")
     assert "In 12 unseen worlds" in shown.stdout
     assert (tmp_path / "worlds.png").read_bytes().startswith(b"\x89PNG")
-    found = strict(gaitsim(*judged, "--json").stdout)["unseen_worlds"]
+    found = strict(gaitsim(*command, "--json").stdout)["unseen_worlds"]
     assert len(found["worlds"]) == found["number"] == 12
     results = [one["result"] for one in found["worlds"]]
     assert found["median"] == np.median(results)

@@ -18,7 +18,7 @@ from gaitsim_puppets import Best, Jitter, Mean, Puppet, Reach
 calls = []
 class Body(Puppet):
     pass
-class Judge(Reach):
+class Faulty(Reach):
     pass
 class Chooser(Best):
     pass
@@ -29,7 +29,7 @@ class Mutator(Jitter):
 """
 CLASSES = {
     "organism": "Body",
-    "fitness": "Judge",
+    "fitness": "Faulty",
     "selection": "Chooser",
     "crossover": "Crosser",
     "mutation": "Mutator",

@@ -15,7 +15,7 @@ INF, NAN = np.inf, np.nan
 
 @pytest.fixture
 def scored(puppet, puppets, monkeypatch):
-    """Judges four genomes by the terms given."""
+    """Score four genomes with the given terms."""
 
     def scored(terms):
         monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: terms)

@@ -292,7 +292,7 @@ def test_a_body_whose_feet_carry_little_of_its_weight_is_not_on_its_feet():
     assert "carry 30 %" in exploits.not_on_feet(0.3 * bouncing).seen
 
 
-def test_a_body_in_physics_is_judged_until_it_falls():
+def test_a_body_in_physics_is_analysed_until_it_falls():
     """It walks on two feet for 1 s, 0.5 m at 50 frames a second, and then lies where it fell."""
     frames, upright = 101, 51
     x = np.minimum(np.arange(frames), upright - 1) / 100

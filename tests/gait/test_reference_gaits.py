@@ -55,7 +55,7 @@ def test_walks_are_named_and_measured(file, reference, played):
     assert gait.footfalls.stride.frequency == pytest.approx(frequency, rel=1e-3)
     assert gait.footfalls.stride.periodicity > 0.99
     for foot in feet:
-        # Judged half-way between frames, a foot is down for up to a frame more.
+        # Sampled half-way between frames, a foot is down for up to a frame more.
         assert foot.duty_factor == pytest.approx(duty, abs=1 / 24)
         assert foot.stance == pytest.approx(duty / frequency, abs=1 / 30 + 1e-9)
         assert foot.stance + foot.swing == pytest.approx(1 / frequency, rel=1e-6)

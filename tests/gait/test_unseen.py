@@ -1,4 +1,4 @@
-"""Gaits judged in worlds that they have not seen."""
+"""Gaits evaluated in unseen worlds."""
 
 from dataclasses import replace
 
@@ -28,35 +28,35 @@ def walker():
 
 
 @pytest.fixture(scope="module")
-def judgement(walker):
+def unseen(walker):
     return evaluate_unseen(walker, 15, workers=1)
 
 
-def test_each_world_is_that_of_a_gait_played_there_alone(walker, judgement):
-    assert judgement.worlds == draw_unseen_worlds(EXPERIMENT, 15)
-    for world, outcome in zip(judgement.worlds[:4], judgement.outcomes, strict=False):
+def test_each_world_is_that_of_a_gait_played_there_alone(walker, unseen):
+    assert unseen.worlds == draw_unseen_worlds(EXPERIMENT, 15)
+    for world, outcome in zip(unseen.worlds[:4], unseen.outcomes, strict=False):
         alone = with_world(walker, world)
         assert (outcome.score, outcome.result) == (alone.score, alone.measures["forward"])
         assert outcome.fell == (alone.measures["lasted"] < 1)
-    assert judgement.nominal.score == walker.replayed_score
+    assert unseen.nominal.score == walker.replayed_score
     assert not {world["seed"] for world in draw_worlds(EXPERIMENT, 1)} & {
-        world["seed"] for world in judgement.worlds
+        world["seed"] for world in unseen.worlds
     }
 
 
-def test_quantiles_are_those_of_numpy(judgement):
-    results = np.array([outcome.result for outcome in judgement.outcomes])
-    assert judgement.median == np.median(results)
-    assert judgement.quantile(0.25) == np.percentile(results, 25)
-    assert judgement.worst_tenth == np.sort(results)[:2].mean()  # of 15, two
-    assert results.argmin() == judgement.worlds.index(judgement.worst)
+def test_quantiles_are_those_of_numpy(unseen):
+    results = np.array([outcome.result for outcome in unseen.outcomes])
+    assert unseen.median == np.median(results)
+    assert unseen.quantile(0.25) == np.percentile(results, 25)
+    assert unseen.worst_tenth == np.sort(results)[:2].mean()  # of 15, two
+    assert results.argmin() == unseen.worlds.index(unseen.worst)
 
 
 @pytest.mark.slow  # two processes start
-def test_the_number_of_workers_and_the_order_change_nothing(walker, judgement):
+def test_the_number_of_workers_and_the_order_change_nothing(walker, unseen):
     done = []
     shared = evaluate_unseen(walker, 15, workers=2, advance=done.append)
-    assert shared.outcomes == judgement.outcomes
+    assert shared.outcomes == unseen.outcomes
     assert sum(done) == 15
 
 
@@ -73,7 +73,7 @@ def test_ranges_are_those_of_the_experiment_without_what_is_fixed(walker):
 
 
 def made(results, fell=None, measure="forward", unit="m", **conditions):
-    """A judgement with these results."""
+    """Results in unseen worlds with these results."""
     count = len(results)
     worlds = tuple(
         {name: float(values[at]) for name, values in conditions.items()} for at in range(count)

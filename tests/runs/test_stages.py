@@ -86,7 +86,7 @@ def assert_same(one, other):
 # What a stage is
 
 
-def test_a_stage_breeds_from_the_population_that_is_judged_anew(puppet, staged):
+def test_a_stage_breeds_from_the_re_evaluated_population(puppet, staged):
     first = puppet(THRESHOLD)
     second = with_overrides(first, CLIMB)
     generations = list(evolve(puppet(), partial(evaluate, first)))
@@ -223,7 +223,7 @@ def test_how_long_a_run_goes_is_no_stage(puppet, plain):
     assert run.fingerprint() == RunSnapshot(whole).fingerprint()
 
 
-def test_another_option_of_the_body_judges_anew(plain):
+def test_a_changed_option_of_the_body_re_evaluates_the_population(plain):
     go_on(plain, overrides={"organism.pause": 0.0001}, generations=5)
     run = RunSnapshot(plain)
     assert run.first_comparable == 5
@@ -457,7 +457,7 @@ def test_a_stage_without_a_generation_is_refused(plain):
         assert "4 generations are done" in error.value.what
         assert "evolution.generations=" in error.value.remedy
     with pytest.raises(RunError, match="another generation would exceed 35 evaluations"):
-        # Judging the population anew takes six of them.
+        # Re-evaluating the population takes six of them.
         RunWriter.open(plain, overrides=CLIMB | {"evolution.max_evaluations": 35}, generations=8)
     assert content(plain) == before
     # A target that the former scores have reached does not stop the new ones.

@@ -54,7 +54,7 @@ def evolve(path, *overrides, generations=None, until=None):
 
 @pytest.fixture
 def run(puppet, tmp_path):
-    """A run of three stages, the second of which is judged otherwise, stopped on the way, too."""
+    """A run of three stages, the second with a different fitness; it was also stopped once."""
     experiment = puppet("evolution.generations=4", "evolution.fitness_threshold=0")
     path = create_run(experiment, tmp_path / "run")
     evolve(path, until=2)
@@ -77,7 +77,7 @@ def test_a_run_of_stages_is_identical(run):
     sampled = verify(run, workers=1)
     assert sampled.identical, sampled.differences
     assert (sampled.whole, set(sampled.best)) == ((1, LAST), {*sample(LAST)} - {1, LAST})
-    # A stage's first generations and its last ones, all judged by their own fitness.
+    # A stage's first generations and its last ones, all evaluated with their own fitness.
     assert verify(run, [4, 5, 8, 9], workers=1).identical
 
 

@@ -15,7 +15,7 @@ RANGES = {"friction": (0.3, 1.2)}
 RNG = np.random.default_rng(4)
 
 
-def judgement(results):
+def unseen(results):
     outcomes = tuple(Outcome(float(one), 0.0, fell=False) for one in results)
     worlds = tuple({"friction": 0.5} for _ in results)
     nominal = Outcome(2.0, 0.0, fell=False)
@@ -27,7 +27,7 @@ def test_runs_are_ranked_by_the_worst_tenth_in_paired_worlds():
     results = RNG.normal(1.5, 0.3, 100)
     wide = np.r_[np.full(90, 9.0), np.full(10, 0.1)]  # far on average, but with ten bad worlds
     found = ranking(
-        {"wide": judgement(wide), "low": judgement(results - 0.2), "high": judgement(results)},
+        {"wide": unseen(wide), "low": unseen(results - 0.2), "high": unseen(results)},
         RANGES,
     )
     assert [one.label for one in found.runs] == ["high", "low", "wide"]
@@ -36,12 +36,12 @@ def test_runs_are_ranked_by_the_worst_tenth_in_paired_worlds():
     assert (pair.difference, pair.low, pair.high) == pytest.approx((0.2, 0.2, 0.2))
     assert pair.differs
     high = found.runs[0]
-    assert high.low < high.judgement.worst_tenth < high.high < np.median(results)
+    assert high.low < high.unseen.worst_tenth < high.high < np.median(results)
 
 
 def test_equal_runs_do_not_differ():
     results = RNG.random(50)
-    [pair] = ranking({"a": judgement(results), "b": judgement(results)}, RANGES).pairs
+    [pair] = ranking({"a": unseen(results), "b": unseen(results)}, RANGES).pairs
     assert (pair.difference, pair.differs) == (0.0, False)
 
 

@@ -80,7 +80,7 @@ The terms behind the score of an individual, and its gait.
         self._run, self._which = run, which
         self._individual: Individual | None = None
         self._physics = self._worlds = False
-        self.sub_title = "why it scored"
+        self.sub_title = "score analysis"
 
     def compose(self) -> ComposeResult:
         yield Header()

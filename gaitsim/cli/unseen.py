@@ -32,7 +32,7 @@ def check_worlds(number: int | None, seed: int | None) -> None:
         )
 
 
-def judge_shown(
+def evaluate_with_progress(
     individual: Individual,
     number: int,
     seed: int | None = None,
@@ -59,7 +59,7 @@ def judge_shown(
         )
 
 
-def judge_at_end(
+def evaluate_champion(
     run: RunSnapshot, champion: Individual, workers: int | None = None
 ) -> UnseenResults | None:
     """Evaluate the champion of a run over worlds in unseen worlds; Ctrl-C skips this.
@@ -75,7 +75,7 @@ def judge_at_end(
     what = f"{number} unseen worlds (Ctrl-C skips them)"
     try:
         with interruptible():
-            return judge_shown(champion, number, workers=workers, what=what)
+            return evaluate_with_progress(champion, number, workers=workers, what=what)
     except KeyboardInterrupt:
         notice("Skipped the evaluation in unseen worlds.")
     except GaitsimError as error:
