@@ -43,7 +43,7 @@ def test_the_gait_and_its_score_are_explained(gaitsim, spider):
         "R4 ",
         "Froude number",
         "least margin",
-        f"Why it scored {score:.4f}".replace("-", "−"),
+        f"Score analysis: {score:.4f}".replace("-", "−"),
         "term, if it ended at",
         f"of {generation}",
     ):

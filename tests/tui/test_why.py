@@ -23,7 +23,7 @@ def test_the_screen_lists_the_terms_and_names_the_gait(walk, drive):
         screen = await driver.at("Why")
         await driver.until(lambda: len(screen.query("VerticalScroll > Static")) > 4)
         texts = displayed_texts(screen)
-        for text in ("Why it scored", "reach", "price", "best of 1", "Gait: none", "speed"):
+        for text in ("Score analysis", "reach", "price", "best of 1", "Gait: none", "speed"):
             assert text in texts
         assert screen.command_line() == f"gaitsim analyse {run}"
         await driver.press("escape")

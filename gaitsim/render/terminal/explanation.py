@@ -55,7 +55,7 @@ def explanation(
     try:
         yield _terms_over_time(individual)
     except MissingFunctionError as error:  # the recorded terms are known without the fitness
-        title = f"Why it scored {number(individual.score, 4)}"
+        title = f"Score analysis: {number(individual.score, 4)}"
         yield Passage(title, warning=f"Terms over time are not available: {error.what}")
     if individual.best_of:
         yield _terms_over_generations(individual, history)
@@ -127,7 +127,7 @@ def format_or_dash(value: float | None, digits: int) -> str:
 
 
 def _terms_over_time(individual: Individual) -> Passage:
-    title = f"Why it scored {number(individual.replayed_score, 4)}"
+    title = f"Score analysis: {number(individual.replayed_score, 4)}"
     failure = individual.replayed_failure
     if failure:
         failure = f"The motion fails: {failure}"
