@@ -24,7 +24,7 @@ def record_all(writer):
         writer.record(event)
 
 
-def go_on(path, until=None, **options):
+def continue_run(path, until=None, **options):
     """Resume a run, up to a generation if given; return the writer's warning."""
     with RunWriter.open(path, **options) as writer:
         for event in writer.evolve(partial(evaluate, writer.experiment)):
@@ -33,14 +33,14 @@ def go_on(path, until=None, **options):
         return writer.warning
 
 
-def again(run):
+def reopen(run):
     """Return a new snapshot of the same run."""
     return RunSnapshot(run.path)
 
 
 def assert_same(one, other):
     """Check that two runs are equal, except for the times in their histories."""
-    one, other = again(one), again(other)
+    one, other = reopen(one), reopen(other)
     assert one.fingerprint() == other.fingerprint()
     assert (one.path / "bests.bin").read_bytes() == (other.path / "bests.bin").read_bytes()
     champions = [sorted((run.path / "champions").iterdir()) for run in (one, other)]

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from run_helpers import LONG, THRESHOLD, go_on
+from run_helpers import LONG, THRESHOLD, continue_run
 
 from gaitsim.runs.files.checkpoint import Champion, Checkpoint
 from gaitsim.runs.files.folder import create_run
@@ -68,7 +68,7 @@ def here(tmp_path, monkeypatch, puppets):
 def whole(puppet, here):
     """A run of eight generations that was never interrupted."""
     path = create_run(puppet(LONG, THRESHOLD), Path("whole"))
-    go_on(path)
+    continue_run(path)
     return RunSnapshot(path)
 
 
@@ -76,5 +76,5 @@ def whole(puppet, here):
 def half(puppet, here):
     """The same run, stopped after generation 4."""
     path = create_run(puppet(LONG, THRESHOLD), Path("half"))
-    go_on(path, 4)
+    continue_run(path, 4)
     return RunSnapshot(path)

@@ -4,7 +4,7 @@ from contextlib import suppress
 
 import pytest
 from mutations import mutations, mutations_of_values
-from run_helpers import THRESHOLD, go_on, seal
+from run_helpers import THRESHOLD, continue_run, seal
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
@@ -26,10 +26,10 @@ ISLANDS = "islands.number=2"
 def run(puppet, tmp_path):
     """A run of three generations on two islands that began with an individual."""
     path = create_run(puppet(ISLANDS), tmp_path / "first")
-    go_on(path, 1)
+    continue_run(path, 1)
     start = champion_of(RunSnapshot(path))
     path = create_run(puppet(ISLANDS, THRESHOLD), tmp_path / "run", start)
-    go_on(path, 3)
+    continue_run(path, 3)
     return RunSnapshot(path)
 
 

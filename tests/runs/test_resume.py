@@ -4,7 +4,7 @@ import os
 import shutil
 
 import pytest
-from run_helpers import LONG, THRESHOLD, again, assert_same, go_on, names
+from run_helpers import LONG, THRESHOLD, assert_same, continue_run, names, reopen
 
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.runs.files.checkpoint import write_checkpoint
@@ -22,7 +22,7 @@ def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
     with pytest.raises(CheckpointError, match=r"are missing, but history\.csv has generations"):
         RunSnapshot(whole.path).generation  # noqa: B018
     with pytest.raises(CheckpointError):
-        go_on(whole.path)
+        continue_run(whole.path)
     assert (whole.path / "history.csv").read_bytes() == before
     # One row may have been written before its checkpoint, which was not.
     (whole.path / "history.csv").write_bytes(b"\n".join(before.split(b"\n")[:2]) + b"\n")
@@ -35,15 +35,15 @@ def test_a_history_with_other_columns_is_refused(half, name, wrong):
     path.write_text(path.read_text().replace(name, wrong))
     before = path.read_bytes()
     with pytest.raises(RunError, match=r"history\.csv is damaged"):
-        go_on(half.path)
+        continue_run(half.path)
     assert path.read_bytes() == before
 
 
 @pytest.mark.parametrize("until", [1, 2, 4, 7, 8])
 def test_a_run_gone_on_with_is_the_same(whole, puppet, until):
     path = create_run(puppet(LONG, THRESHOLD))
-    go_on(path, until)
-    assert go_on(path) == ""
+    continue_run(path, until)
+    assert continue_run(path) == ""
     assert_same(RunSnapshot(path), whole)
 
 
@@ -53,21 +53,21 @@ def test_a_run_gone_on_with_is_the_same(whole, puppet, until):
 def test_a_run_gone_on_with_stops_where_it_would_have(puppet, stop):
     overrides = ("evolution.generations=60", f"evolution.{stop}")
     whole = create_run(puppet(*overrides))
-    go_on(whole)
+    continue_run(whole)
     end = RunSnapshot(whole).generation
     assert 3 < end < 60
     path = create_run(puppet(*overrides))
     for generation in range(1, end + 2):
-        go_on(path, generation)
+        continue_run(path, generation)
     assert RunSnapshot(path).generation == end
     assert RunSnapshot(path).fingerprint() == RunSnapshot(whole).fingerprint()
 
 
 def test_a_run_extended_is_the_same(whole, puppet):
     path = create_run(puppet(THRESHOLD, "evolution.generations=3"))
-    go_on(path)
+    continue_run(path)
     assert RunSnapshot(path).generation == 3
-    assert go_on(path, generations=8) == ""
+    assert continue_run(path, generations=8) == ""
     assert RunSnapshot(path).fingerprint() == whole.fingerprint()
     assert RunSnapshot(path).experiment.evolution.generations == 8
     with pytest.raises(RunError, match="is already at generation 8") as error:
@@ -88,7 +88,7 @@ def test_records_past_the_checkpoint_are_cut_off(half, whole):
         half.path / "champions/generation-000005.pickle",
     )
     (half.path / "champions/generation-mine.pickle").touch()
-    read = again(half)
+    read = reopen(half)
     assert read.fingerprint() == fingerprint
     assert len(read.history["best"]) == len(read.bests) == 4
     with RunWriter.open(half.path):
@@ -97,7 +97,7 @@ def test_records_past_the_checkpoint_are_cut_off(half, whole):
     assert (half.path / "bests.bin").stat().st_size == 4 * 32
     assert "generation-000005.pickle" not in names(half.path / "champions")
     (half.path / "champions/generation-mine.pickle").unlink()
-    go_on(half.path)
+    continue_run(half.path)
     assert_same(half, whole)
 
 
@@ -144,7 +144,7 @@ def test_a_damaged_checkpoint_falls_back_to_the_same_end(half, whole, how):
     assert half.generation == len(half.history["best"]) == len(half.bests) == 3
     assert half.fingerprint()
     assert names(half.path) == before  # who only reads renames nothing
-    assert "of generation 3 is used instead" in go_on(half.path)
+    assert "of generation 3 is used instead" in continue_run(half.path)
     kept = {name for name in names(half.path) if "damaged" in name}
     assert kept == (set() if how == "missing" else {"population.damaged-1.pickle"})
     assert_same(half, whole)
@@ -203,10 +203,10 @@ def test_an_experiment_edited_to_other_genomes_is_refused(
 
 def test_an_experiment_edited_otherwise_goes_on_with_a_warning(half, whole):
     edit(half.path, "price = 0.1", "price = 0.2")
-    warning = go_on(half.path)
+    warning = continue_run(half.path)
     assert "experiment.toml was changed after generation 4 (fitness.price: 0.1, now 0.2)" in warning
-    assert again(half).fingerprint() != whole.fingerprint()
-    assert go_on(half.path) == ""
+    assert reopen(half).fingerprint() != whole.fingerprint()
+    assert continue_run(half.path) == ""
 
 
 @pytest.mark.parametrize("text", [b"\xff\xfe", None])
@@ -239,9 +239,9 @@ def test_another_version_of_a_package_is_refused_unless_wanted(half, whole):
         RunWriter.open(half.path)
     assert "organism puppet: gaitsim-puppets 0.9 then, gaitsim-puppets 1.0 now" in error.value.what
     assert "--any-version" in error.value.remedy
-    assert go_on(half.path, any_version=True) == ""
+    assert continue_run(half.path, any_version=True) == ""
     assert_same(half, whole)
-    assert go_on(half.path) == ""
+    assert continue_run(half.path) == ""
 
 
 def test_another_numpy_is_a_warning(half):
@@ -249,7 +249,7 @@ def test_another_numpy_is_a_warning(half):
     checkpoint = half.checkpoint
     checkpoint.versions["numpy"] = "1.0"
     write_checkpoint(path, checkpoint)
-    assert "different versions of libraries: numpy: 1.0 then" in go_on(half.path)
+    assert "different versions of libraries: numpy: 1.0 then" in continue_run(half.path)
 
 
 def test_one_writer_at_a_time(half):
@@ -278,5 +278,5 @@ def test_a_writer_that_cannot_begin_holds_nothing(half, monkeypatch):
 def test_folders_that_a_user_removed_are_made_again(half, whole):
     shutil.rmtree(half.path / "champions")
     shutil.rmtree(half.path / "exports")
-    go_on(half.path)
+    continue_run(half.path)
     assert exports_folder(half.path).is_dir()

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from breeding import breed
-from run_helpers import THRESHOLD, Killed, go_on, kill_at
+from run_helpers import THRESHOLD, Killed, continue_run, kill_at
 
 from gaitsim.errors import ExperimentError, RunError
 from gaitsim.evaluation import evaluate
@@ -33,7 +33,7 @@ def here(tmp_path, monkeypatch, climb):
 def begin(puppet, *overrides, generations=4, out="run"):
     """A run of four generations, or as many as are asked for."""
     path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
-    go_on(path)
+    continue_run(path)
     return path
 
 
@@ -47,7 +47,7 @@ def plain(puppet):
 def staged(puppet):
     """The same run, then four generations that climb."""
     path = begin(puppet, THRESHOLD, out="staged")
-    assert go_on(path, overrides=CLIMB, generations=8) == ""
+    assert continue_run(path, overrides=CLIMB, generations=8) == ""
     return RunSnapshot(path)
 
 
@@ -132,7 +132,7 @@ def test_a_changed_table_is_told_as_toml():
 
 def test_options_of_another_plugin_are_told_where_they_are_not_its_defaults(puppet):
     path = begin(puppet)
-    go_on(path, overrides=CLIMB | {"fitness.weight": 2, "seed": 7}, generations=5)
+    continue_run(path, overrides=CLIMB | {"fitness.weight": 2, "seed": 7}, generations=5)
     told = [str(change) for change in RunSnapshot(path).stages[1].changes]
     assert told == ["seed: 1, now 7", "fitness.plugin: puppet-reach, now puppet-climb (weight 2.0)"]
 
@@ -172,7 +172,7 @@ def test_the_champion_is_of_generations_that_can_be_compared(puppet, staged):
 
 def test_going_back_makes_a_third_stage_in_the_columns_of_the_first(staged):
     columns = list(staged.history)
-    go_on(staged.path, overrides={"fitness.plugin": "puppet-reach"}, generations=10)
+    continue_run(staged.path, overrides={"fitness.plugin": "puppet-reach"}, generations=10)
     staged = RunSnapshot(staged.path)
     assert list(staged.history) == columns
     assert staged.history["stage"][-2:].tolist() == [3, 3]
@@ -186,7 +186,7 @@ def test_other_rates_alone_keep_scores_and_progress(puppet):
     path = begin(puppet, *options, generations=10)
     before = RunSnapshot(path).checkpoint
     rates = {"search.elites": 1, "crossover.children": 1}
-    go_on(path, overrides=rates, generations=11)
+    continue_run(path, overrides=rates, generations=11)
     run = RunSnapshot(path)
     after = run.checkpoint
     assert after.evaluations == 66
@@ -205,8 +205,8 @@ def test_other_rates_alone_keep_scores_and_progress(puppet):
 def test_another_seed_is_a_stage_and_matters_from_there_on(puppet, plain):
     other = Path("other")
     shutil.copytree(plain, other)
-    go_on(plain, generations=8)
-    go_on(other, overrides={"seed": 99}, generations=8)
+    continue_run(plain, generations=8)
+    continue_run(other, overrides={"seed": 99}, generations=8)
     one, two = RunSnapshot(plain), RunSnapshot(other)
     assert one.bests[:4].tobytes() == two.bests[:4].tobytes()
     assert one.bests.tobytes() != two.bests.tobytes()
@@ -215,7 +215,7 @@ def test_another_seed_is_a_stage_and_matters_from_there_on(puppet, plain):
 
 def test_how_long_a_run_goes_is_no_stage(puppet, plain):
     options = {"evolution.generations": 8, "evolution.target_score": 90, "evolution.stagnation": 9}
-    assert go_on(plain, overrides=options) == ""
+    assert continue_run(plain, overrides=options) == ""
     run = RunSnapshot(plain)
     assert (run.generation, len(run.stages)) == (8, 1)
     assert run.experiment.evolution.target_score == 90
@@ -224,7 +224,7 @@ def test_how_long_a_run_goes_is_no_stage(puppet, plain):
 
 
 def test_a_changed_option_of_the_body_re_evaluates_the_population(plain):
-    go_on(plain, overrides={"organism.pause": 0.0001}, generations=5)
+    continue_run(plain, overrides={"organism.pause": 0.0001}, generations=5)
     run = RunSnapshot(plain)
     assert run.first_comparable == 5
     assert run.history["evaluations"][-1] == 36
@@ -248,12 +248,12 @@ def test_thresholds_of_a_stage_are_its_own(staged):
 def test_another_threshold_holds_from_there_on_and_is_no_stage(puppet):
     path = begin(puppet)
     assert not list((path / "champions").iterdir())
-    go_on(path, overrides={"evolution.fitness_threshold": -100}, generations=6)
+    continue_run(path, overrides={"evolution.fitness_threshold": -100}, generations=6)
     assert [file.name for file in (path / "champions").iterdir()] == ["generation-000005.pickle"]
     run = RunSnapshot(path)
     assert len(run.stages) == 1
     assert run.checkpoint.threshold >= run.history["best"].max()
-    go_on(path, overrides={"evolution.fitness_threshold": "none"}, generations=7)
+    continue_run(path, overrides={"evolution.fitness_threshold": "none"}, generations=7)
     assert RunSnapshot(path).checkpoint.threshold is None
 
 
@@ -272,7 +272,7 @@ def test_an_experiment_edited_by_hand_begins_the_same_stage(plain, staged):
     ]
     assert (
         "was changed after generation 4 (fitness.plugin: puppet-reach, now puppet-climb)"
-        in go_on(plain)
+        in continue_run(plain)
     )
     assert RunSnapshot(plain).fingerprint() == staged.fingerprint()
 
@@ -280,14 +280,14 @@ def test_an_experiment_edited_by_hand_begins_the_same_stage(plain, staged):
 def test_options_that_are_left_out_are_no_change(plain):
     edit(plain, ("price = 0.1", ""), ("pause = 0.0", ""), ("generations = 4", "generations = 5"))
     assert RunSnapshot(plain).pending == ()
-    assert go_on(plain) == ""
+    assert continue_run(plain) == ""
     assert len(RunSnapshot(plain).stages) == 1
 
 
 @pytest.mark.parametrize("until", [5, 6, 7])
 def test_a_stage_gone_on_with_is_the_same(plain, staged, until):
-    go_on(plain, until, overrides=CLIMB, generations=8)
-    assert go_on(plain) == ""
+    continue_run(plain, until, overrides=CLIMB, generations=8)
+    assert continue_run(plain) == ""
     assert_same(RunSnapshot(plain), staged)
 
 
@@ -318,7 +318,7 @@ def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
             owner,
             step,
             number,
-            lambda path=path: go_on(path, 5, overrides=CLIMB, generations=8),
+            lambda path=path: continue_run(path, 5, overrides=CLIMB, generations=8),
         )
         run = RunSnapshot(path)
         # Until its first generation is there, the run is what it was, and is read as such.
@@ -328,7 +328,7 @@ def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
             assert run.individual().generation == RunSnapshot(plain).individual().generation
         # What was not written yet is asked for again.
         pending = run.generation > 4 or run.pending
-        go_on(path, **({} if pending else {"overrides": CLIMB, "generations": 8}))
+        continue_run(path, **({} if pending else {"overrides": CLIMB, "generations": 8}))
         assert_same(run, staged)
         if not came:
             break
@@ -343,13 +343,13 @@ def test_a_stage_that_was_given_up_leaves_nothing(plain, puppet, monkeypatch):
         os,
         "write",
         0,
-        lambda: go_on(plain, overrides=CLIMB, generations=8),
+        lambda: continue_run(plain, overrides=CLIMB, generations=8),
     )
     assert "height" in (plain / "history.csv").read_text()
     run = RunSnapshot(plain)
     assert "height" not in run.history
     assert run.pending
-    go_on(plain, overrides={"fitness.plugin": "puppet-reach"})
+    continue_run(plain, overrides={"fitness.plugin": "puppet-reach"})
     run = RunSnapshot(plain)
     whole = RunSnapshot(begin(puppet, THRESHOLD, generations=8, out="whole"))
     assert run.fingerprint() == whole.fingerprint()
@@ -360,7 +360,7 @@ def test_a_stage_that_was_given_up_leaves_nothing(plain, puppet, monkeypatch):
 def test_another_change_before_a_generation_replaces_the_stage(plain, puppet):
     for overrides in (CLIMB, {"fitness.weight": 3}, {"mutation.plugin": "none"}):
         RunWriter.open(plain, overrides=overrides, generations=6).__exit__(None, None, None)
-    go_on(plain)
+    continue_run(plain)
     run = RunSnapshot(plain)
     assert [str(change) for change in run.stages[1].changes] == [
         "fitness.plugin: puppet-reach, now puppet-climb (weight 3.0)",
@@ -370,10 +370,10 @@ def test_another_change_before_a_generation_replaces_the_stage(plain, puppet):
 
 
 def test_a_damaged_checkpoint_of_a_stages_first_generation_makes_no_difference(plain, staged):
-    go_on(plain, 5, overrides=CLIMB, generations=8)
+    continue_run(plain, 5, overrides=CLIMB, generations=8)
     path = plain / "population.pickle"
     path.write_bytes(path.read_bytes()[:-3])
-    assert "cannot read population.pickle" in go_on(plain)
+    assert "cannot read population.pickle" in continue_run(plain)
     assert RunSnapshot(plain).fingerprint() == staged.fingerprint()
 
 
@@ -382,7 +382,7 @@ def test_a_fingerprint_tells_stages_apart(puppet):
     fingerprints = set()
     for count, overrides in enumerate([{"fitness.price": 0}, {"fitness.price": 0, "seed": 2}]):
         path = begin(puppet, "mutation.plugin=none", "fitness.price=0.1", out=f"run-{count}")
-        go_on(path, overrides=overrides | {"selection.plugin": "puppet-best"}, generations=5)
+        continue_run(path, overrides=overrides | {"selection.plugin": "puppet-best"}, generations=5)
         fingerprints.add(RunSnapshot(path).fingerprint())
     assert len(fingerprints) == 2
 
@@ -432,12 +432,12 @@ def test_what_does_not_fit_the_population_is_refused_and_changes_nothing(puppet,
     for text in says:
         assert text in str(error.value)
     assert content(path) == before
-    go_on(path, generations=5)
+    continue_run(path, generations=5)
 
 
 def test_wider_bounds_are_a_stage(puppet):
     path = begin(puppet, "organism.plugin=shaped")
-    go_on(path, overrides={"organism.most": 3}, generations=8)
+    continue_run(path, overrides={"organism.most": 3}, generations=8)
     assert RunSnapshot(path).first_comparable == 5
 
 
@@ -461,13 +461,13 @@ def test_a_stage_without_a_generation_is_refused(plain):
         RunWriter.open(plain, overrides=CLIMB | {"evolution.max_evaluations": 35}, generations=8)
     assert content(plain) == before
     # A target that the former scores have reached does not stop the new ones.
-    go_on(plain, overrides=CLIMB | {"evolution.target_score": -50}, generations=8)
+    continue_run(plain, overrides=CLIMB | {"evolution.target_score": -50}, generations=8)
     assert RunSnapshot(plain).generation == 5
 
 
 def test_changes_before_the_first_generation_are_no_stage(puppet):
     path = create_run(puppet())
-    go_on(path, overrides={"evolution.population": 8, "seed": 3})
+    continue_run(path, overrides={"evolution.population": 8, "seed": 3})
     run = RunSnapshot(path)
     assert len(run.checkpoint.genomes) == 8
     assert len(run.stages) == 1
@@ -479,7 +479,7 @@ def test_changes_before_the_first_generation_are_no_stage(puppet):
 
 
 def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
-    go_on(staged.path, overrides={"fitness.plugin": "puppet-reach"}, generations=9)
+    continue_run(staged.path, overrides={"fitness.plugin": "puppet-reach"}, generations=9)
     path = staged.path / "population.pickle"
     checkpoint = read_checkpoint(path)
     assert checkpoint.stages[1].versions["fitness puppet-climb"] == "climb 1.0"
@@ -488,7 +488,7 @@ def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
     write_checkpoint(path, checkpoint)
     monkeypatch.syspath_prepend(str(climb))  # so that undoing it leaves the path as it was
     shutil.rmtree(climb)
-    assert go_on(staged.path, generations=10) == ""
+    assert continue_run(staged.path, generations=10) == ""
     run = RunSnapshot(staged.path)
     assert run.individual().generation >= 9
     assert run.experiment_at(4).fitness == run.experiment.fitness
@@ -503,12 +503,12 @@ def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
 
 
 def test_a_plugin_that_is_gone_can_be_replaced(plain, monkeypatch, climb):
-    go_on(plain, overrides=CLIMB, generations=6)
+    continue_run(plain, overrides=CLIMB, generations=6)
     monkeypatch.syspath_prepend(str(climb))
     shutil.rmtree(climb)
     with pytest.raises(ExperimentError, match="unknown fitness plugin 'puppet-climb'"):
         RunWriter.open(plain, generations=8)
-    go_on(plain, overrides={"fitness.plugin": "puppet-reach"}, generations=8)
+    continue_run(plain, overrides={"fitness.plugin": "puppet-reach"}, generations=8)
     assert [stage.last for stage in RunSnapshot(plain).stages] == [4, 6, 8]
 
 
@@ -524,5 +524,5 @@ def test_another_version_of_what_goes_on_is_refused_before_anything_is_changed(p
     assert "organism puppet" in error.value.what
     assert "puppet-reach" not in error.value.what  # the stage does without it
     assert content(plain) == before
-    go_on(plain, overrides=CLIMB, generations=8, any_version=True)
+    continue_run(plain, overrides=CLIMB, generations=8, any_version=True)
     assert RunSnapshot(plain).stages[0].versions["organism puppet"] == "gaitsim-puppets 0.9"

@@ -24,7 +24,7 @@ def here(tmp_path, monkeypatch, climb):
     monkeypatch.chdir(tmp_path)
 
 
-def go_on(path, until=None, **options):
+def continue_run(path, until=None, **options):
     with RunWriter.open(path, **options) as writer:
         for event in writer.evolve(partial(evaluate, writer.experiment)):
             if event.number == until:
@@ -35,8 +35,8 @@ def go_on(path, until=None, **options):
 @pytest.fixture
 def staged(puppet):
     """A run of two stages, each of which kept champions."""
-    run = go_on(create_run(puppet(THRESHOLD), Path("staged")))
-    return go_on(run.path, overrides={"fitness.plugin": "puppet-climb"}, generations=10)
+    run = continue_run(create_run(puppet(THRESHOLD), Path("staged")))
+    return continue_run(run.path, overrides={"fitness.plugin": "puppet-climb"}, generations=10)
 
 
 def test_an_individual_is_named_by_file_run_and_generation(staged):
@@ -57,8 +57,8 @@ def test_an_individual_is_named_by_file_run_and_generation(staged):
 
 
 def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
-    one = go_on(create_run(puppet(), Path("runs/a")))
-    other = go_on(create_run(puppet("seed=2"), Path("runs/a@2")))
+    one = continue_run(create_run(puppet(), Path("runs/a")))
+    other = continue_run(create_run(puppet("seed=2"), Path("runs/a@2")))
     assert find_individual("a@2").score == other.individual().score
     assert find_individual("a@3").score == one.individual(3).score
     assert find_individual("a@2@1").score == other.individual(1).score
@@ -91,7 +91,7 @@ def test_what_is_no_individual_is_refused(staged, reference, says):
 def test_the_initial_population_is_the_individual_and_its_mutations(puppet, staged):
     start = find_individual("staged@2")
     experiment = puppet("seed=5")
-    run = go_on(create_run(experiment, Path("from"), start), 1)
+    run = continue_run(create_run(experiment, Path("from"), start), 1)
     genomes = run.checkpoint.genomes
     assert genomes[0].tobytes() == start.genome.tobytes()
     copies = np.tile(start.genome, (5, 1))
@@ -104,8 +104,8 @@ def test_the_initial_population_is_the_individual_and_its_mutations(puppet, stag
 
 def test_bits_begin_a_run(puppet):
     bits = ("organism.plugin=bit-puppet",)
-    source = go_on(create_run(puppet(*bits), Path("source")))
-    run = go_on(create_run(puppet(*bits, "seed=9"), None, find_individual("source")))
+    source = continue_run(create_run(puppet(*bits), Path("source")))
+    run = continue_run(create_run(puppet(*bits, "seed=9"), None, find_individual("source")))
     genomes = run.checkpoint.genomes
     assert genomes.dtype == np.uint8
     assert run.individual().score >= source.individual().score
@@ -117,10 +117,10 @@ def test_a_run_from_each_kept_champion_is_the_same_again(puppet, staged):
     found = set()
     for file in files:
         start = find_individual(str(file))
-        whole = go_on(create_run(puppet(), Path("whole"), start))
+        whole = continue_run(create_run(puppet(), Path("whole"), start))
         parts = create_run(puppet(), Path("parts"), start)
         for until in (1, 3, None):
-            go_on(parts, until)
+            continue_run(parts, until)
         assert RunSnapshot(parts).fingerprint() == whole.fingerprint()
         assert (parts / "bests.bin").read_bytes() == (whole.path / "bests.bin").read_bytes()
         found.add(whole.fingerprint())
@@ -130,11 +130,11 @@ def test_a_run_from_each_kept_champion_is_the_same_again(puppet, staged):
 def test_a_run_needs_nothing_but_its_own_folder(puppet, staged):
     path = create_run(puppet(), Path("from"), find_individual("staged"))
     shutil.copytree(path, "copy")
-    whole = go_on(path)
+    whole = continue_run(path)
     shutil.rmtree(staged.path)
-    assert go_on(Path("copy")).fingerprint() == whole.fingerprint()
+    assert continue_run(Path("copy")).fingerprint() == whole.fingerprint()
     assert whole.start.generation == find_individual("copy/start.pickle").generation
-    unlike = go_on(create_run(puppet(), Path("unlike")))
+    unlike = continue_run(create_run(puppet(), Path("unlike")))
     assert unlike.fingerprint() != whole.fingerprint()
     assert unlike.start is None
 

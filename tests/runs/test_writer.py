@@ -12,13 +12,13 @@ from run_helpers import (
     LONG,
     THRESHOLD,
     Killed,
-    again,
     assert_same,
+    continue_run,
     events,
-    go_on,
     kill_at,
     names,
     record_all,
+    reopen,
 )
 
 from gaitsim.errors import PluginError, RunError
@@ -93,9 +93,9 @@ def test_champions_are_kept_each_time_the_best_beats_the_threshold(whole):
 
 def test_a_run_grows_while_it_is_read(half, whole):
     assert (half.generation, len(half.history["best"]), len(half.bests)) == (4, 4, 4)
-    go_on(half.path)
+    continue_run(half.path)
     assert (half.generation, len(half.history["best"]), len(half.bests)) == (4, 4, 4)
-    grown = again(half)
+    grown = reopen(half)
     assert (grown.generation, len(grown.history["best"]), len(grown.bests)) == (8, 8, 8)
 
 
@@ -136,7 +136,7 @@ def test_a_run_killed_at_any_step_goes_on_the_same(
 ):
     path = create_run(puppet(LONG, "evolution.fitness_threshold=0"))
     if begun:
-        go_on(path, begun)
+        continue_run(path, begun)
     before = begun and RunSnapshot(path).fingerprint()
     with RunWriter.open(path) as writer, monkeypatch.context() as patch:
         event = next(events(writer))
@@ -149,7 +149,7 @@ def test_a_run_killed_at_any_step_goes_on_the_same(
         assert len(run.history.get("best", [])) == begun
         assert len(run.bests) == begun
         assert (begun and run.fingerprint()) == before
-    go_on(path)
+    continue_run(path)
     assert_same(run, whole)
     assert not [name for name in names(path) if name.endswith(".partial")]
 
@@ -171,8 +171,8 @@ def test_a_full_disk_stops_the_run_as_it_was(half, whole, monkeypatch, step, num
             record_all(writer)
         assert "free some space" in error.value.remedy
         stopped = read_checkpoint(half.path / "population.pickle").generation
-    assert stopped > 4 or again(half).fingerprint() == fingerprint
-    go_on(half.path)
+    assert stopped > 4 or reopen(half).fingerprint() == fingerprint
+    continue_run(half.path)
     assert_same(half, whole)
 
 
@@ -212,7 +212,7 @@ def test_a_file_that_is_deleted_or_replaced_stops_the_run(half, name, change):
         change(half.path / name)
         with pytest.raises(RunError, match=f"{name} was deleted or replaced"):
             writer.record(next(generations))
-        assert again(half).generation == 5
+        assert reopen(half).generation == 5
 
 
 @pytest.mark.parametrize(
@@ -225,7 +225,7 @@ def test_terms_named_as_columns_are_refused(puppet, puppets, monkeypatch, terms)
     )
     path = create_run(puppet())
     with pytest.raises(PluginError, match=r"fitness 'puppet-reach' of package gaitsim-puppets"):
-        go_on(path)
+        continue_run(path)
     assert RunSnapshot(path).generation == 0
 
 
@@ -234,8 +234,8 @@ def test_a_run_in_which_all_fail_is_written_and_gone_on_with(puppet, puppets, mo
         puppets.Reach, "terms", lambda self, motion: {"reach": motion["reach"] * np.nan}
     )
     path = create_run(puppet("evolution.population=1002"))
-    go_on(path, 2)
-    assert go_on(path) == ""
+    continue_run(path, 2)
+    assert continue_run(path) == ""
     run = RunSnapshot(path)
     assert run.generation == 5
     assert (run.history["best"] == -np.inf).all()
@@ -250,8 +250,8 @@ def test_a_run_in_which_all_fail_is_written_and_gone_on_with(puppet, puppets, mo
 
 def test_bits_are_written_and_read(puppet):
     path = create_run(puppet("organism.plugin=bit-puppet"))
-    go_on(path, 2)
-    go_on(path)
+    continue_run(path, 2)
+    continue_run(path)
     best = RunSnapshot(path).individual()
     score, genome = best.score, best.genome
     assert genome.dtype == np.uint8
@@ -260,7 +260,7 @@ def test_bits_are_written_and_read(puppet):
 
 def test_a_fingerprint_is_of_all_but_time(whole, puppet):
     other = create_run(puppet(LONG, THRESHOLD), Path("other"))
-    go_on(other)
+    continue_run(other)
     assert (other / "history.csv").read_text() != (whole.path / "history.csv").read_text()
     assert RunSnapshot(other).fingerprint() == whole.fingerprint()
     text = (other / "history.csv").read_text()
@@ -268,5 +268,5 @@ def test_a_fingerprint_is_of_all_but_time(whole, puppet):
     (other / "history.csv").write_text(text.replace(row[3], repr(math.nextafter(float(row[3]), 9))))
     assert RunSnapshot(other).fingerprint() != whole.fingerprint()
     another = create_run(puppet(LONG, "seed=2"))
-    go_on(another)
+    continue_run(another)
     assert RunSnapshot(another).fingerprint() != whole.fingerprint()
