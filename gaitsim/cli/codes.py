@@ -79,7 +79,7 @@ def challenge_as_start(challenge: Challenge) -> Champion:
             where="--from",
             remedy=f"install the versions that computed it: {challenge.made_with}",
         )
-    if not checked.true:
+    if not checked.identical:
         notice(
             f"The challenge code claims the score {challenge.score!r}; on this machine it is "
             f"{checked.score!r}, which the run records."

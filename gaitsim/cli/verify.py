@@ -110,25 +110,25 @@ def _verify_code(challenge: Challenge, json: bool) -> None:
                 "experiment": challenge.experiment.name,
                 "generation": challenge.generation,
                 "member": challenge.member,
-                "identical": checked.true,
+                "identical": checked.identical,
                 "claimed": challenge.score,
                 "score": checked.score,
                 "terms": checked.terms,
                 "failure": checked.failure or None,
-                "made_with": dict(challenge.versions),
-                "elsewhere": list(checked.elsewhere),
+                "versions": dict(challenge.versions),
+                "version_differences": list(checked.version_differences),
             }
         )
     else:
         _print_checked(checked)
-    if not checked.true:
+    if not checked.identical:
         sys.exit(DIFFERENT)
 
 
 def _print_checked(checked: Checked) -> None:
     challenge = checked.challenge
     individual, unit = challenge.individual, challenge.experiment.fitness.unit
-    if checked.true:
+    if checked.identical:
         echo(f"{individual.title}: reproduced, the score is {challenge.score!r} {unit}".rstrip())
     else:
         echo(f"{individual.title}: not reproduced")
@@ -136,9 +136,9 @@ def _print_checked(checked: Checked) -> None:
         echo(f"  here:    {checked.score!r} {unit}".rstrip())
         if checked.failure:
             echo(f"  failed:  {checked.failure}")
-    for text in _made_with(bool(challenge.versions), checked.elsewhere, "code"):
+    for text in _describe_versions(bool(challenge.versions), checked.version_differences, "code"):
         echo(text)
-    if not (checked.true or checked.elsewhere or not challenge.versions):
+    if not (checked.identical or checked.version_differences or not challenge.versions):
         echo("so the claimed score is not the score of this individual")
 
 
@@ -148,8 +148,8 @@ def _print_json(path: str, verdict: Verdict) -> None:
             "run": path,
             "identical": verdict.identical,
             "generations": verdict.last,
-            "whole": verdict.whole,
-            "best": verdict.best,
+            "reproduced": verdict.reproduced,
+            "best_only": verdict.best_only,
             "not_reproduced": verdict.not_reproduced,
             "differences": [
                 {"generation": number, "what": list(what)}
@@ -162,12 +162,12 @@ def _print_json(path: str, verdict: Verdict) -> None:
                 {
                     "option": change.key,
                     "file": to_jsonable_python(change.now, serialize_unknown=True),
-                    "made_with": to_jsonable_python(change.then, serialize_unknown=True),
+                    "used": to_jsonable_python(change.then, serialize_unknown=True),
                 }
                 for change in verdict.edited
             ],
-            "made_with": [{"first": origin.first, **origin.parts} for origin in verdict.origins],
-            "elsewhere": list(verdict.elsewhere),
+            "provenance": [{"first": origin.first, **origin.parts} for origin in verdict.origins],
+            "version_differences": list(verdict.version_differences),
         }
     )
 
@@ -214,10 +214,10 @@ def _changed_options(verdict: Verdict) -> list[str]:
 def _scope(verdict: Verdict) -> list[str]:
     """Describe what was reproduced, and the versions and processor that computed the run."""
     found = []
-    if verdict.whole:
-        found.append(f"reproduced in full: {_ranges(verdict.whole)} of {verdict.last}")
-    if verdict.best:
-        found.append(f"best individual reproduced: {_ranges(verdict.best)}")
+    if verdict.reproduced:
+        found.append(f"reproduced in full: {_ranges(verdict.reproduced)} of {verdict.last}")
+    if verdict.best_only:
+        found.append(f"best individual reproduced: {_ranges(verdict.best_only)}")
     if verdict.not_reproduced:
         spans = ", ".join(_span(*span) for span in verdict.not_reproduced)
         found.append(f"not reproduced: {spans}; only their files were checked for consistency")
@@ -226,17 +226,17 @@ def _scope(verdict: Verdict) -> list[str]:
             f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
             "only their history and best individuals were compared"
         )
-    return found + _made_with(bool(verdict.origins), verdict.elsewhere, "run")
+    return found + _describe_versions(bool(verdict.origins), verdict.version_differences, "run")
 
 
-def _made_with(recorded: bool, elsewhere: Sequence[str], noun: str) -> list[str]:
+def _describe_versions(recorded: bool, version_differences: Sequence[str], noun: str) -> list[str]:
     """Describe whether the versions and processor of a run or code are those of this machine."""
     if not recorded:
         return [f"the {noun} does not record its versions"]
-    if elsewhere:
+    if version_differences:
         return [
             "computed with different versions or on a different processor:",
-            *(f"  {text}" for text in elsewhere),
+            *(f"  {text}" for text in version_differences),
         ]
     return ["computed with the versions and processor of this machine"]
 

@@ -17,17 +17,18 @@ class Checked:
         score: score of the individual on this machine; −inf if it fails.
         terms: terms of that score by name.
         failure: reason why the individual fails on this machine, or ''.
-        elsewhere: differences between the versions in the code and those installed, a text each.
+        version_differences: one message for each difference between the versions in the code and
+            the installed versions.
     """
 
     challenge: Challenge
     score: float
     terms: dict[str, float]
     failure: str
-    elsewhere: tuple[str, ...]
+    version_differences: tuple[str, ...]
 
     @property
-    def true(self) -> bool:
+    def identical(self) -> bool:
         """Whether the score equals the claimed score, to the last bit."""
         return struct.pack("d", self.score) == struct.pack("d", self.challenge.score)
 
@@ -48,11 +49,11 @@ def verify_challenge(challenge: Challenge) -> Checked:
         float(found.scores[0]),
         found.terms_of(0),
         found.reasons.get(0, ""),
-        _elsewhere(challenge, current_versions(experiment)),
+        _version_differences(challenge, current_versions(experiment)),
     )
 
 
-def _elsewhere(challenge: Challenge, now: dict[str, str]) -> tuple[str, ...]:
+def _version_differences(challenge: Challenge, now: dict[str, str]) -> tuple[str, ...]:
     """Return the differences between the versions in a code and those installed."""
     made = dict(challenge.versions)
     if ("numba" in made) != ("numba" in now):  # only Numba adds the processor's model name

@@ -48,9 +48,9 @@ def test_a_different_run_exits_with_1_and_names_the_generation(gaitsim, run):
 def test_json_is_one_object(gaitsim, run):
     found = json.loads(gaitsim("verify", "puppet", "--generations", "2,5", "--json").stdout)
     assert found["identical"] is True
-    assert (found["whole"], found["best"], found["differences"]) == ([5], [2], [])
+    assert (found["reproduced"], found["best_only"], found["differences"]) == ([5], [2], [])
     assert found["not_reproduced"] == [[1, 1], [3, 4]]
-    assert found["made_with"][0]["fitness puppet-reach"] == "gaitsim-puppets 1.0"
+    assert found["provenance"][0]["fitness puppet-reach"] == "gaitsim-puppets 1.0"
     change_history(run)
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert [one["generation"] for one in found["differences"]] == [3]
@@ -89,8 +89,8 @@ def test_a_changed_experiment_file_exits_with_1_and_names_the_options(gaitsim, r
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert (found["identical"], found["differences"]) == (False, [])
     assert found["experiment"] == [
-        {"option": "seed", "file": 77, "made_with": 1},
-        {"option": "search.elites", "file": 0, "made_with": 2},
+        {"option": "seed", "file": 77, "used": 1},
+        {"option": "search.elites", "file": 0, "used": 2},
     ]
     path.write_text(text)
     assert json.loads(gaitsim("verify", "puppet", "--json").stdout)["experiment"] == []

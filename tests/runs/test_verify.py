@@ -70,13 +70,13 @@ def everything(run):
 def test_a_run_of_stages_is_identical(run):
     verdict = everything(run)
     assert verdict.identical, verdict.differences
-    assert verdict.whole == tuple(range(1, LAST + 1))
-    assert (verdict.without_checksum, verdict.warning, verdict.elsewhere) == (0, "", ())
+    assert verdict.reproduced == tuple(range(1, LAST + 1))
+    assert (verdict.without_checksum, verdict.warning, verdict.version_differences) == (0, "", ())
     assert verdict.damaged == ()
     assert [origin.first for origin in verdict.origins] == [1]
     sampled = verify(run, workers=1)
     assert sampled.identical, sampled.differences
-    assert (sampled.whole, set(sampled.best)) == ((1, LAST), {*sample(LAST)} - {1, LAST})
+    assert (sampled.reproduced, set(sampled.best_only)) == ((1, LAST), {*sample(LAST)} - {1, LAST})
     # A stage's first generations and its last ones, all evaluated with their own fitness.
     assert verify(run, [4, 5, 8, 9], workers=1).identical
 
@@ -84,7 +84,7 @@ def test_a_run_of_stages_is_identical(run):
 def test_first_generation_of_a_stage_is_bred_again(run):
     evolve(run.path, "fitness.price=0.2", generations=LAST + 1)
     verdict = verify(run, [LAST + 1], workers=1)
-    assert (verdict.identical, verdict.whole) == (True, (LAST + 1,))
+    assert (verdict.identical, verdict.reproduced) == (True, (LAST + 1,))
 
 
 def test_workers_make_no_difference(run):
@@ -94,7 +94,7 @@ def test_workers_make_no_difference(run):
 def test_forks_and_runs_from_an_individual_are_identical(run, puppet, tmp_path):
     fork = RunSnapshot(fork_run(run.path, overrides={"mutation.plugin": "puppet-jitter"}))
     assert everything(fork).identical
-    assert verify(fork, workers=1).best[-1] == LAST  # the generation before it is not kept
+    assert verify(fork, workers=1).best_only[-1] == LAST  # the generation before it is not kept
     evolve(fork.path, generations=LAST + 2)
     assert everything(fork).identical
     begun = create_run(puppet(), tmp_path / "begun", champion_of(run, 3))
@@ -177,7 +177,7 @@ def test_one_number_of_the_history_is_found(run, column, value):
     verdict = everything(run)
     assert [*verdict.differences] == [7]
     assert verdict.differences[7][0].startswith(f"history.csv: {column} is {value}, but ")
-    assert verdict.whole == tuple(range(1, 8))  # up to the first difference
+    assert verdict.reproduced == tuple(range(1, 8))  # up to the first difference
 
 
 def test_one_score_is_found(run):
@@ -244,7 +244,7 @@ def test_a_damaged_checkpoint_is_a_difference(run, name, spoilt):
         # All that is left is compared.
         assert verdict.differences == {}
         left = LAST - 1 if name == "population.pickle" else LAST
-        assert max(verdict.whole + verdict.best) == verdict.last == left
+        assert max(verdict.reproduced + verdict.best_only) == verdict.last == left
 
 
 def test_a_checkpoint_that_is_gone_is_a_difference_unless_it_is_the_one_before(run):
@@ -473,7 +473,7 @@ def test_what_differs_here_is_told(run):
     expected = {
         f"{name}: {then} then" for name, then in (("numpy", "0.1"), ("processor", "abacus"))
     }
-    told = verify(run, [1], workers=1).elsewhere
+    told = verify(run, [1], workers=1).version_differences
     assert {text.partition(", ")[0] for text in told} - {"numba: 0.2 then"} == expected
     assert f"numpy: 0.1 then, {now['numpy']} now" in told
 

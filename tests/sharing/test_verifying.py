@@ -31,8 +31,8 @@ def test_a_shared_score_is_true_to_the_bit(gaitsim, code, tmp_path):
     champion = gs.load("puppet").champion
     assert gs.load("puppet").share() == code
     checked = gs.verify_code(code)
-    assert checked.true
-    assert (checked.score, checked.elsewhere) == (champion.score, ())
+    assert checked.identical
+    assert (checked.score, checked.version_differences) == (champion.score, ())
     assert checked.terms == champion.terms
     played = gs.Challenge.read(code).individual
     assert np.array_equal(played.motion["reach"], champion.motion["reach"])
@@ -62,7 +62,7 @@ def test_a_changed_digit_of_the_score_is_found(gaitsim, code):
 
 def test_a_changed_genome_is_found(code):
     genome = Challenge.read(code).genome * 0.99
-    assert not gs.verify_code(forged(code, genome=genome)).true
+    assert not gs.verify_code(forged(code, genome=genome)).identical
 
 
 def test_other_versions_are_named(gaitsim, code):
@@ -80,9 +80,9 @@ def test_a_processor_that_numba_names_is_the_same_without_numba(code, monkeypatc
     named = bare | {"processor": "zen, AVX2 FMA3", "numba": "0.6"}
     for made, now in ((bare, named), (named, bare)):
         monkeypatch.setattr(checking, "current_versions", lambda _, now=now: dict(now))
-        assert gs.verify_code(forged(code, versions=made)).elsewhere == ()
+        assert gs.verify_code(forged(code, versions=made)).version_differences == ()
     monkeypatch.setattr(checking, "current_versions", lambda _: {**bare, "processor": "AVX"})
-    assert len(gs.verify_code(forged(code, versions=named)).elsewhere) == 1
+    assert len(gs.verify_code(forged(code, versions=named)).version_differences) == 1
 
 
 def test_damaged_codes_and_options_of_runs_end_with_2(gaitsim, code, tmp_path):
@@ -153,4 +153,4 @@ def test_scores_over_worlds_and_of_members_are_true():
             genome=generation.genomes[best],
             generation=generation.number,
         )
-        assert gs.verify_code(code_of(made)).true
+        assert gs.verify_code(code_of(made)).identical

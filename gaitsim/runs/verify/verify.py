@@ -24,8 +24,8 @@ class Verdict:
 
     Attributes:
         last: last generation of the run.
-        whole: generations that were fully reproduced.
-        best: generations whose best individual was re-evaluated.
+        reproduced: generations that were fully reproduced.
+        best_only: generations whose best individual was re-evaluated.
         differences: differences from the record, by generation in order; {} if all is identical.
         without_checksum: number of generations without a checksum.
         warning: warning about the files of the run, or ''.
@@ -33,19 +33,20 @@ class Verdict:
         edited: options of `experiment.toml` that differ from those of the last generation, except
             for those that only affect when the search stops.
         origins: versions and processors that computed the run; () if not recorded.
-        elsewhere: one message for each difference between `origins` and the current versions.
+        version_differences: one message for each difference between `origins` and the current
+            versions.
     """
 
     last: int
-    whole: tuple[int, ...]
-    best: tuple[int, ...]
+    reproduced: tuple[int, ...]
+    best_only: tuple[int, ...]
     differences: Mapping[int, Sequence[str]]
     without_checksum: int
     warning: str
     damaged: tuple[str, ...]
     edited: tuple[Change, ...]
     origins: tuple[Provenance, ...]
-    elsewhere: tuple[str, ...]
+    version_differences: tuple[str, ...]
 
     @property
     def identical(self) -> bool:
@@ -55,7 +56,7 @@ class Verdict:
     @property
     def not_reproduced(self) -> tuple[tuple[int, int], ...]:
         """The first and last generation of each span of which only the files were checked."""
-        done = sorted({*self.whole, *self.best})
+        done = sorted({*self.reproduced, *self.best_only})
         gaps = zip([0, *done], [*done, self.last + 1], strict=True)
         return tuple((before + 1, after - 1) for before, after in gaps if after - before > 1)
 
@@ -123,13 +124,13 @@ def verify(
     origins = read_provenance(run.path)
     return Verdict(
         last=last,
-        whole=tuple(reproduced[True]),
-        best=tuple(reproduced[False]),
+        reproduced=tuple(reproduced[True]),
+        best_only=tuple(reproduced[False]),
         differences=dict(sorted(found.items())),
         without_checksum=count_without_checksum(run),
         warning=run.warning,
         damaged=run.damaged,
         edited=edited_options(run),
         origins=tuple(origins),
-        elsewhere=tuple(differences(origins, current_versions(run.experiment_at(last)))),
+        version_differences=tuple(differences(origins, current_versions(run.experiment_at(last)))),
     )
