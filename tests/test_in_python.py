@@ -270,7 +270,7 @@ def renames(motion: gs.Motion, calls: list[int] = []) -> dict[str, Array]:  # no
         (forgets, "'forgets' returned None"),
         (renames, "'renames' returned the terms call 3 after call 2"),
         (functools.partial(height), "a functools.partial of height"),
-        (Weighted, r"Weighted is given, not an instance[\s\S]*fitness=Weighted\(\)"),
+        (Weighted, r"Weighted is a class, not an instance[\s\S]*fitness=Weighted\(\)"),
         ("upright", "'upright' is not a function"),
     ],
 )

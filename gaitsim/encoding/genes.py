@@ -33,7 +33,7 @@ class GeneGroup:
     mirror: float | None = None
 
     def halved(self, mirror: float) -> "GeneGroup":
-        """Return the group with genes for the first half of its parts, mirrored by the rest."""
+        """Return the group with genes for the first half of its parts, which the rest mirror."""
         return replace(self, parts=self.parts[: len(self.parts) // 2], mirror=mirror)
 
 
@@ -41,7 +41,8 @@ def genome_space(groups: Sequence[GeneGroup]) -> RealSpace:
     """Return the space of genomes that hold the groups in order.
 
     Raises:
-        ValueError: the bounds do not ascend, are not finite, or do not match the parts.
+        ValueError: a lower bound is not below its upper bound, or bounds are not finite or do not
+            match the parts.
     """
     count = [len(group.parts) for group in groups]
     return RealSpace(

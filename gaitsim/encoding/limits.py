@@ -1,4 +1,4 @@
-"""Limits of joint angles, time steps and amplitudes, and of the turn of a servo per frame."""
+"""Limits of joint angles, time steps, amplitudes and servo speeds."""
 
 import math
 from typing import Any
@@ -56,14 +56,15 @@ def check_time_step(dt: float, frame_rate: float) -> None:
     if not math.isclose(steps, round(steps), rel_tol=1e-3):
         near = 1 / (frame_rate * round(steps))
         raise ValueError(
-            f"dt {dt:g} s does not divide 1/{frame_rate:g} s into whole steps; {near:.4g} s does"
+            f"a frame of 1/{frame_rate:g} s is not a whole number of time steps of {dt:g} s; "
+            f"{near:.4g} s divides it"
         )
 
 
 def limit_steps(
     angles: NDArray[np.floating[Any]], step_limit: ArrayLike
 ) -> NDArray[np.floating[Any]]:
-    """Return the angles of servos that follow `angles`, but turn at most `step_limit` per frame.
+    """Return the angles of servos that follow `angles` but turn at most `step_limit` per frame.
 
     Angles within the limit are returned unchanged, bit for bit.
 

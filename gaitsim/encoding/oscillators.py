@@ -98,8 +98,8 @@ class Oscillators:
             phase: φ.
             lag: λ.
             frequency: f.
-            start: ϑ at t = 0, (oscillators,) rad. Choose the phases of a gait, such as a trot: with
-                equal phases, an alternating gait would pull them equally in both directions, and
+            start: ϑ at t = 0, (oscillators,) rad. Choose the phases of a gait, such as a trot. If
+                all were equal, an alternating gait would pull them equally in both directions, and
                 they would never converge.
             coupling: 'all' couples each oscillator to every other; the equations are integrated
                 with the fourth-order Runge-Kutta method, one step per frame. 'leader' couples each

@@ -24,8 +24,8 @@ class _CheckedContext(Context):
         body = self.experiment.entries["organism"]
         with plugin_errors(body, "drawing genomes"):
             genomes = self.space.random(count, self.rng)
-            belongs = self.space.contains(genomes) and len(genomes) == count
-        if not belongs:
+            valid = self.space.contains(genomes) and len(genomes) == count
+        if not valid:
             raise contract_error(body, "draws genomes outside its own genome space")
         return genomes
 
@@ -60,7 +60,7 @@ def context(
 
 
 def check_state(experiment: Experiment, state: State, tests: RealityTests | None = None) -> State:
-    """Return a state as plain arrays that a checkpoint can store, with the tests in reality.
+    """Check a state; return it as plain arrays for a checkpoint, with the tests in reality.
 
     Raises:
         PluginError: the search breaks its contract; names its package.
@@ -76,11 +76,11 @@ def check_state(experiment: Experiment, state: State, tests: RealityTests | None
             kind = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
             raise contract_error(
                 entry,
-                f"keeps {name!r} in its state as {kind}",
+                f"stores {name!r} in its state as {kind}",
                 "arrays of float64, int64, uint8 or bool",
             )
     found = {**state, **tests.arrays()} if tests is not None else state
-    # In C order, as a checkpoint restores them: the last bit of a sum depends on the memory order.
+    # In C order, as a checkpoint restores arrays: the last bit of a sum depends on memory order.
     found = {name: np.asarray(values, order="C") for name, values in found.items()}
     for values in found.values():
         values.setflags(write=False)

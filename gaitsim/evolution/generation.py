@@ -1,4 +1,4 @@
-"""The value that the loop yields: one finished generation, frozen."""
+"""A finished generation, which the loop yields, and the progress of the search."""
 
 import math
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ class Progress:
         evaluations: number of individuals evaluated.
         best_score: best score so far; −inf if none was finite.
         stagnation: number of generations since the best score last increased.
-        threshold: score that the next champion must beat; None if no champions are kept.
+        threshold: score that the next champion must beat; None if champions are not saved.
         stage: number of the stage, counted from 1; changing the experiment of a run starts the
             next stage.
     """
@@ -36,7 +36,7 @@ class Progress:
         """Return the progress at the start of the next stage.
 
         If the population is re-evaluated, its individuals count as evaluations, and the best score
-        starts afresh, because scores of the two stages cannot be compared.
+        is reset, because scores of the two stages cannot be compared.
 
         Args:
             evolution: size and length of the search in the next stage.
@@ -49,9 +49,9 @@ class Progress:
         return replace(progress, stage=self.stage + 1)
 
     def reset_scores(self, evolution: Evolution, evaluated: int) -> "Progress":
-        """Return the progress before a generation with scores not comparable with earlier ones.
+        """Return the progress without the best score, for scores not comparable with earlier ones.
 
-        The best score and the threshold restart as in the first generation of a run.
+        Best score, stagnation and threshold are as before the first generation of a run.
 
         Args:
             evolution: size and length of the search.
@@ -105,7 +105,7 @@ class Generation(ReprMixin):
 
     @property
     def best(self) -> int:
-        """Index of the best individual; the first of those with equal scores."""
+        """Index of the best individual; ties go to the first."""
         return int(np.argmax(self.scores))
 
     def _repr_fields(self) -> Mapping[str, ReprField]:

@@ -27,6 +27,7 @@ Scores = NDArray[np.float64]
 
 
 EvaluatedPopulation = tuple[Genomes, Evaluation]
+"""Genomes, (individuals, genes), and their evaluation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +54,13 @@ ParallelMap = Callable[
     [Callable[[Experiment, Epoch], list[EvaluatedPopulation]], Sequence[Epoch]],
     list[list[EvaluatedPopulation]],
 ]
-"""A function that maps a function of an experiment and a task over tasks, as `Evaluator.map`."""
+"""Maps a function of an experiment and a task over tasks, as `Evaluator.map` does."""
 
 
 def migrate(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes, Scores]:
     """Replace the worst individuals of each island with copies of the best of its neighbours.
 
-    If scores are equal, the first counts as better. All islands send before any receives.
+    Ties go to the first individual. All islands send before any island receives.
 
     Args:
         islands: topology and number of migrants.
@@ -136,7 +137,7 @@ def _next_population(
     number: int,
     island: int,
 ) -> Genomes:
-    """Return the next generation of one island, (population, genes)."""
+    """Return the genomes of the next generation of one island, (population, genes)."""
     return ask(experiment, space, {}, Results(genomes, scores), number, island=island)[0]
 
 
@@ -171,14 +172,14 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[EvaluatedPopulatio
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     space = experiment.space()
-    made: list[EvaluatedPopulation] = []
+    populations: list[EvaluatedPopulation] = []
     genomes, scores = task.genomes, task.scores
     for number in range(task.first, task.last + 1):
         genomes = _next_population(experiment, space, genomes, scores, number, task.island)
         evaluation = evaluate(experiment, genomes, number)
         scores = evaluation.scores
-        made.append((genomes, evaluation))
-    return made
+        populations.append((genomes, evaluation))
+    return populations
 
 
 def island_map(evaluator: Evaluator) -> ParallelMap | None:
@@ -188,8 +189,8 @@ def island_map(evaluator: Evaluator) -> ParallelMap | None:
     process, generation by generation, and to let the workers evaluate individuals.
     """
     number = evaluator.experiment.islands.number
-    worth = number > 1 and evaluator.remote and number >= evaluator.workers
-    return evaluator.map if worth else None
+    faster = number > 1 and evaluator.remote and number >= evaluator.workers
+    return evaluator.map if faster else None
 
 
 def parallel_epoch(

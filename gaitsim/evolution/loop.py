@@ -7,8 +7,8 @@
 Nothing is pending between two generations. A caller that stops iterating loses nothing, and
 resuming from a `Generation` yields the same later generations.
 
-If a generation has other worlds than the previous one, their scores cannot be compared. The best
-score then starts afresh, and the genomes that the search remembers are re-evaluated before `tell`.
+If the worlds are redrawn before a generation, its scores cannot be compared with earlier ones. The
+best score is then reset, and the genomes that the search remembers are re-evaluated before `tell`.
 """
 
 import math
@@ -68,9 +68,9 @@ def evolve(
         evolution, after.number, after.progress, len(after.genomes)
     ):
         start = time.perf_counter()
-        state, made = _next_generations(experiment, evaluate, after, warm_start, parallel_map)
-        seconds = (time.perf_counter() - start) / len(made)
-        for genomes, evaluation in made:
+        state, evaluated = _next_generations(experiment, evaluate, after, warm_start, parallel_map)
+        seconds = (time.perf_counter() - start) / len(evaluated)
+        for genomes, evaluation in evaluated:
             start = time.perf_counter()
             if after is not None:
                 number, before = after.number + 1, after.progress
@@ -110,7 +110,10 @@ def _next_generations(
     warm_start: Array | None,
     parallel_map: ParallelMap | None,
 ) -> tuple[State, list[EvaluatedPopulation]]:
-    """Return the state before `tell`, and the next generation or those until a migration."""
+    """Return the state before `tell`, and one or more evaluated generations.
+
+    With `parallel_map`, these are all generations up to the next migration.
+    """
     space, number = experiment.space(), after.number + 1 if after else 1
     if experiment.islands.number > 1:  # only searches with an empty state support islands
         if after is None:
@@ -118,8 +121,7 @@ def _next_generations(
         elif parallel_map is None:
             genomes = next_islands(experiment, space, after.genomes, after.scores, number)
         else:
-            made = parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
-            return {}, made
+            return {}, parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
         return {}, [(genomes, evaluate(genomes, number))]
     if after is None:
         state = initial_state(experiment, space, warm_start)
@@ -155,8 +157,8 @@ def advance(
 ) -> tuple[Progress, bool]:
     """Return the progress after a generation, and whether its best individual is a champion.
 
-    The score of a champion exceeds the threshold, which then rises to it in whole steps of
-    `delta_fitness`.
+    The score of a champion exceeds the threshold. The threshold then rises in whole steps of
+    `delta_fitness` until it is no longer below that score.
 
     Args:
         before: progress before the generation.
@@ -183,12 +185,12 @@ def _raise_threshold(threshold: float, best: float, step: float) -> float:
     """Return the threshold raised in whole steps to `best` or just above."""
     steps = (best - threshold) / step
     raised = threshold + step * math.ceil(steps) if math.isfinite(steps) else best
-    # If rounding left it below, the same individual would be a champion a second time.
+    # If rounding left the threshold below, the same individual would be a champion twice.
     return raised if best <= raised < math.inf else best
 
 
 def stop_reason(evolution: Evolution, number: int, progress: Progress, individuals: int) -> str:
-    """Return why a search ends after generation `number`, or '' if it continues."""
+    """Return why a search ends after generation `number`; '' if it continues."""
     if number >= evolution.generations:
         return f"{number} generations are done"
     target = evolution.target_score

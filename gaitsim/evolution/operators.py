@@ -1,4 +1,4 @@
-"""The operators of an experiment as its search calls them: checked, with separate streams."""
+"""The operators of an experiment: checked, and each with its own random stream."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -99,7 +99,7 @@ class ExperimentOperators:
     def _at(self, kind: str) -> tuple[Entry, Any]:
         """Return the entry of an operator, and the operator with its options at this generation."""
         entry = self.experiment.entries[kind]
-        with plugin_errors(entry, "following its schedule"):
+        with plugin_errors(entry, "applying its schedule"):
             return entry, self.experiment.plugin(kind).at(self.generation)
 
     def _rng(self, purpose: Purpose) -> np.random.Generator:
@@ -107,7 +107,7 @@ class ExperimentOperators:
 
 
 def repair_genomes(experiment: Experiment, space: GenomeSpace, genomes: Genomes) -> Genomes:
-    """Return repaired genomes, (individuals, genes), which are in the body's genome space.
+    """Repair genomes, (individuals, genes), so that they are in the body's genome space.
 
     Raises:
         PluginError: the body fails or breaks its contract; names its package.
@@ -115,8 +115,8 @@ def repair_genomes(experiment: Experiment, space: GenomeSpace, genomes: Genomes)
     body = experiment.entries["organism"]
     with plugin_errors(body, "repairing genomes"):
         inside = space.repair(genomes)
-        belong = space.contains(inside) and len(inside) == len(genomes)
-    if not belong:
+        valid = space.contains(inside) and len(inside) == len(genomes)
+    if not valid:
         raise contract_error(body, "repairs genomes to genomes outside its own genome space")
     return inside
 

@@ -2,8 +2,8 @@
 
 For a small population, function calls cost more than arithmetic: a hundred repeats of ten
 millipedes cost little more than one. The repeats of a genetic algorithm share the random streams
-of each generation. The results therefore depend on the experiment and the number of repeats, and
-the first repeat differs from the run of `gaitsim run`.
+of each generation. Their results therefore depend on the number of repeats, and the first repeat
+differs from the run of `gaitsim run`.
 """
 
 from collections.abc import Iterator
@@ -38,9 +38,9 @@ def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
-    every = _evolve_stacked if experiment.search.several else _evolve_one_by_one
+    evolve = _evolve_stacked if experiment.search.several else _evolve_one_by_one
     best = np.full(repeats, -np.inf)
-    for number, scores in enumerate(every(experiment, evaluate, repeats), 1):
+    for number, scores in enumerate(evolve(experiment, evaluate, repeats), 1):
         best = scores if experiment.worlds.redrawn(number) else np.maximum(best, scores)
         yield best
 
@@ -53,9 +53,9 @@ def _evolve_stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) ->
     last: Results | None = None
     for number in range(1, experiment.evolution.generations + 1):
         if last is not None and islands.immigrants and (number - 1) % islands.every == 0:
-            parts = (np.split(one, repeats) for one in (last.genomes, last.scores))
-            arrived = [migrate(islands, *repeat) for repeat in zip(*parts, strict=True)]
-            genomes, scores = map(np.concatenate, zip(*arrived, strict=True))
+            parts = (np.split(values, repeats) for values in (last.genomes, last.scores))
+            migrated = [migrate(islands, *repeat) for repeat in zip(*parts, strict=True)]
+            genomes, scores = map(np.concatenate, zip(*migrated, strict=True))
             last = Results(genomes, scores)
         genomes, _ = ask(experiment, space, {}, last, number, populations=(populations,))
         scores = evaluate(genomes.reshape(-1, space.genes), number).scores
@@ -71,24 +71,24 @@ def _evolve_one_by_one(
     Each repeat has its own random streams, those of an island.
     """
     space, size = experiment.space(), experiment.evolution.population
-    states = [initial_state(experiment, space, island=one) for one in range(repeats)]
+    states = [initial_state(experiment, space, island=index) for index in range(repeats)]
     lasts: list[Results | None] = [None] * repeats
     for number in range(1, experiment.evolution.generations + 1):
         asked = [
-            ask(experiment, space, state, last, number, island=one)
-            for one, (state, last) in enumerate(zip(states, lasts, strict=True))
+            ask(experiment, space, state, last, number, island=index)
+            for index, (state, last) in enumerate(zip(states, lasts, strict=True))
         ]
         evaluation = evaluate(np.concatenate([genomes for genomes, _ in asked]), number)
-        for one, (genomes, state) in enumerate(asked):
-            own = slice(one * size, (one + 1) * size)
-            values = {name: column[own] for name, column in evaluation.values.items()}
-            lasts[one] = told = Results(genomes, evaluation.scores[own], values)
+        for index, (genomes, state) in enumerate(asked):
+            rows = slice(index * size, (index + 1) * size)
+            values = {name: column[rows] for name, column in evaluation.values.items()}
+            lasts[index] = results = Results(genomes, evaluation.scores[rows], values)
             redrawn = experiment.worlds.redrawn(number)
             if redrawn:
-                states[one], _ = reevaluate_remembered(
+                states[index], _ = reevaluate_remembered(
                     experiment, state, evaluate, number, redrawn=True
                 )
             else:
-                states[one] = state
-            states[one] = tell(experiment, space, states[one], told, number, island=one)
+                states[index] = state
+            states[index] = tell(experiment, space, states[index], results, number, island=index)
         yield evaluation.scores.reshape(repeats, -1).max(axis=1)

@@ -71,7 +71,7 @@ def ask(
     """
     entry = experiment.entries["search"]
     purpose = Purpose.INITIAL if last is None else Purpose.ASK
-    asked = context(
+    details = context(
         experiment,
         space,
         generation,
@@ -83,8 +83,8 @@ def ask(
     tests = RealityTests.of(state)
     if tests is not None and last is not None:
         last = with_predictions(experiment, tests, last)
-    with plugin_errors(entry, "being asked for genomes"):
-        genomes, found = experiment.search.ask(search_state(state), last, asked)
+    with plugin_errors(entry, "choosing genomes"):
+        genomes, found = experiment.search.ask(search_state(state), last, details)
     shape = (*populations, experiment.evolution.population, space.genes)
     if not (isinstance(genomes, np.ndarray) and genomes.shape == shape):
         raise contract_error(
@@ -126,9 +126,9 @@ def tell(
     """
     tests, before = RealityTests.of(state), search_state(state)
     seen = results if tests is None else with_predictions(experiment, tests, results)
-    told = context(experiment, space, generation, Purpose.TELL, island=island)
+    details = context(experiment, space, generation, Purpose.TELL, island=island)
     with plugin_errors(experiment.entries["search"], "receiving scores"):
-        after = experiment.search.tell(before, seen, told)
+        after = experiment.search.tell(before, seen, details)
     after = check_state(experiment, after)
     if tests is None:
         return after
@@ -151,9 +151,9 @@ def _replace_scores(
     generation: int,
     island: int = 0,
 ) -> State:
-    told = context(experiment, space, generation, Purpose.TELL, island=island)
+    details = context(experiment, space, generation, Purpose.TELL, island=island)
     with plugin_errors(experiment.entries["search"], "receiving new scores"):
-        state = experiment.search.rescored(state, results, told)
+        state = experiment.search.rescored(state, results, details)
     return check_state(experiment, state)
 
 
@@ -163,13 +163,13 @@ def remembered(experiment: Experiment, state: State) -> Genomes:
     Raises:
         PluginError: the search fails; names its package.
     """
-    with plugin_errors(experiment.entries["search"], "recalling genomes"):
+    with plugin_errors(experiment.entries["search"], "listing the genomes it remembers"):
         genomes = experiment.search.remembered(search_state(state))
     return experiment.space().random(0, np.random.default_rng(0)) if genomes is None else genomes
 
 
 def results(genomes: Genomes, evaluation: Evaluation) -> Results:
-    """Return an evaluated population as `Search.tell` receives it."""
+    """Return an evaluated population in the form that `Search.tell` receives."""
     return Results(genomes, evaluation.scores, evaluation.values)
 
 
@@ -221,7 +221,7 @@ def reevaluate_remembered(
 
 
 def figures(experiment: Experiment, state: State) -> dict[str, float]:
-    """Return the search's numbers about itself, for the history.
+    """Return the figures that the search reports for the history, by name.
 
     Raises:
         PluginError: the search fails or breaks its contract; names its package.
@@ -233,7 +233,7 @@ def figures(experiment: Experiment, state: State) -> dict[str, float]:
 
 
 def members(experiment: Experiment, state: State) -> Members | None:
-    """Return the front or archive of a search; None for a search that keeps none.
+    """Return the front or archive of a search; None for a search without one.
 
     Raises:
         PluginError: the search fails; names its package.
@@ -243,18 +243,18 @@ def members(experiment: Experiment, state: State) -> Members | None:
 
 
 def state_mismatch(experiment: Experiment, state: Mapping[str, Array], generation: int) -> str:
-    """Return why a stored state does not fit the search of an experiment, or ''.
+    """Return why a stored state does not fit the search of an experiment; '' if it does.
 
     Raises:
         PluginError: the search fails; names its package.
     """
-    asked = context(experiment, experiment.space(), generation + 1, Purpose.STATE)
+    details = context(experiment, experiment.space(), generation + 1, Purpose.STATE)
     try:
-        wrong = experiment.search.mismatch(search_state(state), asked)
+        wrong = experiment.search.mismatch(search_state(state), details)
         tests = None if experiment.reality is None else RealityTests.of(state)
         if wrong or experiment.reality is None:
             return wrong
-        return tests.mismatch(asked.space.genes) if tests else "it lacks the tests in reality"
+        return tests.mismatch(details.space.genes) if tests else "it lacks the tests in reality"
     except KeyError as error:
         return f"it lacks the array {error.args[0]!r}"
     except GaitsimError:

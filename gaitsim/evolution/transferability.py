@@ -1,4 +1,4 @@
-"""The transferability approach: a few tests in reality show a search where simulation is wrong.
+"""The transferability approach: from a few tests in reality, learn where the simulation is wrong.
 
     evaluate ─▶ predict the transferability from the tests ─▶ tell ─▶ every few generations, test
     one individual in reality ─▶ update the predictions of the individuals that the search keeps
@@ -92,7 +92,7 @@ class RealityTests:
         return {PREFIX + one.name: getattr(self, one.name) for one in fields(self)}
 
     def mismatch(self, genes: int) -> str:
-        """Return why stored tests are inconsistent, or ''."""
+        """Return why stored tests are inconsistent; '' if they are consistent."""
         count, features, kept = self.count, self.features.shape[-1], len(self.kept_scores)
         shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
             ("generations", "simulated", "real", "predicted"), (count,)
@@ -163,13 +163,13 @@ class RealityTests:
         """
         from scipy.spatial.distance import cdist
 
-        able = np.isfinite(scores)
-        if not able.any():
+        succeeded = np.isfinite(scores)
+        if not succeeded.any():
             return None
         if not self.count:
             return int(scores.argmax())
         near = cdist(self._standard(features), self._standard(self.features)).min(axis=1)
-        distance = np.where(able, near, 0.0)
+        distance = np.where(succeeded, near, 0.0)
         return int(distance.argmax()) if distance.max() > 0 else None
 
     def _standard(self, features: Floats) -> Floats:
@@ -185,12 +185,12 @@ def search_state(state: State) -> State:
 
 def features_of(experiment: Experiment, names: Sequence[str], values: Floats) -> Floats:
     """Return the columns of values, (individuals, values), that are features of the model."""
-    wanted = experiment.transferability.features or [name for name in FEATURES if name in names]
-    return values[:, [names.index(name) for name in wanted]]
+    features = experiment.transferability.features or [name for name in FEATURES if name in names]
+    return values[:, [names.index(name) for name in features]]
 
 
 def with_predictions(experiment: Experiment, tests: RealityTests, results: Results) -> Results:
-    """Return the results with the transferability: the negative predicted disparity."""
+    """Return the results with the transferability, which is the negative predicted disparity."""
     names, values = _columns(results.values)
     disparity = tests.predict(features_of(experiment, names, values))
     return replace(results, values={**results.values, TRANSFERABILITY: 0.0 - disparity})
@@ -203,7 +203,7 @@ def with_kept_values(
 
     Args:
         tests: tests with the values of the individuals that the search kept before.
-        pool: results of those individuals, and of all that the search may have added.
+        pool: results of those individuals, and of all individuals that it may have added.
         genomes: genomes that the search keeps now, (kept, genes).
     """
     names, values = _columns(pool.values)
@@ -217,7 +217,7 @@ def with_kept_values(
 
 
 def pool_results(tests: RealityTests, before: Genomes, results: Results) -> Results:
-    """Return the results of the individuals that the search kept before, and of new ones."""
+    """Return the results of the individuals that the search has kept, and of new ones."""
     names, values = _columns(results.values)
     kept = tests.kept_values.reshape(-1, values.shape[1])
     return Results(
@@ -241,16 +241,16 @@ def run_reality_test(
     chosen = tests.choose(features, kept.scores)
     if chosen is None:
         return None
-    one = slice(chosen, chosen + 1)
+    row = slice(chosen, chosen + 1)
     count = features.shape[1]
     return replace(
         tests,
-        genomes=np.concatenate([tests.genomes, kept.genomes[one]]),
+        genomes=np.concatenate([tests.genomes, kept.genomes[row]]),
         generations=np.append(tests.generations, np.int64(generation)),
-        features=np.concatenate([tests.features.reshape(-1, count), features[one]]),
-        simulated=np.append(tests.simulated, kept.scores[one]),
-        predicted=np.append(tests.predicted, tests.predict(features[one])),
-        real=np.append(tests.real, _in_reality(experiment, kept.genomes[one])),
+        features=np.concatenate([tests.features.reshape(-1, count), features[row]]),
+        simulated=np.append(tests.simulated, kept.scores[row]),
+        predicted=np.append(tests.predicted, tests.predict(features[row])),
+        real=np.append(tests.real, _in_reality(experiment, kept.genomes[row])),
     )
 
 
@@ -262,7 +262,7 @@ def repeat_reality_tests(
     *,
     in_reality: bool,
 ) -> RealityTests:
-    """Return the tests of the same individuals under a changed experiment or in other worlds.
+    """Repeat the tests of the same individuals under a changed experiment or in other worlds.
 
     Args:
         experiment: experiment with the new reality.

@@ -10,7 +10,7 @@ from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Typed
 from gaitsim.legged.stepping import DUTY
 from gaitsim.registry import EXPERIMENTS, contract_error, entries, options, plugin_errors
 
-SUFFIX = "-atlas"  # of the preset of a body's atlas
+SUFFIX = "-atlas"  # suffix of the name of a body's atlas preset
 SHARE = 0.0, 1.0
 Axes = Mapping[str, tuple[float, float] | None]
 
@@ -31,22 +31,21 @@ def load_atlas(
     """Return the experiment that fills an atlas of a body's gaits, for `evolve`.
 
     This is the preset `BODY-atlas` if it exists. Otherwise it is the body's experiment with the
-    search `map-elites`, in which legs share no genes, and the axes are the duty factors of the
-    legs. Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals".
+    search `map-elites`; legs share no genes, and the axes are the duty factors of the legs.
+    Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals".
 
     Args:
         body: name of a preset, or path of a TOML file or a robot's file.
-        axes: measures or terms of the score, each with its low and high end. None in place of the
-            ends means 0 to 1, the range of a duty factor. None in place of all axes means the duty
-            factor of each leg.
+        axes: measures or terms of the score, each with its low and high end, or with None for a
+            duty factor, from 0 to 1. None uses the duty factor of each leg.
         cells: number of Voronoi cells, or the number of cells of a grid along each axis.
         set: values of options by key, such as `{"seed": 3}`.
         place: origin of the options, for messages.
 
     Raises:
         ExperimentError: the experiment has problems.
-        GaitsimError: the preset or file does not exist, the body has no legs, or an axis that is
-            not a duty factor has no ends.
+        GaitsimError: the preset or file does not exist, no axes are given for a body without legs,
+            or an axis that is not a duty factor has no ends.
     """
     given = dict(set or {})
     if axes is not None:
@@ -55,8 +54,8 @@ def load_atlas(
         given["search.cells"] = cells if isinstance(cells, int) else list(cells)
     if f"{body}{SUFFIX}" in entries(EXPERIMENTS):
         return load_experiment(f"{body}{SUFFIX}", given, place)
-    of_body = {key: value for key, value in given.items() if key.startswith("organism.")}
-    found = load_experiment(body, of_body, place)
+    body_options = {key: value for key, value in given.items() if key.startswith("organism.")}
+    found = load_experiment(body, body_options, place)
     if found.search.keeps == "archive":
         return load_experiment(body, given, place)
     return load_experiment(body, _atlas_options(found, given) | given, place)
@@ -67,7 +66,7 @@ def _atlas_options(found: Experiment, given: Mapping[str, Any]) -> dict[str, Any
     axes = given.get("search.axes")
     if isinstance(axes, Typed):
         axes = options.parse_value(str(axes))
-    if not isinstance(axes, Mapping):  # missing, or of an invalid type, which is reported later
+    if not isinstance(axes, Mapping):  # missing, or of an invalid type, reported later
         axes = dict.fromkeys(_duty_factors(found), SHARE)
     cells = _CELLS if len(axes) > 4 else 1_000
     population = max(found.evolution.population, _LEAST)
@@ -105,7 +104,7 @@ def _duty_factors(found: Experiment) -> list[str]:
         return [f"{DUTY} {leg}" for leg in legs]
     import numpy as np
 
-    with plugin_errors(entry, "being measured"):
+    with plugin_errors(entry, "measuring an individual"):
         genomes = found.space().random(1, np.random.default_rng(0))
         measures = found.organism.measures(found.organism.move(genomes))
         known = [f"{name} ({one.unit})" if one.unit else name for name, one in measures.items()]

@@ -35,6 +35,7 @@ def reader_of(path: Path) -> tuple[str, str]:
     if not os.path.isfile(path):  # noqa: PTH113
         found = "not a file" if os.path.lexists(path) else "file not found"
         raise GaitsimError(f"{found}: {path}", remedy="check the path")
+    # The entry point must refer to a body of the same package.
     if body := _body_of(entry):
         return body, entry.target.rpartition(".")[2]
     raise contract_error(
@@ -46,13 +47,13 @@ def reader_of(path: Path) -> tuple[str, str]:
 
 def _body_of(entry: Entry) -> str:
     """Return the name of the body to which an entry refers; '' if it does not exist."""
-    of = entry.target.rpartition(".")[0], entry.package
-    named = (
+    body = entry.target.rpartition(".")[0], entry.package
+    names = (
         name
         for name, claims in entries("organism").items()
-        if any((one.target, one.package) == of for one in claims)
+        if any((one.target, one.package) == body for one in claims)
     )
-    return next(named, "")
+    return next(names, "")
 
 
 def experiment_name(path: Path) -> str:

@@ -31,7 +31,7 @@ def check_search(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> None:
-    """Report a population or space that the search does not support, or unsupported islands."""
+    """Report a population size or islands that the search does not support."""
     search: Search | None = plugins.get("search")
     if search is None:
         return
@@ -50,7 +50,7 @@ def check_search(
     if not isinstance(space, search.spaces):
         return
     try:
-        with registry.plugin_errors(entry, "being asked for objections"):
+        with registry.plugin_errors(entry, "checking the population size"):
             objection = search.objection(space, evolution.population)
     except GaitsimError as error:
         problems.add_plugin_error(f"search.{PLUGIN}", error)
@@ -126,7 +126,7 @@ def check_worlds(
     for name, (low, high) in worlds.ranges.items():
         key = f"worlds.ranges.{name}"
         if name not in conditions:
-            what = f"the organism {entry.name!r} has no condition {name!r}"
+            what = f"the body {entry.name!r} has no condition {name!r}"
             problems.report(key, what, ", ".join(conditions), nearest(name, [*conditions]))
             continue
         one = conditions[name]
@@ -144,7 +144,7 @@ def check_transferability(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> Transferability:
-    """Report tests in reality that the search does not read, and missing ones that it reads.
+    """Report tests in reality that the search does not read, or that it reads but are missing.
 
     Returns:
         The options; without reality if an override chose a search that does not read the tests.
@@ -153,7 +153,7 @@ def check_transferability(
     if search is None:
         return options
     try:
-        with registry.plugin_errors(entries["search"], "naming what it reads"):
+        with registry.plugin_errors(entries["search"], "naming the values it reads"):
             reads = TRANSFERABILITY in search.reads()
     except GaitsimError as error:
         problems.add_plugin_error(f"search.{PLUGIN}", error)
@@ -166,11 +166,11 @@ def check_transferability(
             f"add a section [{TRANSFERABILITY}] with reality = {{ … }}",
         )
     elif options.reality and not reads:
-        asked = [key for key in problems.overrides if key.partition(".")[0] == TRANSFERABILITY]
-        if not asked and f"search.{PLUGIN}" in problems.overrides:
+        given = [key for key in problems.overrides if key.partition(".")[0] == TRANSFERABILITY]
+        if not given and f"search.{PLUGIN}" in problems.overrides:
             return NO_REALITY
         problems.report(
-            asked[0] if asked else TRANSFERABILITY,
+            given[0] if given else TRANSFERABILITY,
             f"the search {entries['search'].name!r} does not read {TRANSFERABILITY!r}",
             f'a search that does, such as nsga-2 with objectives.{TRANSFERABILITY} = "max"',
             f"add this objective, or remove the section [{TRANSFERABILITY}]",
@@ -204,7 +204,7 @@ def check_pairing(
         return
     size, elites = evolution.population, getattr(plugins.get("search"), "elites", 0)
     try:
-        with registry.plugin_errors(entries["selection"], "being asked for objections"):
+        with registry.plugin_errors(entries["selection"], "checking the population size"):
             objection = selection.objection(size, elites, crossover.children)
     except GaitsimError as error:
         problems.add_plugin_error("selection.plugin", error)
@@ -236,16 +236,16 @@ def check_combination(
             continue
         if kind == "fitness":
             missing = ", ".join(sorted({*plugin.needs} - {*channels}))
-            wrong = f"reads the channels {missing}, which the organism {body!r} does not have"
+            wrong = f"reads the channels {missing}, which the body {body!r} does not have"
         else:
             name = getattr(space, "name", type(space).__name__)
-            wrong = f"does not support the {name} genomes of the organism {body!r}"
+            wrong = f"does not support the {name} genomes of the body {body!r}"
         classes, _ = registry.scan(kind)
-        able = [name for name, other in classes.items() if compatible(other, channels, space)]
+        usable = [name for name, other in classes.items() if compatible(other, channels, space)]
         problems.report(
             f"{kind}.plugin",
             f"{entries[kind].name!r} {wrong}",
-            ", ".join(able) or f"no installed {kind} works with it",
+            ", ".join(usable) or f"none: no installed {kind} works with this body",
         )
 
 

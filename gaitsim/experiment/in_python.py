@@ -35,15 +35,15 @@ def python_experiment(
     body: Any = None,
     space: Any = None,
 ) -> Experiment:
-    """Return an experiment with overrides, and with a fitness and a body given in Python.
+    """Return an experiment with overrides, and with a fitness and a body passed in Python.
 
     Args:
         experiment: name of a preset, path of a file, or an experiment; None for a body only.
         overrides: values of options by key.
         place: origin of the overrides, for messages.
-        fitness: as for `gaitsim.evolve`.
-        body: as for `gaitsim.evolve`.
-        space: as for `gaitsim.evolve`.
+        fitness: see `gaitsim.evolve`.
+        body: see `gaitsim.evolve`.
+        space: see `gaitsim.evolve`.
 
     Raises:
         ExperimentError: the experiment has problems; one message lists all of them.
@@ -59,7 +59,7 @@ def python_experiment(
     if experiment is None:
         text = _default_toml(body, space)
     if "organism" in sections:
-        label = getattr(body, "__name__", type(body).__name__).strip("<>")  # of a lambda
+        label = getattr(body, "__name__", type(body).__name__).strip("<>")  # '<lambda>'
         given = {"name": label, "description": f"the body {label}", **given}
     if text:
         return parse_experiment(text, "the experiment of a body", given, place)
@@ -73,7 +73,7 @@ def _keys(sections: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _default_toml(body: Any, space: Any) -> str:
-    """Return the TOML for a body without a preset: CMA-ES, or a genetic algorithm for bits."""
+    """Return the TOML of a default search for a body: CMA-ES, or a genetic algorithm for bits."""
     presets = "name a preset to use its search and options: gs.evolve('spider', …)"
     if body is None:
         raise GaitsimError(
@@ -94,7 +94,7 @@ def _default_toml(body: Any, space: Any) -> str:
 def check_functions_match(
     sections: Mapping[str, Mapping[str, Any]], outlines: Collection[ExperimentOutline], where: str
 ) -> None:
-    """Check that functions given for a run evolved it, in one of its stages.
+    """Check that the functions passed for a run are those that evolved it, in any stage.
 
     Raises:
         GaitsimError: a function is a different one.

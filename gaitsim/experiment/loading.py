@@ -44,8 +44,8 @@ def load_experiment(
         }
         return parse_experiment(read_preset(body), reference, given, place)
     if path.suffix == ".toml" or path.name != reference:
-        shown, listed = "'gaitsim experiments show spider'", "'gaitsim experiments list'"
-        text = read_file(path, "experiment", shown, f"name a preset: {listed}")
+        example, listed = "'gaitsim experiments show spider'", "'gaitsim experiments list'"
+        text = read_file(path, "experiment", example, f"name a preset: {listed}")
         return parse_experiment(text, str(path), overrides, place, path.parent)
     try:
         text = read_preset(reference)
@@ -70,7 +70,7 @@ def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experim
         roots: further folders that the file may refer to.
 
     Raises:
-        GaitsimError: the file does not exist, or cannot be used.
+        GaitsimError: the file does not exist, or does not describe a valid body.
     """
     body, option = reader_of(path)
     entry, model = registry.find("organism", body), registry.load_class("organism", body)
@@ -81,13 +81,13 @@ def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experim
     return found, parse_experiment(read_preset(body), str(path), given, str(path))
 
 
-def read_file(path: Path, noun: str, preset: str, remedy: str) -> str:
+def read_file(path: Path, noun: str, example: str, remedy: str) -> str:
     """Return the text of a TOML file that the user named.
 
     Args:
         path: path of the file.
         noun: content of the file, for messages, such as 'experiment'.
-        preset: command that prints an example of such a file, for messages.
+        example: command that prints an example of such a file, for messages.
         remedy: alternative to another path, for messages.
 
     Raises:
@@ -98,7 +98,7 @@ def read_file(path: Path, noun: str, preset: str, remedy: str) -> str:
     except UnicodeDecodeError as error:
         raise GaitsimError(
             f"{path} is not a text file in UTF-8: {error.reason} at byte {error.start}",
-            remedy=f"save it as UTF-8, or start from {preset}",
+            remedy=f"save it as UTF-8, or start from the output of {example}",
         ) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)

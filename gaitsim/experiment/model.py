@@ -28,11 +28,11 @@ from gaitsim.repr_mixin import ReprField, ReprMixin
 SCHEMA = 1
 MOST_GENERATIONS = 100_000_000
 DEFAULT_SEARCH = "genetic"
-"""The search of an experiment file without a search."""
+"""The search of an experiment file that does not choose one."""
 
 
 class Evolution(BaseModel):
-    """Options for the length and size of a search; not a plugin."""
+    """Options for the size and length of a search; not a plugin."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -100,7 +100,7 @@ class Experiment(ReprMixin):
         islands: populations that the search is divided into.
         worlds: worlds in which each individual is evaluated.
         transferability: options for reality, and for learning how it differs from simulation.
-        reality: body that stands for reality; None without tests in reality.
+        reality: body that represents reality; None without tests in reality.
         selection, crossover, mutation: operators, for a search that uses them.
     """
 
@@ -132,7 +132,7 @@ class Experiment(ReprMixin):
 
     @property
     def in_python(self) -> tuple[PythonEntry, ...]:
-        """Entries of functions and classes that were given in Python instead of a package."""
+        """Entries of functions and classes passed in Python instead of provided by a package."""
         return tuple(one for one in self.entries.values() if isinstance(one, PythonEntry))
 
     @property
@@ -141,10 +141,10 @@ class Experiment(ReprMixin):
         return tuple(entry for entry in self.in_python if is_outside(entry.name))
 
     def check_functions(self) -> None:
-        """Check that this process was given all functions of the experiment.
+        """Check that all Python functions of the experiment are registered in this process.
 
         Raises:
-            MissingFunctionError: a function is missing.
+            MissingFunctionError: a function is not registered.
         """
         for entry in self.in_python:
             if entry.model is None:
@@ -174,7 +174,7 @@ class Experiment(ReprMixin):
         return found | {kind: self.plugin(kind) for kind in self.kinds}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the experiment as values for JSON, the same as `to_toml` writes.
+        """Return the experiment as values for JSON, the same values as in `to_toml`.
 
         Raises:
             PluginError: a plugin has an option whose value JSON cannot hold.
@@ -240,7 +240,7 @@ def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
     Raises:
         PluginError: the body fails or breaks its contract.
     """
-    with plugin_errors(entry, "giving its genome space"):
+    with plugin_errors(entry, "returning its genome space"):
         space: object = organism.genome_space()
     if isinstance(space, GenomeSpace):
         return space
@@ -273,7 +273,7 @@ def _table(model: BaseModel, head: Mapping[str, str], brief: bool) -> Any:
             table.add(tomlkit.comment(f"{name}: {note}"))
             table.add(name, _multiline(given[name]))
             continue
-        # An unset option with a default: if omitted, it would be read as the default.
+        # An unset option must be written: if omitted, it would be read as its default.
         item = tomlkit.item(_inline(given[name]) if name in given else options.NOT_SET)
         table.add(name, item.comment(note))
     return table
@@ -285,7 +285,7 @@ def _one_line(text: str) -> str:
 
 
 def _multiline(text: str) -> Any:
-    """Return a TOML string of several lines; with escapes only if it cannot be literal."""
+    """Return a TOML string of several lines, with escapes only if it cannot be literal."""
     from tomlkit import string
     from tomlkit.items import String, StringType, Trivia
 

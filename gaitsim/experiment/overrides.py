@@ -21,7 +21,7 @@ _EXAMPLE = "SECTION.OPTION=VALUE, such as mutation.rate=0.1"
 
 
 def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
-    """Parse texts of the form KEY=VALUE; if a key is repeated, the last one counts.
+    """Parse texts of the form KEY=VALUE; the last value of a repeated key counts.
 
     Raises:
         ExperimentError: one or more texts do not have this form; lists all of them.
@@ -45,7 +45,7 @@ def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
 
 
 def apply_overrides(data: dict[str, Any], problems: Problems) -> None:
-    """Apply the overrides of `problems` to `data`."""
+    """Apply the overrides of `problems` to the tables of an experiment, `data`."""
     for key, value in problems.overrides.items():
         if not _is_unicode(f"{key}={text(value)}"):
             what = f"{key!a} is not valid UTF-8"
@@ -96,7 +96,7 @@ def _assign(data: dict[str, Any], key: str, given: Any, problems: Problems) -> N
 
 
 def _plain(value: Any) -> Any:
-    """Return a value in types of TOML; NumPy values are converted, too large integers are str."""
+    """Return a value in types of TOML; NumPy values are converted, too long integers are str."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     if isinstance(value, list | tuple):
@@ -111,9 +111,9 @@ def _choose(table: dict[str, Any], section: str, name: Any, overrides: Overrides
     """Choose another plugin, and drop the options of the previous one."""
     if table.get(PLUGIN) == name:
         return
-    kept = {key: item for key, item in table.items() if f"{section}.{key}" in overrides}
+    overridden = {key: item for key, item in table.items() if f"{section}.{key}" in overrides}
     table.clear()
-    table.update(kept)
+    table.update(overridden)
     table[PLUGIN] = name
 
 

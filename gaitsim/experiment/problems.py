@@ -22,7 +22,7 @@ class Typed(str):
     __slots__ = ()
 
 
-# Types of pydantic's errors whose messages say more than the type and bounds of the option.
+# Types of pydantic's errors whose messages are more precise than the option's type and bounds.
 _SELF_EXPLANATORY = ("value_error", "assertion_error", "string_pattern_mismatch")
 
 
@@ -60,7 +60,7 @@ class Problems:
         )
 
     def add_plugin_error(self, key: str, error: GaitsimError) -> None:
-        """Record an error of the plugin that a key chooses."""
+        """Record an error of the plugin that the value of a key names."""
         error.where = f"{self.where(key)}: {error.where}" if error.where else self.where(key)
         error.key = key
         self.found.append(error)
@@ -69,12 +69,12 @@ class Problems:
         self, section: str, model: type[BaseModel], data: Mapping[str, Any], error: ValidationError
     ) -> None:
         """Record the validation errors of a section, at most one per option."""
-        met = set()
+        seen = set()
         for detail in error.errors(include_url=False):
             name = str(detail["loc"][0]) if detail["loc"] else ""
-            if name and name in met:  # pydantic reports each member of a union
+            if name and name in seen:  # pydantic reports each member of a union
                 continue
-            met.add(name)
+            seen.add(name)
             if detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1:
                 self.add_unknown_key(section, name, list(model.model_fields))
             elif name in model.model_fields:
@@ -86,7 +86,7 @@ class Problems:
     def _add_section_error(self, section: str, what: str) -> None:
         """Record options that are valid one by one, but not together."""
         changed = [key for key in self.overrides if key.startswith(f"{section}.")]
-        also = f", with {', '.join(changed)} of the {self.place}" if changed else ""
+        also = f", with {', '.join(changed)} from the {self.place}" if changed else ""
         where = f"{self.source}, section {section}{also}"
         self.found.append(GaitsimError(what, where=where, key=section))
 

@@ -131,27 +131,27 @@ class Reader:
             return kind in self._data
         if kind in search.operators:
             return True
-        asked = [key for key in self._problems.overrides if key.partition(".")[0] == kind]
-        if kind in self._data and (asked or f"search.{PLUGIN}" not in self._problems.overrides):
+        given = [key for key in self._problems.overrides if key.partition(".")[0] == kind]
+        if kind in self._data and (given or f"search.{PLUGIN}" not in self._problems.overrides):
             name = self._entries["search"].name
             self._report(
-                asked[0] if asked else kind,
+                given[0] if given else kind,
                 f"the search {name!r} does not use a {kind}",
-                remedy=f"remove {'it' if asked else f'the section [{kind}]'}, or choose a search "
+                remedy=f"remove {'it' if given else f'the section [{kind}]'}, or choose a search "
                 f"that does: {DEFAULT_SEARCH}",
             )
         return False
 
     def _reality(self, given: Mapping[str, Any]) -> Organism | None:
-        """Return the body that stands for reality; None without options for it."""
+        """Return the body that represents reality; None without options for it."""
         organism: Organism | None = self._plugins.get("organism")
         if organism is None or not given:
             return None
         key, entry = f"{TRANSFERABILITY}.reality", self._entries["organism"]
         try:
-            with plugin_errors(entry, "taking its options in reality"):
-                told = {**options.values(organism), **given}
-                reality = self._options(key, type(organism), told)
+            with plugin_errors(entry, "validating its options in reality"):
+                values = {**options.values(organism), **given}
+                reality = self._options(key, type(organism), values)
             if reality is not None:
                 check_reality(reality, entry, organism, self._problems)
             return reality
@@ -246,14 +246,14 @@ class Reader:
         try:
             entry = registry.find(kind, name)
             model = registry.load_entry(entry)
-            with plugin_errors(entry, "taking its options"):
+            with plugin_errors(entry, "validating its options"):
                 plugin = self._options(kind, model)
         except GaitsimError as error:
             if error.key in self._data[kind]:  # a validator named the option
                 key, value = f"{kind}.{error.key}", literal(self._data[kind][error.key])
                 where = "" if error.where == f"{entry}, {entry.target}" else error.where
-                told = value.strip('"') in f"{error.what} {where}"
-                error.where = where if told else ", ".join(filter(None, (value, where)))
+                mentioned = value.strip('"') in f"{error.what} {where}"
+                error.where = where if mentioned else ", ".join(filter(None, (value, where)))
             self._problems.add_plugin_error(key, error)
             return
         if plugin is not None:
@@ -278,18 +278,18 @@ class Reader:
             for name in values
         }
         try:
-            # JSON allows strict validation that still accepts a list for a tuple.
+            # Strict validation of JSON, unlike that of Python values, accepts a list for a tuple.
             text = json.dumps(values, default=_reject_date)
-            made = model.model_validate_json(text, strict=True, context=folders)
+            parsed = model.model_validate_json(text, strict=True, context=folders)
         except ValidationError as error:
             self._problems.add_option_errors(section, model, values, error)
             return None
         for name in model.model_fields:
-            value = getattr(made, name)
+            value = getattr(parsed, name)
             if isinstance(value, str) and len(value.encode(errors="replace")) > LONGEST_TEXT:
                 key, limit = f"{section}.{name}", f"at most {LONGEST_TEXT:,} bytes"
                 self._report(key, f"the text is too long: {literal(value)}", limit)
-        return made
+        return parsed
 
 
 def _reject_date(value: Any) -> Any:

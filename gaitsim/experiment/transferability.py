@@ -21,7 +21,7 @@ class Transferability(BaseModel):
 
     reality: dict[str, Any] = option(
         {},
-        "options of the body that stands for reality, such as world = {friction = 0.3}; {} turns "
+        "options of the body that represents reality, such as world = {friction = 0.3}; {} turns "
         "off tests in reality",
     )
     every: int = option(5, "generations between tests in reality, each of one individual", ge=1)
@@ -35,9 +35,9 @@ class Transferability(BaseModel):
         """Return the options with `reality` as validated by the body."""
         if reality is None:
             return self
-        found = options.values(reality)
-        told = {name: found[name] for name in self.reality if name in found}
-        return self.model_copy(update={"reality": told})
+        validated = options.values(reality)
+        values = {name: validated[name] for name in self.reality if name in validated}
+        return self.model_copy(update={"reality": values})
 
 
 NO_REALITY = Transferability()

@@ -18,8 +18,7 @@ class Worlds(BaseModel):
     number: int = option(
         0,
         "number of worlds in which each individual is evaluated, the same for all; 0 uses only the "
-        "world of the body's options. An individual counts as one evaluation, but takes that many "
-        "times as long",
+        "world of the body's options. N worlds take N times as long, but count as one evaluation",
         ge=0,
         le=1000,
     )
@@ -29,7 +28,7 @@ class Worlds(BaseModel):
         "of the body over their usual ranges",
     )
     combine: Literal["mean", "worst", "worst tenth"] = option(
-        "mean", "worlds whose mean score is the score of an individual: all, or only its worst"
+        "mean", "worlds over which an individual's score is the mean: all, or only its worst"
     )
     redraw: int = option(
         0,

@@ -1,4 +1,4 @@
-"""A gait on a changed body, such as one in another world."""
+"""Move a gait on a body with changed options, such as one in another world."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,7 +13,7 @@ from gaitsim.individual import Individual
 
 
 def with_changed_body(
-    individual: Individual, overrides: Mapping[str, Any], asked: str = ""
+    individual: Individual, overrides: Mapping[str, Any], request: str = ""
 ) -> Individual:
     """Return an individual with other options of its body, with the score of its motion.
 
@@ -23,13 +23,13 @@ def with_changed_body(
     Args:
         individual: individual of a run or from a file.
         overrides: values of the body's options by key, such as `{"organism.gravity": 1.6}`.
-        asked: request of the user, for messages; '' shows the keys.
+        request: request of the user, for messages; '' shows the keys.
 
     Raises:
         GaitsimError: an option is unknown, or its value is invalid.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
-    experiment = with_body(individual.experiment, overrides, asked)
+    experiment = with_body(individual.experiment, overrides, request)
     angles = individual.joint_angles if individual.genome is None else None
     played = None if angles is None else play(experiment, angles[None])
     motion = replace(individual, experiment=experiment, played=played).motion
@@ -50,7 +50,7 @@ def engine_of(individual: Individual) -> str:
 
 
 def in_engine(individual: Individual, engine: str) -> Individual:
-    """Return an individual whose body moves in another physics engine.
+    """Return an individual whose body moves in a given physics engine.
 
     Raises:
         GaitsimError: the body has only one engine, or the engine is unknown or not installed.
@@ -65,13 +65,15 @@ def in_engine(individual: Individual, engine: str) -> Individual:
     return with_changed_body(individual, {"organism.engine": engine}, f"--engine {engine}")
 
 
-def with_body(experiment: Experiment, overrides: Mapping[str, Any], asked: str = "") -> Experiment:
+def with_body(
+    experiment: Experiment, overrides: Mapping[str, Any], request: str = ""
+) -> Experiment:
     """Return an experiment with other options of its body, and only the body's own world.
 
     Args:
         experiment: original experiment, which is not changed.
         overrides: values of the body's options by key.
-        asked: request of the user, for messages; '' shows the keys.
+        request: request of the user, for messages; '' shows the keys.
 
     Raises:
         GaitsimError: an option is unknown, or its value is invalid.
@@ -82,7 +84,7 @@ def with_body(experiment: Experiment, overrides: Mapping[str, Any], asked: str =
         if len(error.problems) > 1:
             raise
         [problem] = error.problems
-        problem.where = asked or problem.where
+        problem.where = request or problem.where
         raise problem from None
 
 
@@ -101,7 +103,7 @@ def with_world(individual: Individual, world: World) -> Individual:
 
 
 def put_in_world(experiment: Experiment, world: World) -> Experiment:
-    """Return an experiment with its body in a world that the user requested.
+    """Return an experiment with its body in a world given by the user.
 
     Raises:
         GaitsimError: the body has no conditions, or a name or value is invalid.

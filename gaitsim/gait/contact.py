@@ -20,7 +20,7 @@ class Foot:
         name: name of the foot.
         duty_factor: share of the time on the ground, including chatter.
         touch_downs: frames in which the foot touches down, without chatter.
-        stance, swing: mean duration of complete stances and swings, s; None without any.
+        stance, swing: mean duration of complete stances or swings, s; None if there are none.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Stride:
 def feet_of(
     touching: Contacts, names: tuple[str, ...], frame_rate: float
 ) -> tuple[tuple[Foot, ...], Stride | None]:
-    """Return the steps of each foot, and their common stride; None without a stride."""
+    """Return the steps of each foot, and their common stride; None if they are not periodic."""
     lags, periodicity = stride_lag(touching[None], np.array([len(touching)]))
     lag = int(lags[0])
     shortest = max(1, round(CHATTER * lag))

@@ -1,4 +1,4 @@
-"""A gait on a damaged body."""
+"""Move a gait on a damaged body."""
 
 from collections.abc import Sequence
 

@@ -1,6 +1,6 @@
 """Analyse the gait of an individual, from its skeleton and from measures of its body.
 
-Each quantity has the same value in all views: if the body measures a quantity of the analysis, the
+Each quantity has one value everywhere: if the body measures a quantity of the analysis, the
 analysis uses the body's value. A skeleton shows neither how a round foot rolls nor the plane on
 which a tilted body stands.
 """
@@ -40,7 +40,7 @@ def analyse_individual(individual: Individual) -> GaitAnalysis:
 def vertical_loads(individual: Individual) -> Floats | None:
     """Return the vertical force of the ground on each foot, (frames, feet) N.
 
-    None for a body without a channel `load` over frames and feet that has a component z.
+    None if the body has no channel `load` over frames and feet with a component z.
 
     Raises:
         PluginError: the body cannot compute the channel, or it is not as declared.
@@ -98,7 +98,7 @@ def _channel(individual: Individual, name: str) -> Floats:
 def margin_of(individual: Individual) -> Floats:
     """Return the static stability margin, (frames,), metres; −inf without a foot on the ground.
 
-    If the body has a channel `margin`, its values are returned.
+    The channel `margin` of the body, if it has one, takes precedence over its skeleton.
 
     Raises:
         GaitsimError: the body has no feet.

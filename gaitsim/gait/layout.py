@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gaitsim.gait.intervals import Floats
 
-_MIDDLE = 0.02  # distance from the midline that is on neither side, as a share of the width
+_MIDDLE = 0.02  # largest distance from the midline of a foot on neither side, as a share of width
 
 
 @dataclass(frozen=True, eq=False)

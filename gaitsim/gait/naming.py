@@ -15,7 +15,7 @@ from gaitsim.gait.patterns import NEAR, nearest
 NONE, STANDING = "none", "standing"
 _CONSISTENT = 0.7  # least mean vector of a foot's phases; 0.7 is a spread of 0.13 cycles
 _STEPPING = 0.75  # least share of the feet that step
-_FEWEST = 3  # least touch-downs of at least one foot, to compare phases over two strides
+_FEWEST = 3  # least number of touch-downs of at least one foot: phases over two strides
 
 
 @dataclass(frozen=True)
@@ -64,19 +64,19 @@ def name_of(
     if stride is None or max(len(foot.touch_downs) for foot in feet) < _FEWEST:
         return Name(NONE, "the feet do not step periodically"), {}
     if stride.frames <= 2 * BRIEF:
-        return Name(NONE, "the feet go on and off the ground every frame or two"), {}
-    wavering = [
+        return Name(NONE, "the feet touch down or lift off every frame or two"), {}
+    inconsistent = [
         foot.name
         for foot, r in zip(feet, consistency, strict=True)
         if foot.steps and r < _CONSISTENT
     ]
-    if len(wavering) > (1 - _STEPPING) * len(feet):
+    if len(inconsistent) > (1 - _STEPPING) * len(feet):
         return Name(
-            NONE, f"the phases of {', '.join(wavering[:8])} change from stride to stride"
+            NONE, f"the phases of {', '.join(inconsistent[:8])} change from stride to stride"
         ), {}
     compared = _in_pairs(phases, relative)
     if compared is None:
-        return Name(NONE, "the feet do not stand in pairs, left and right"), {}
+        return Name(NONE, "the feet do not form pairs of left and right"), {}
     chosen, layout = compared
     found, distances = nearest(phases[chosen], layout)
     places = iter(found.phases.tolist())
@@ -84,7 +84,7 @@ def name_of(
     away = f"{found.distance:.3f} cycles from {_describe_wave(found.name, found.lag)}"
     if found.distance <= NEAR:
         return Name(found.name, away, found.distance, found.lag, pattern), distances
-    reason = f"near no reference gait: the nearest is {away}"
+    reason = f"no reference gait is near; the nearest: {away}"
     return Name(NONE, reason, found.distance, pattern=pattern), distances
 
 
@@ -99,10 +99,10 @@ def _in_pairs(phases: Floats, relative: Floats) -> tuple[NDArray[np.bool_], Layo
     """Return the feet to compare with reference gaits, a mask (feet,), and their layout.
 
     These are the feet that step, if they form pairs: eight legs of which two are held up can walk
-    in a tripod. Otherwise they are all feet; only the phases of those that step then count.
+    in a tripod. Otherwise all feet are compared, but only the phases of those that step count.
     """
-    steps = ~np.isnan(phases)
-    for chosen in (steps, np.ones_like(steps)):
+    stepping = ~np.isnan(phases)
+    for chosen in (stepping, np.ones_like(stepping)):
         layout = layout_of(relative[:, chosen])
         if layout is not None:
             return chosen, layout

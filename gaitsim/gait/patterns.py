@@ -1,6 +1,6 @@
 """Reference gaits as phase patterns, and the distance of a gait to them.
 
-Phases are in cycles after a common time; a foot with a greater phase touches down later.
+Phases are in cycles after a common time: a foot with a larger phase touches down later.
 Sides: 0 left, 1 right. Places: 0 is the foremost pair.
 """
 
@@ -42,7 +42,7 @@ class Nearest:
 
 
 def references(layout: Layout) -> dict[str, Floats]:
-    """Return the phase patterns of gaits for a number of legs, by name, each (feet,), cycles.
+    """Return the phase patterns of the reference gaits by name, each (feet,), cycles.
 
     Neighbours and opposite legs alternate in the tetrapod of spiders (R4 L3 R2 L1 against
     L4 R3 L2 R1: Barth 2002, A Spider's World), in the tripod of insects and in the trot. In
@@ -73,10 +73,10 @@ def references(layout: Layout) -> dict[str, Floats]:
 
 
 def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float]]:
-    """Return the nearest reference gait, and the distance to each of them.
+    """Return the nearest reference gait, and the distance to each reference gait.
 
     A gait that is near none of them is 'metachronal' if its feet follow one another with the same
-    lag all along the body, with the sides in phase or alternating. The lag is fitted; a wave needs
+    lag along the body, with the sides in phase or alternating. The lag is fitted; a wave needs
     a lag of at least 0.04 cycles and at least three pairs of feet.
 
     Args:

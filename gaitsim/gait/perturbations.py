@@ -1,4 +1,4 @@
-"""Perturb joint angles, as servos that lag, are updated rarely or are mirrored would do."""
+"""Perturb joint angles: servos that lag or are updated rarely, and exchanged sides."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ Angles = NDArray[np.float64]
 
 
 def apply_lag(angles: Angles, frames: float) -> Angles:
-    """Filter joint angles with a first-order lag, whose time constant is given in frames."""
+    """Filter joint angles with a first-order lag with a time constant of `frames` frames."""
     followed = angles.copy()
     share = 1 - np.exp(-1 / frames)
     for frame in range(1, len(angles)):
@@ -18,18 +18,18 @@ def apply_lag(angles: Angles, frames: float) -> Angles:
 
 def interpolate_every_second(angles: Angles) -> Angles:
     """Replace every second frame of joint angles with the mean of its neighbours."""
-    halved = angles.copy()
-    between = halved[1:-1:2]
-    halved[1:-1:2] = (angles[: len(between) * 2 : 2] + angles[2 : len(between) * 2 + 1 : 2]) / 2
-    return halved
+    result = angles.copy()
+    between = result[1:-1:2]
+    result[1:-1:2] = (angles[: len(between) * 2 : 2] + angles[2 : len(between) * 2 + 1 : 2]) / 2
+    return result
 
 
 def mirrored_joints(joints: tuple[str, ...]) -> list[int] | None:
     """Return the index of each joint's partner on the other side; None if the names have no sides.
 
-    'L1 coxa' and 'R1 coxa' are partners, as are 'left knee' and 'right knee'. Their angles are
-    assumed to have the same sign on both sides, such as forward and up. A joint without a side is
-    its own partner.
+    'L1 coxa' and 'R1 coxa' are partners, as are 'left knee' and 'right knee'. A positive angle is
+    assumed to have the same meaning on both sides, such as forward or up. A joint without a side
+    is its own partner.
     """
     found = []
     for joint in joints:

@@ -8,7 +8,7 @@ from gaitsim.gait.intervals import Floats
 
 
 def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
-    """Return the phase of each foot after the first one that steps, and its consistency.
+    """Return the phase of each foot after the first foot that steps, and its consistency.
 
     Every touch-down is placed in the stride of the first foot, from one of its touch-downs to the
     next, as in Hildebrand (1965, Science 150:701). Before the first and after the last touch-down

@@ -1,4 +1,4 @@
-"""The travel, slip and stability of a gait as named quantities, in the units that people read."""
+"""The travel, slip and stability of a gait as named quantities, in units for display."""
 
 import math
 
@@ -24,30 +24,30 @@ def quantities(gait: GaitAnalysis) -> dict[str, Measurement]:
         ("deviation", travel.deviation, "m", "greatest distance from the starting line"),
         ("straightness", travel.straightness, "", "displacement over length of path"),
         ("yaw", travel.yaw, "°", "turn to the left at the end"),
-        ("yaw range", travel.yaw_range, "°", "between its furthest headings"),
+        ("yaw range", travel.yaw_range, "°", "angle between the extreme headings"),
     ]
     if feet is not None:
         rows += [
             ("Froude number", travel.froude, "", "speed² / (g · height of the centre)"),
             ("slip ratio", feet.slip.ratio, "", "slide of standing feet over length of path"),
-            ("least margin", feet.margin.min(), "mm", "static stability, worst moment"),
+            ("least margin", feet.margin.min(), "mm", "static stability, minimum over time"),
             (
                 "median margin",
                 float(np.median(feet.margin)),
                 "mm",
-                "static stability, half of the time above",
+                "static stability, median over time",
             ),
             ("unsupported", float(np.mean(feet.margin < 0)), "%", _unsupported(feet)),
         ]
     if travel.joint_travel is not None:
         rows.append(
-            ("joint travel", travel.joint_travel, "rad/m", "all joints, a metre; no energy")
+            ("joint travel", travel.joint_travel, "rad/m", "sum of all joints; not an energy")
         )
     if travel.cost_of_transport is not None:
         cost = travel.cost_of_transport
         rows.append(("cost of transport", cost, "", "work over weight times displacement"))
     if travel.lasted is not None:
-        rows.append(("lasted", travel.lasted, "s", "before a fall, or all of it"))
+        rows.append(("lasted", travel.lasted, "s", "time before a fall, or the whole motion"))
     return {
         name: Measurement(
             math.nan if value is None else float(value) * SCALES.get(unit, 1.0), unit, meaning
@@ -58,5 +58,5 @@ def quantities(gait: GaitAnalysis) -> dict[str, Measurement]:
 
 def _unsupported(found: Footfalls) -> str:
     if found.lying > 0:
-        return f"by feet; the trunk lies on the ground {100 * found.lying:.0f} % of the time"
-    return "of the time, centre outside the support"
+        return f"by the feet; the trunk lies on the ground {100 * found.lying:.0f} % of the time"
+    return "share of the time with the centre outside the support"

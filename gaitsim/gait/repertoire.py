@@ -20,7 +20,7 @@ from gaitsim.gait.report import relative_feet, stands
 from gaitsim.gait.travel import frames_in
 from gaitsim.registry import plugin_errors
 
-_SAMPLES = 9  # number of individuals from which the layout of the feet is derived
+_SAMPLES = 9  # number of individuals whose skeletons give the layout of the feet
 _CHUNK = 50  # individuals per chunk; each worker holds their motions in memory
 
 
@@ -80,8 +80,8 @@ def gaits_of(
     """Yield the gaits of genomes in order, in groups.
 
     The names are those of `analyse_individual`, which would take many minutes for 15,625 spiders.
-    Here the positions of the feet along the body are taken from a few individuals, and the other
-    individuals need no skeleton.
+    This function is faster: it takes the positions of the feet along the body from the skeletons
+    of a few individuals.
 
     Args:
         experiment: experiment with the body.
@@ -110,12 +110,12 @@ def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, 
     Raises:
         GaitsimError: the body has no feet, or no channel `stance`.
     """
-    seen = genomes[np.unique(np.linspace(0, len(genomes) - 1, _SAMPLES).astype(int))]
-    motion = move_genomes(experiment, seen)
+    samples = genomes[np.unique(np.linspace(0, len(genomes) - 1, _SAMPLES).astype(int))]
+    motion = move_genomes(experiment, samples)
     entry, organism = experiment.entries["organism"], experiment.organism
     channel = organism.channels.get("stance")
     with plugin_errors(entry, "drawing an individual"):
-        skeletons = [organism.skeleton(motion, index) for index in range(len(seen))]
+        skeletons = [organism.skeleton(motion, index) for index in range(len(samples))]
     first = skeletons[0]
     if channel is None or channel.axes != ("frames", "feet") or first.contacts is None:
         raise GaitsimError(

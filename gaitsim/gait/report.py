@@ -83,8 +83,8 @@ def analyse_gait(
         skeleton: geometry of the body over time.
         joint_angles: joint angles, (frames, joints), radians, for the joint travel; None omits it.
         dynamic: whether the body is simulated with forces, so that it can fall.
-        margin: static stability margin as the body computed it, (frames,), metres; None computes it
-            from the skeleton.
+        margin: static stability margin from the body, (frames,), metres; None computes it from the
+            skeleton.
         measured: quantities that the body measured, in SI units by name. `forward`, `lateral`,
             `climb`, `yaw` and `slip ratio` replace those of the skeleton. `cost of transport` and
             `lasted`, the time before a fall, are not available from a skeleton.
@@ -115,13 +115,13 @@ def analyse_gait(
     if travel.lasted is not None:
         upright = slice(frames_in(travel.lasted, skeleton.frame_rate))
     touching = skeleton.touching[upright, order]
-    given = skeleton.contact_names or tuple(f"foot {n + 1}" for n in range(len(order)))
-    names = tuple(given[index] for index in order)
+    unordered = skeleton.contact_names or tuple(f"foot {n + 1}" for n in range(len(order)))
+    names = tuple(unordered[index] for index in order)
     feet, stride = feet_of(touching, names, skeleton.frame_rate)
     phases = consistency = np.full(len(feet), np.nan)
     if stride is not None:
         phases, consistency = phases_of(feet, stride)
-    lain = lying(skeleton)
+    lying_share = lying(skeleton)
     footfalls = Footfalls(
         feet,
         touching,
@@ -136,7 +136,7 @@ def analyse_gait(
             relative[upright],
             measured.get("slip ratio"),
         ),
-        lain,
+        lying_share,
     )
     still = stands(skeleton, upright)
     name, distances = name_of(feet, stride, phases, consistency, relative, still)
@@ -144,7 +144,7 @@ def analyse_gait(
         exploits.flip_flop(relative, names, length, skeleton.frame_rate),
         exploits.flickering(touching, names, skeleton.frame_rate),
         exploits.sliding(footfalls.slip),
-        None if dynamic else exploits.unsupported(footfalls.margin, path, lain),
+        None if dynamic else exploits.unsupported(footfalls.margin, path, lying_share),
         exploits.leap(touching, path[upright], length, skeleton.frame_rate) if dynamic else None,
         None if carried is None else exploits.not_on_feet(carried[upright]),
     )

@@ -2,8 +2,8 @@
 
 The score of a genuine walk falls a little if all servos are late or slow, if the body is mirrored,
 or if the simulation uses smaller time steps. The score of an exploit of the model, such as joints
-that flip between two frames, falls by most of its value. Errors of single joints show how exactly a
-robot must follow a gait.
+that flip from frame to frame, falls by most of its value. Errors of single joints show how exactly
+a robot must follow a gait.
 """
 
 import math
@@ -25,10 +25,10 @@ from gaitsim.individual import Individual
 from gaitsim.legged import delayed
 
 SEED = 0
-DRAWS = 10  # draws of each random perturbation, whose mean counts
-OFFSET, NOISE = 1.0, 0.5  # standard deviation of a servo's trim, and of each frame, degrees
+DRAWS = 10  # draws of each random perturbation; their mean score counts
+OFFSET, NOISE = 1.0, 0.5  # standard deviation of a servo's offset, and of each frame, degrees
 LATE = (1, 2, 3)  # delays of all joints, frames
-APART = 1  # largest delay of single joints, frames
+JOINT_DELAY = 1  # largest delay of single joints, frames
 LAG, LONG_LAG = 1, 3  # time constants of a first-order lag, frames
 GENE_NOISE = 0.01  # standard deviation, as a share of the range of a gene
 STEP_OPTIONS = ("dt", "time_step")
@@ -146,14 +146,15 @@ def _perturb_all_joints(individual: Individual) -> dict[str, float]:
 def _perturb_single_joints(individual: Individual) -> dict[str, float]:
     """Perturb each joint independently, or slow down all joints strongly."""
     angles, rng = _playable_angles(individual, "inexact joints"), np.random.default_rng([SEED, 1])
-    apart = [delayed(angles, rng.integers(0, APART + 1, angles.shape[1:])) for _ in range(DRAWS)]
+    joints = angles.shape[1:]
+    late = [delayed(angles, rng.integers(0, JOINT_DELAY + 1, joints)) for _ in range(DRAWS)]
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
     noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape))
     return _scores(
         individual.experiment,
         {
             f"servos with a lag of {_frames(LONG_LAG)}": apply_lag(angles, LONG_LAG)[None],
-            f"each joint 0 or {_frames(APART)} late": np.stack(apart),
+            f"each joint 0 or {_frames(JOINT_DELAY)} late": np.stack(late),
             f"each joint off by about {OFFSET:g}°": angles + offset,
             f"noise of {NOISE:g}° in every frame": angles + noise,
         },
@@ -176,8 +177,8 @@ def _frames(count: int) -> str:
 def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, float]:
     """Return the mean score of joint angles, (draws, frames, joints), by name."""
     return {
-        name: float(evaluate_motion(experiment, play(experiment, these), len(these)).scores.mean())
-        for name, these in played.items()
+        name: float(evaluate_motion(experiment, play(experiment, draws), len(draws)).scores.mean())
+        for name, draws in played.items()
     }
 
 
@@ -185,7 +186,7 @@ def _perturb_genes(individual: Individual) -> dict[str, float]:
     """Change the genes slightly."""
     experiment, genome = individual.experiment, individual.genome
     if genome is None:
-        raise _NotPossibleError("inexact genes: a gait from a file has none")
+        raise _NotPossibleError("inexact genes: a gait from a file has no genes")
     space, rng = experiment.space(), np.random.default_rng([SEED, 2])
     copies: NDArray[Any] = np.repeat(genome[None], DRAWS, axis=0)
     if isinstance(space, RealSpace):
@@ -196,7 +197,9 @@ def _perturb_genes(individual: Individual) -> dict[str, float]:
         copies = space.repair(copies)
         name = "one gene flipped"
     else:
-        raise _NotPossibleError(f"inexact genes: a {space.name} genome has no small change")
+        raise _NotPossibleError(
+            f"inexact genes: small changes of a {space.name} genome are unknown"
+        )
     return {name: float(evaluate(experiment, copies).scores.mean())}
 
 
@@ -220,7 +223,7 @@ def _halve_time_step(individual: Individual) -> dict[str, float]:
 
 
 # A collapse under a perturbation that hardly affects a walk indicates an exploit. A collapse under
-# one that disturbs the coordination of the legs shows how exactly a robot must follow the gait.
+# a perturbation of the coordination of the legs shows how exactly a robot must follow the gait.
 _ATTEMPTS = (
     (_perturb_all_joints, EXPLOIT),
     (_halve_time_step, EXPLOIT),

@@ -11,9 +11,9 @@ from gaitsim.gait.intervals import Floats
 from gaitsim.individual import Individual
 from gaitsim.runs.files.history import COLUMNS, MEAN
 
-PARTS = 10  # parts of the motion, at whose ends the terms are evaluated
+PARTS = 10  # number of parts of the motion; the terms are evaluated at the end of each
 DOMINANT = 0.6  # share of the sum of absolute terms from which a term dominates
-NEGLIGIBLE = 0.01  # share below which a term hardly counts; also of the range of the best score
+NEGLIGIBLE = 0.01  # share of the sum, or of the range of the best score, that is negligible
 CANCELLED = 0.5  # share of the gains from which losses cancel them
 RELEVANT = 0.05  # share of all changes below which a change is omitted
 
@@ -36,29 +36,29 @@ class TermsOverTime:
 def terms_over_time(individual: Individual) -> TermsOverTime:
     """Evaluate the first tenth of the motion, the first two tenths, and so on.
 
-    A fitness returns only totals, but a motion can be cut. The score of a part is the score of the
-    individual if the motion had ended there. It is not cumulative: a term that is a mean over
-    time, such as drift, can fall as well as rise.
+    A fitness returns only totals, but a motion can be cut. The score of a part is the score that
+    the individual would have if its motion ended there. It is not cumulative: a term that is a
+    mean over time, such as drift, can fall as well as rise.
 
     Raises:
         PluginError: the fitness cannot evaluate a part of the motion.
     """
     experiment, motion = individual.experiment, individual.motion
     frames = len(individual.skeleton.segments)
-    keeps = np.unique(np.linspace(0, frames, PARTS + 1)[1:].round().astype(int))
-    keeps = keeps[keeps >= min(2, frames)]
+    ends = np.unique(np.linspace(0, frames, PARTS + 1)[1:].round().astype(int))
+    ends = ends[ends >= min(2, frames)]
     channels = {name: experiment.organism.channels[name] for name in experiment.fitness.needs}
-    parts = [cut_motion(motion, channels, keep) for keep in keeps.tolist()]
+    parts = [cut_motion(motion, channels, end) for end in ends.tolist()]
     rows = [evaluate_motion(experiment, part, part.population).terms_of(0) for part in parts]
     return TermsOverTime(
-        (keeps - 1) / motion.frame_rate,
+        (ends - 1) / motion.frame_rate,
         {name: np.array([row[name] for row in rows]) for name in individual.replayed_terms},
         any(channel.over_time for channel in channels.values()),
     )
 
 
 def cut_motion(motion: Motion, channels: Mapping[str, Channel], frames: int) -> Motion:
-    """Return some channels of a motion, those over time cut to their first frames."""
+    """Return the given channels of a motion; channels over time are cut to their first frames."""
     return Motion(
         motion.frame_rate,
         {
@@ -133,12 +133,12 @@ def summarise(
         generation: generation of the individual; None for a gait from a file.
     """
     total = sum(abs(value) for value in terms.values())
-    told = _describe_dominant(terms, total)
+    dominant = _describe_dominant(terms, total)
     if generation is None:
-        return (*told, *_describe_negligible(terms, total))
+        return (*dominant, *_describe_negligible(terms, total))
     first, found = term_changes(history, generation)
     return (
-        *told,
+        *dominant,
         *_describe_changes(first, found),
         *_describe_constant(history, first, found, generation),
     )
@@ -148,43 +148,43 @@ def _describe_dominant(terms: Mapping[str, float], total: float) -> tuple[str, .
     if len(terms) == 1 or not total:
         return ()
     return tuple(
-        f"{name} dominates: {abs(value) / total:.0%} of all that the terms add and take"
+        f"{name} dominates: {abs(value) / total:.0%} of all gains and losses"
         for name, value in terms.items()
         if abs(value) >= DOMINANT * total
     )
 
 
 def _describe_negligible(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
-    slight = [name for name, value in terms.items() if abs(value) < NEGLIGIBLE * total]
-    return (f"hardly counted: {', '.join(slight)}",) if slight else ()
+    found = [name for name, value in terms.items() if abs(value) < NEGLIGIBLE * total]
+    return (f"negligible: {', '.join(found)}",) if found else ()
 
 
 def _describe_changes(first: int, found: tuple[TermChange, ...]) -> tuple[str, ...]:
-    """Describe the terms that rose, and those that fell in exchange."""
-    moved = sum(abs(change.gain) for change in found)
+    """Describe the terms that rose, and those that fell."""
+    total = sum(abs(change.gain) for change in found)
     rose = sorted(
-        (change for change in found if change.gain > RELEVANT * moved), key=lambda c: -c.gain
+        (change for change in found if change.gain > RELEVANT * total), key=lambda c: -c.gain
     )
     fell = sorted(
-        (change for change in found if change.gain < -RELEVANT * moved), key=lambda c: c.gain
+        (change for change in found if change.gain < -RELEVANT * total), key=lambda c: c.gain
     )
     if not rose and not fell:
         return ()
     gain = sum(change.gain for change in found)
     parts = ", ".join(f"{change.name} {change.gain:+z.3f}" for change in (*rose, *fell))
-    told = [f"since generation {first} the best score changed by {gain:+z.3f}: {parts}"]
+    sentences = [f"since generation {first} the best score changed by {gain:+z.3f}: {parts}"]
     if rose and fell and -sum(c.gain for c in fell) >= CANCELLED * sum(c.gain for c in rose):
-        told.append(
+        sentences.append(
             f"{_sum_of_names(rose)} and {_sum_of_names(fell)} largely cancel "
             f"({sum(c.gain for c in rose):+.3f} and {sum(c.gain for c in fell):+.3f})"
         )
-    return tuple(told)
+    return tuple(sentences)
 
 
 def _describe_constant(
     history: Mapping[str, Floats], first: int, found: tuple[TermChange, ...], generation: int
 ) -> tuple[str, ...]:
-    """Name the terms of the best individual that were constant while the best score changed."""
+    """Describe the terms of the best individual that stayed constant."""
     part = slice(first - 1, generation)
     best = history["best"][part]
     spread = float(np.ptp(best[np.isfinite(best)])) if np.isfinite(best).any() else 0.0
@@ -195,7 +195,7 @@ def _describe_constant(
         before = int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0
         # A term that settled in the last half of the search may just have converged.
         if count > 2 and before < count / 2:
-            when = f"since generation {first + before}" if before else "all along"
+            when = f"since generation {first + before}" if before else "throughout"
             settled.append(f"{change.name} {change.last:z.3f} {when}")
     return (f"constant: {', '.join(settled)}",) if settled else ()
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gaitsim.gait.intervals import Floats
 
 PARTS = 3
-LEAST = 12  # least number of worlds: four in each third
+LEAST = 12  # least number of worlds: four per third
 PERMUTATIONS = 999
 LEVEL = 0.05
 MOST_PERMUTED = 2**20  # number of values permuted at a time, 8 MB

@@ -14,9 +14,9 @@ def stability_margin(skeleton: Skeleton) -> Floats:
 
     The margin is the distance of the centre, seen from above, from the nearest edge of the support
     polygon, which is the convex hull of the feet on the ground (McGhee & Frank 1968, Mathematical
-    Biosciences 3:331). Outside the polygon, it is the negative distance; so it also is over one or
-    two feet, which span no polygon. Without a foot on the ground, it is −inf. It is computed
-    half-way from each frame to the next.
+    Biosciences 3:331). It is negative if the centre is outside the polygon, and with one or two
+    feet on the ground, which span no polygon. Without a foot on the ground, it is −inf. It is
+    computed half-way from each frame to the next.
 
     A body whose centre and feet all move in one vertical plane along x, such as a planar walker,
     cannot tip sideways: its support extends from its hindmost to its foremost foot.

@@ -36,7 +36,7 @@ class Travel:
         joint_travel: sum of the turns of all joints per metre of displacement, rad/m. It does not
             measure energy, because it includes neither load nor torque.
         cost_of_transport: work over weight times displacement, as measured by the body.
-        lasted: time before a fall, or the whole motion, as measured by the body.
+        lasted: time before a fall, or of the whole motion, as measured by the body.
     """
 
     seconds: float
@@ -76,7 +76,7 @@ class Slip:
 def travel_of(
     skeleton: Skeleton, joint_angles: Array | None, measured: Mapping[str, float] = NONE
 ) -> Travel:
-    """Return the travel of a skeleton and of its joint angles, (frames, joints), if any.
+    """Return the travel of a skeleton and of its joint angles, (frames, joints), if it has any.
 
     Quantities that the body measured, in SI units by name, replace those of the skeleton.
     """
@@ -141,7 +141,7 @@ def slip_of(
 
 
 def mean_of(values: Floats, chosen: Contacts) -> Floats:
-    """Return the mean over the chosen feet, (frames, feet) -> (frames,); 0 without any."""
+    """Return the mean over the chosen feet, (frames, feet) -> (frames,); 0 if none is chosen."""
     count = np.maximum(chosen.sum(axis=1), 1)
     return np.asarray((values * chosen).sum(axis=1) / count)
 

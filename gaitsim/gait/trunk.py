@@ -21,7 +21,7 @@ def size(skeleton: Skeleton) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=1), axis=-1).max(initial=0.0))
 
 
-@lru_cache(4)  # several measures of a motion, and its picture, need it; it takes 3 ms
+@lru_cache(4)  # it takes 3 ms, and several measures of a motion and its picture need it
 def trunk(skeleton: Skeleton) -> Floats:
     """Return the points of the trunk over time, (frames, points, 3), metres.
 
@@ -32,10 +32,10 @@ def trunk(skeleton: Skeleton) -> Floats:
     every = -(-skeleton.segments.shape[1] // _SEGMENTS)
     segments = skeleton.segments[:, ::every].astype(np.float64)
     points = segments.reshape(len(segments), -1, 3)
-    looked_at = np.unique(np.linspace(0, len(points) - 1, _FRAMES).astype(int))
+    compared = np.unique(np.linspace(0, len(points) - 1, _FRAMES).astype(int))
     least = np.full((points.shape[1],) * 2, np.inf)
     most = np.zeros_like(least)
-    for frame in looked_at:
+    for frame in compared:
         distance = np.linalg.norm(points[frame, :, None] - points[frame], axis=-1)
         least, most = np.minimum(least, distance), np.maximum(most, distance)
     rigid = most - least <= _RIGID * size(skeleton)

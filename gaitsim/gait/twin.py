@@ -42,7 +42,7 @@ def has_twin(individual: Individual) -> bool:
 def twin_of(
     experiment: Experiment, damage: Sequence[str] = (), world: World | None = None
 ) -> Experiment:
-    """Return the experiment of the physical twin of a body, with given damage, in a given world.
+    """Return the experiment of a body's physical twin, with given damage and in a given world.
 
     Raises:
         GaitsimError: the body has no twin, or the twin does not support the damage or the world.
@@ -70,12 +70,12 @@ def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) ->
             support the damage.
         PluginError: the twin fails.
     """
-    told = individual.damage if damage is None else damage
-    return play_on(individual, twin_of(individual.experiment, told, individual.world))
+    damage = individual.damage if damage is None else damage
+    return play_on(individual, twin_of(individual.experiment, damage, individual.world))
 
 
 def play_on(individual: Individual, twin: Experiment) -> Individual:
-    """Play the joint angles of an individual on another body, such as that from `twin_of`.
+    """Play the joint angles of an individual on another body, such as that of `twin_of`.
 
     Raises:
         GaitsimError: the body cannot play the angles.

@@ -52,8 +52,8 @@ def evaluate_unseen(
         number: number of worlds, from 1 to `MOST`.
         seed: seed of the worlds. With the same seed and ranges, all gaits meet the same worlds.
         ranges: range of each condition that varies, by name. None takes the ranges of the
-            experiment's worlds, or else the usual ranges of all conditions of the body, except
-            conditions that a changed individual fixes.
+            experiment's worlds or, if it has none, the usual ranges of all conditions of the body.
+            Conditions that the individual's changes fix are left out.
         workers: number of workers; None chooses a number for the body.
         begin: called with the number of worlds.
         advance: called with the number of worlds that were completed since the last call.
@@ -75,9 +75,9 @@ def evaluate_unseen(
     work = partial(_outcome_in, individual.genome, angles)
     outcomes: list[Outcome] = []
     with Evaluator(experiment, workers) as evaluator:
-        at_once = evaluator.workers * max(1, number // (REPORTS * evaluator.workers))
-        for start in range(0, number, at_once):
-            part = worlds[start : start + at_once]
+        step = evaluator.workers * max(1, number // (REPORTS * evaluator.workers))
+        for start in range(0, number, step):
+            part = worlds[start : start + step]
             outcomes += evaluator.map(work, part)
             advance(len(part))
     if all(one.failure for one in outcomes):
@@ -111,7 +111,7 @@ def check_request(number: object, seed: object) -> None:
         whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
         if not (whole and least <= value <= most):  # type: ignore[operator]
             raise GaitsimError(
-                f"{value!r} is not a {what}", allowed=f"a whole number from {least} to {most:,}"
+                f"invalid {what}: {value!r}", allowed=f"a whole number from {least} to {most:,}"
             )
 
 
@@ -129,17 +129,17 @@ def _varying_ranges(individual: Individual) -> Ranges:
 
 
 def _check_ranges(experiment: Experiment, ranges: Ranges) -> Ranges:
-    told = with_overrides(experiment, {"worlds.ranges": {n: [*ends] for n, ends in ranges.items()}})
-    return ranges_of(told)
+    lists = {name: [*ends] for name, ends in ranges.items()}
+    return ranges_of(with_overrides(experiment, {"worlds.ranges": lists}))
 
 
 def _outcome_in(
     genome: Genomes | None, angles: Floats | None, experiment: Experiment, world: World
 ) -> Outcome:
     """Move a genome, or play joint angles, (frames, joints), in a world."""
-    there = in_world(experiment, world)
-    played = None if angles is None else play(there, angles[None])
-    return _outcome(Individual(there, math.nan, {}, genome=genome, played=played))
+    moved = in_world(experiment, world)
+    played = None if angles is None else play(moved, angles[None])
+    return _outcome(Individual(moved, math.nan, {}, genome=genome, played=played))
 
 
 def _outcome(individual: Individual) -> Outcome:

@@ -15,7 +15,7 @@ from gaitsim.gait.sensitivity import Effect, effects
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 MEASURE, SCORE = "forward", "score"
-NEGLIGIBLE = 0.01  # loss below which an effect is not reported, as a share of the nominal result
+NEGLIGIBLE = 0.01  # loss below which an effect is omitted, as a share of the nominal result
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class UnseenResults(ReprMixin):
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """The reasons why motions failed, in the order of the worlds."""
+        """The reasons for failed motions, in the order of the worlds."""
         return tuple(one.failure for one in self.outcomes if one.failure)
 
     @cached_property
@@ -86,7 +86,7 @@ class UnseenResults(ReprMixin):
 
     @property
     def worst_tenth(self) -> float:
-        """The mean of the worst tenth of the results, at least one."""
+        """The mean of the worst tenth of the results, of at least one result."""
         return float(worst_tenth(self.results))
 
     def quantile(self, share: float) -> float:
@@ -101,12 +101,12 @@ class UnseenResults(ReprMixin):
         return self.quantile(0.5)
 
     def kept(self, result: float) -> float:
-        """Return a result as a share of the nominal result; NaN if that is not above 0."""
+        """Return a result as a share of the nominal result; NaN if the latter is not above 0."""
         return result / self.nominal.result if self.nominal.result > 0 else math.nan
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
-        """The conditions with a significant and relevant loss, the strongest first."""
+        """The conditions with a significant and relevant effect, the strongest first."""
         found = effects(self.conditions, self.ranges, self.results)
         least = NEGLIGIBLE * abs(self.nominal.result)
         return tuple(one for one in found if not one.loss < least)
@@ -158,7 +158,7 @@ class UnseenResults(ReprMixin):
 
 
 def worst_tenth(results: Floats) -> Floats:
-    """Return the mean of the worst tenth, at least one, of results, (…, worlds) -> (…)."""
+    """Return the mean of the worst tenth of results, at least one, (…, worlds) -> (…)."""
     counted = -(-results.shape[-1] // 10)
     return np.asarray(np.sort(results, axis=-1)[..., :counted].mean(axis=-1))
 

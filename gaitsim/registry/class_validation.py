@@ -13,7 +13,7 @@ PLUGIN = "plugin"
 
 
 def problems(kind: str, plugin: type[Plugin]) -> list[str]:
-    """Return the errors in the class of a plugin, one sentence each."""
+    """Return the errors in a plugin class, one sentence each."""
     found = []
     if kind == "organism":
         channels = getattr(plugin, "channels", None)
@@ -36,7 +36,7 @@ def problems(kind: str, plugin: type[Plugin]) -> list[str]:
     if kind == "search":
         operators: Any = getattr(plugin, "operators", None)
         if not (isinstance(operators, tuple) and {*operators} <= {*OPERATORS}):
-            found.append(f"operators must be a tuple of some of {', '.join(OPERATORS)}")
+            found.append(f"operators must be a tuple of names among {', '.join(OPERATORS)}")
     # A crossover declares `children` as an option or as a class attribute.
     if kind == "crossover" and "children" not in plugin.model_fields:
         children = getattr(plugin, "children", None)

@@ -17,7 +17,7 @@ STUDIES = "studies"
 FILES = "files"
 """File formats that describe a body: the name of the entry point is the suffix of the files."""
 PYTHON = "python:"
-"""Prefix of the names of functions and classes that were given in Python."""
+"""Prefix of the names of functions and classes that a user passes in Python."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def _state(folder: str) -> tuple[object, ...]:
     return folder, found.st_dev, found.st_ino, found.st_mtime_ns
 
 
-@lru_cache(maxsize=1)  # reading takes 5 ms, and an experiment looks up six names
+@lru_cache(maxsize=1)  # reading takes 5 ms, and loading an experiment looks up six names
 def _read(path: tuple[object, ...]) -> dict[str, Entries]:
     """Return all entries by kind.
 

@@ -1,4 +1,4 @@
-"""Compile kernels even if Numba's cache is unusable; they then compile at each start.
+"""Compile kernels even if Numba's cache is unusable; kernels then compile at each start.
 
 Numba refuses to compile a function with `cache=True` if it can write neither beside the function's
 module nor to the user's cache folder, for example in a container or an installation by an
@@ -52,7 +52,7 @@ def _stamp(folder: Path) -> list[tuple[str, int, int]]:
 
 
 def _tolerate_errors() -> None:
-    """Make Numba compile a function whose cache cannot be read or written."""
+    """Make Numba compile a function even if its cache cannot be read or written."""
     from numba.core.caching import Cache
 
     def tolerant(method: Callable[..., Any]) -> Callable[..., Any]:
@@ -96,7 +96,7 @@ def allow_missing_cache() -> None:
 
 
 def missing_cache() -> str:
-    """Return a warning if compiled kernels are not cached; '' if they are, or on later calls."""
+    """Return a warning if compiled kernels are not cached, once; otherwise ''."""
     found = [*_problems]
     _problems.clear()
     return found[0] if found else ""

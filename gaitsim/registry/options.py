@@ -15,7 +15,7 @@ from gaitsim.toml import brief, is_long, literal, parse
 from gaitsim.toml import text as toml_text
 
 NOT_SET = "none"
-"""The value that unsets an option; TOML has no null."""
+"""The value that unsets an option, as TOML has no null."""
 
 _TYPES = {
     int: "a whole number",

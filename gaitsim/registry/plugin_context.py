@@ -84,7 +84,7 @@ def contract_error(entry: Entry, what: str, allowed: str = "") -> ContractError:
 
 
 def interrupted_plugin() -> str:
-    """Return the plugin that Ctrl-C interrupted, and its task; '' if none or already returned."""
+    """Return the plugin that Ctrl-C interrupted and its task, once; '' if there is none."""
     # The innermost call is recorded first; other threads may still be inside theirs.
     calls = [*_interrupted[:1], *list(_active.values())[-1:]]
     _interrupted.clear()
@@ -92,13 +92,13 @@ def interrupted_plugin() -> str:
 
 
 _end_process = os._exit
-_errors: list[int] = []  # duplicate of the descriptor of standard error
+_errors: list[int] = []  # a duplicate of the descriptor of standard error, once guarded
 
 
 def guard_process() -> None:
     """Keep plugins from ending the process or closing its output; further calls do nothing.
 
-    In a plugin, `os._exit` raises SystemExit, so that the call is reported and the run is closed.
+    In a plugin, `os._exit` raises SystemExit, so that gaitsim reports the call and closes the run.
     """
     if os._exit is not _exit:
         os._exit = _exit

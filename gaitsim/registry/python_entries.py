@@ -1,8 +1,8 @@
-"""Fitness functions and bodies given in Python, which only this process knows by name.
+"""Fitness functions and bodies passed in Python, registered by name in this process.
 
 The name, such as `python:forward@1a2b3c4d`, ends with a checksum of the code, so that a changed
-function gets another name. An experiment that names a function unknown to this process can be
-read, but its individuals can neither move nor be scored.
+function gets another name. An experiment with a function that is not registered can be read, but
+its individuals can neither move nor be scored.
 """
 
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from gaitsim.contracts import Plugin
 
 ARGUMENTS = {"fitness": "fitness", "organism": "body"}
-"""The argument of `gs.evolve` that gives a plugin in Python, by the plugin's kind."""
+"""The argument of `gs.evolve` for a plugin of a kind."""
 SCORE = f"{PYTHON}score"
 """The name of the fitness for a body that computes its own score; always available."""
 
@@ -28,10 +28,10 @@ def is_outside(name: str) -> bool:
 
 @dataclass(frozen=True)
 class PythonEntry(Entry):
-    """A function or class that was given in Python.
+    """A function or class that a user passed in Python.
 
     Attributes:
-        model: plugin class of the function or class; None if this process was not given it.
+        model: plugin class of the function or class; None if it is not registered in this process.
         file: path of the file that contains the code; '' if unknown.
     """
 
@@ -47,12 +47,12 @@ class PythonEntry(Entry):
     def argument(self) -> str:
         """The argument that passes it to `gs.evolve`, such as `fitness=forward`.
 
-        A name from a file can be any text, such as code that runs where a reader pastes it, so
-        the argument contains only an identifier.
+        A name from a file can be any text, even code that a reader would paste and run. The
+        argument therefore contains only an identifier.
         """
         usable = self.label.isidentifier() and not iskeyword(self.label)
-        given = self.label if usable else "…"
-        return f"{ARGUMENTS.get(self.kind, self.kind)}={given}"
+        value = self.label if usable else "…"
+        return f"{ARGUMENTS.get(self.kind, self.kind)}={value}"
 
     @property
     def remedy(self) -> str:
@@ -77,14 +77,14 @@ class PythonEntry(Entry):
         return f"The {self} is code outside the run: the run's files alone cannot reproduce it"
 
     def load(self) -> "type[Plugin]":
-        """Return the plugin class, or a placeholder if this process was not given it."""
+        """Return the plugin class, or a placeholder if it is not registered."""
         from gaitsim.registry.python_plugins import placeholder  # imports NumPy
 
         return self.model or placeholder(self)
 
     @property
     def missing_error(self) -> MissingFunctionError:
-        """The error to raise if it is used, but this process was not given it."""
+        """The error to raise if it is used without being registered in this process."""
         space = ", space=…" if self.kind == "organism" else ""
         note = " (space only if the body is a function)" if space else ""
         return MissingFunctionError(
@@ -104,7 +104,7 @@ def register(entry: PythonEntry) -> None:
 
 
 def find_registered(kind: str, name: str) -> PythonEntry:
-    """Return the entry of a name that starts with `python:`; its model may be missing."""
+    """Return the entry of a name that starts with `python:`; without a model if unregistered."""
     if (kind, name) == ("fitness", SCORE):
         from gaitsim.registry.python_plugins import ScoreChannel
 
@@ -113,4 +113,4 @@ def find_registered(kind: str, name: str) -> PythonEntry:
 
 
 OUTSIDE = "Python code outside the run"
-"""The text shown in place of a package for plugins given in Python."""
+"""The text shown instead of a package for plugins passed in Python."""

@@ -1,4 +1,4 @@
-"""Plugin classes that wrap functions given in Python or stand in for missing ones."""
+"""Plugin classes that wrap functions passed in Python, and placeholders for missing ones."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
@@ -57,7 +57,7 @@ class ReadOnlyMotion(Motion):
 
 
 class FunctionFitness(Fitness):
-    """A fitness whose terms a function returns."""
+    """A fitness that calls a function for its terms."""
 
     entry: ClassVar[PythonEntry]
     function: ClassVar[Callable[[Motion], Any]]
@@ -70,10 +70,10 @@ class FunctionFitness(Fitness):
         except ValueError as error:
             if "read-only" not in str(error):
                 raise
-            copied = "a copy of a channel, as in motion['feet'].copy()"
-            refused = contract_error(self.entry, "modifies the motion passed to it", copied)
-            refused.where = self.entry.place_of(error)
-            raise refused from error
+            allowed = "a copy of a channel, as in motion['feet'].copy()"
+            modified = contract_error(self.entry, "modifies the motion passed to it", allowed)
+            modified.where = self.entry.place_of(error)
+            raise modified from error
         return dict(found) if isinstance(found, Mapping) else {self.entry.label: found}
 
 
@@ -99,7 +99,7 @@ class ScoreChannel(Fitness):
 
 
 class FunctionBody(Organism):
-    """A body whose channels a function returns."""
+    """A body that calls a function for its channels."""
 
     entry: ClassVar[PythonEntry]
     function: ClassVar[Callable[[Genomes], Any]]
@@ -161,13 +161,13 @@ _CHANNELS = f"a dict of channels, or one array: {_FIRST[:-1]}"
 
 
 def placeholder(entry: PythonEntry) -> type[Plugin]:
-    """Return a class that accepts any options and raises an error where its code is needed."""
+    """Return a class that accepts any options, and raises an error when its code is needed."""
     base = MissingBody if entry.kind == "organism" else MissingFitness
     return type(base.__name__, (base,), {"entry": entry, "__module__": __name__})
 
 
 class MissingFitness(Fitness):
-    """A placeholder for a fitness that this process was not given."""
+    """A placeholder for a fitness that is not registered in this process."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -184,7 +184,7 @@ class MissingFitness(Fitness):
 
 
 class MissingBody(Organism):
-    """A placeholder for a body that this process was not given."""
+    """A placeholder for a body that is not registered in this process."""
 
     model_config = ConfigDict(extra="allow")
 

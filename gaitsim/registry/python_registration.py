@@ -1,4 +1,4 @@
-"""Functions and objects that a user gives in Python, as plugins of this process."""
+"""Register functions and objects that a user passes in Python as plugins of this process."""
 
 import functools
 import inspect
@@ -29,7 +29,7 @@ _SIGNATURES = {
 def python_options(
     fitness: Any = None, body: Any = None, space: Any = None
 ) -> dict[str, dict[str, Any]]:
-    """Register a fitness and a body in this process, and return the sections that choose them.
+    """Register a fitness and a body in this process; return the sections that choose them.
 
     Args:
         fitness: function (motion) -> scores (population,) or a dict of such terms; or an instance
@@ -43,7 +43,7 @@ def python_options(
     """
     found: dict[str, dict[str, Any]] = {}
     if body is not None and not isinstance(body, Organism):
-        _code_of("organism", body)  # before the space, which a class needs not have
+        _code_of("organism", body)  # first: a class passed by mistake needs no space
     _check_space(body, space)
     if body is not None:
         found["organism"] = _section("organism", body, space)
@@ -58,9 +58,9 @@ def _check_space(body: Any, space: Any) -> None:
     example = "space=gs.RealSpace([-5, -5], [5, 5])"
     if isinstance(body, Organism) or body is None:
         if space is not None:
-            whose = "has its own genome space" if body is not None else "is missing"
+            reason = "has its own genome space" if body is not None else "is missing"
             raise GaitsimError(
-                f"a space is allowed only with a body that is a function, but the body {whose}",
+                f"a space is allowed only with a body that is a function, but the body {reason}",
                 where="space",
                 remedy="omit the space" if body is not None else "pass a body, too",
             )
@@ -131,7 +131,7 @@ def _code_of(kind: str, thing: Any) -> CodeType:
     name = getattr(thing, "__name__", "")
     what, remedy = "", f"write a function, as in {_SIGNATURES[kind]}"
     if isinstance(thing, type):
-        what = f"the class {name} is given, not an instance"
+        what = f"{name} is a class, not an instance"
         remedy = f"{argument}={name}()" if issubclass(thing, _BASES[kind]) else remedy
     elif isinstance(thing, functools.partial):
         inner = getattr(thing.func, "__name__", "function")

@@ -96,9 +96,9 @@ def _rules(
     before = _global_randomness()
     with plugin_errors(entry, "declaring its options"):
         wrong = yield from reported(declared(model))
-    on_status("taking its options")
+    on_status("validating its options")
     options = with_stand_ins(model, options)
-    with plugin_errors(entry, "taking its options"):
+    with plugin_errors(entry, "validating its options"):
         # Without options, as from Python, which does not validate defaults; otherwise as from a
         # file.
         plugin = rebuilt(model, options) if options else model()

@@ -173,7 +173,7 @@ WRONG = {
     "mutation, genes": ("Jitter", "mutate", returns(np.zeros((4, 2))), r"shape \(4, 2\)"),
     "mutation, dtype": ("Jitter", "mutate", returns(np.zeros((4, 3), "f4")), "dtype float32"),
     "mutation, infinite": ("Jitter", "mutate", returns(np.full((4, 3), np.inf)), "not finite"),
-    "mutation's schedule": ("Jitter", "at", fail, "following its schedule"),
+    "mutation's schedule": ("Jitter", "at", fail, "applying its schedule"),
 }
 
 

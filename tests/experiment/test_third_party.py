@@ -16,12 +16,12 @@ def test_an_operator_that_does_not_work_on_the_genomes_is_refused_with_those_tha
 ):
     install("fake", working, {"organism": {"bits": "BitBody"}, "fitness": {"far": "Distance"}})
     found = problem("mutation.plugin=bit-flip")
-    assert "'bit-flip' does not support the real genomes of the organism 'spider'" in found.what
+    assert "'bit-flip' does not support the real genomes of the body 'spider'" in found.what
     assert "gaussian" in found.allowed.split(", ")
     assert "bit-flip" not in found.allowed.split(", ")
     found = problem(text=custom(organism="bits", fitness="far"))
     assert found.where == "x.toml, key mutation.plugin"
-    assert "'gaussian' does not support the bit genomes of the organism 'bits'" in found.what
+    assert "'gaussian' does not support the bit genomes of the body 'bits'" in found.what
     assert "bit-flip" in found.allowed.split(", ")
     for name in found.allowed.split(", "):
         assert parsed(f"mutation.plugin={name}", text=custom(organism="bits", fitness="far"))
@@ -35,7 +35,7 @@ def test_a_fitness_without_its_channels_is_refused_with_those_that_have_them(
     assert "'spider-walk' reads the channels" in found.what
     assert found.allowed == "far"
     found = problem("fitness.plugin=far")
-    assert "reads the channels distance, which the organism 'spider' does not have" in found.what
+    assert "reads the channels distance, which the body 'spider' does not have" in found.what
     assert "spider-walk" in found.allowed
 
 
@@ -48,10 +48,10 @@ def test_another_broken_plugin_does_not_stand_in_the_way(parsed, problem, instal
 @pytest.mark.parametrize(
     ("source", "reason"),
     [
-        ("def genome_space(self): 1 / 0", "failed while giving its genome space: ZeroDivision"),
+        ("def genome_space(self): 1 / 0", "failed while returning its genome space: ZeroDivision"),
         ("def genome_space(self): return 3", "returned a int from genome_space()"),
         ("def model_post_init(self, _): raise SystemExit(0)", "SystemExit"),
-        ("def __init__(self, **_): 1 / 0", "failed while taking its options: ZeroDivision"),
+        ("def __init__(self, **_): 1 / 0", "failed while validating its options: ZeroDivision"),
         ("needed: int", "organism.needed is required"),
     ],
 )
@@ -103,7 +103,7 @@ class X(Body):
     assert found.what == "3 is not allowed: legs come in pairs"
     found = problem("organism.arms=8", text=text)
     assert found.what == "at most 8 limbs"
-    assert found.where == "x.toml, section organism, with organism.arms of the command line"
+    assert found.where == "x.toml, section organism, with organism.arms from the command line"
     found = problem("organism.legs=1", text=text)
     assert found.what == "one leg is too few"
     assert "package fake 1.0" in found.where

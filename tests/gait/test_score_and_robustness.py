@@ -116,9 +116,9 @@ def test_terms_are_summarised():
     )
     words = summarise({"forward": 5.0, "drift": -0.1, "zero": 0.0, "late": -1.0}, history, 6)
     assert words == (
-        "forward dominates: 82% of all that the terms add and take",
+        "forward dominates: 82% of all gains and losses",
         "since generation 1 the best score changed by +4.200: forward +5.000, late -1.000",
-        "constant: drift -0.100 since generation 2, zero 0.000 all along",
+        "constant: drift -0.100 since generation 2, zero 0.000 throughout",
     )
 
 
@@ -134,8 +134,8 @@ def test_terms_that_cancel_are_named():
 def test_the_summary_of_one_term_is_empty():
     assert summarise({"travel": 3.0}, {}, None) == ()
     assert summarise({"a": 9.0, "b": 0.001}, {}, None) == (
-        "a dominates: 100% of all that the terms add and take",
-        "hardly counted: b",
+        "a dominates: 100% of all gains and losses",
+        "negligible: b",
     )
 
 
@@ -149,7 +149,7 @@ def test_terms_change_since_the_fitness_changed():
     }
     first, (change, _) = term_changes(history, 5)
     assert (first, change.first) == (3, 1)
-    assert "b 0.000 all along" in str(summarise({"a": 4.0, "b": 0.0}, history, 5))
+    assert "b 0.000 throughout" in str(summarise({"a": 4.0, "b": 0.0}, history, 5))
     assert term_changes(history, 2)[0] == 1
 
 

@@ -120,7 +120,7 @@ ANGLES = np.zeros((3, 24))
         (("notes.txt",), "does not have the suffix of a gait file"),
         (("unnamed.npz",), "--body"),
         pytest.param(("foreign.npz",), "a body with the 2 joints of", marks=pytest.mark.slow),
-        (("foreign.npz", "--body", "spider"), "2 joints, such as"),
+        (("foreign.npz", "--body", "spider"), "which this body does not have"),
         (("unnamed.npz", "--body", "fly"), "no joint angles"),
         (("unnamed.npz", "--body", "nothing"), "nothing"),
         (("unnamed.npz", "--body", "spider", "--generation", "3"), "has no generations"),

@@ -55,7 +55,7 @@ def _variables(data: bytes, names: Collection[str], largest: int) -> Variables:
     if 0 in data[:4]:  # version 5 starts with a text
         return _version_4(memoryview(data), names)
     if data[126:128] not in (b"IM", b"MI"):
-        raise ValueError("it has no header of MATLAB")
+        raise ValueError("it has no MATLAB header")
     order = "<" if data[126:128] == b"IM" else ">"
     if struct.unpack_from(f"{order}H", data, 124)[0] != 0x100:
         raise ValueError("it is a MATLAB file of version 7.3; save it with '-v7'")
@@ -67,7 +67,7 @@ def _version_5(data: memoryview, order: str, names: Collection[str], largest: in
         if place == VARIABLES:
             raise ValueError(f"it holds more than {VARIABLES:,} variables")
         if kind == _COMPRESSED:
-            # Unpack only the start, so that large variables with other names do no harm.
+            # Unpack only the start, so that large variables with other names cost nothing.
             name = _name(_unpack(body, order, _HEAD, cut=True), order)
             if name in names:
                 matrix = _unpack(body, order, largest)

@@ -1,4 +1,4 @@
-"""Read joint angles from files of `gaitsim export`, `gaitsim imitate` or other programs."""
+"""Read joint angles from files written by `gaitsim export`, `gaitsim imitate` or other programs."""
 
 import csv
 import io
@@ -28,7 +28,7 @@ MOST_FRAMES = 10_000  # the time of the footfall analysis grows with the square 
 MOST_JOINTS = 1000
 _LONGEST = 100 * MOST_JOINTS  # limit for a line of CSV, bytes
 _MEMBERS = 100  # limit for arrays in a .npz file
-_SAME_RATE = 1e-3  # relative difference of frame rates, as a file rounds them
+_SAME_RATE = 1e-3  # largest relative difference of equal frame rates, which files round
 _ANGLES = ("joint_angles", "bestGait")
 _RATE = ("frame_rate", "frameRate")
 _NAMES = ("joint_names", "jointNames")
@@ -64,10 +64,12 @@ class GaitFile:
             return self.angles
         if sorted(self.joint_names) == sorted(joints):
             return self.angles[:, [self.joint_names.index(joint) for joint in joints]]
-        foreign = [name for name in self.joint_names if name not in joints]
-        named = f", such as {literal(foreign[0])}" if foreign else ""
+        unknown = [name for name in self.joint_names if name not in joints]
+        what = f"{self.path} has {self.angles.shape[1]} joints, but this body has {len(joints)}"
+        if unknown:
+            what = f"{self.path} has the joint {literal(unknown[0])}, which this body does not have"
         raise GaitsimError(
-            f"{self.path} has {self.angles.shape[1]} joints{named}, which this body does not have",
+            what,
             allowed=f"{len(joints)} joints: {', '.join(joints[:4])} …",
             remedy="use a gait of the same body, or the body of this gait",
         )
@@ -90,7 +92,7 @@ def fit_to_body(file: GaitFile, experiment: Experiment) -> Angles:
     Angles at the frame rate of the body are returned unchanged, bit for bit.
 
     Raises:
-        GaitsimError: the body cannot play the angles, the joints differ, or they are too long.
+        GaitsimError: the body cannot play the angles, its joints differ, or the gait is too long.
         PluginError: the body fails.
     """
     require_play(experiment)
@@ -114,9 +116,9 @@ def _resample(file: GaitFile, angles: Angles, given: float, rate: float) -> Angl
             allowed=f"{1 / rate:g} to {MOST_FRAMES / rate:g} s",
             remedy="check the frame rate, or use a part of the gait",
         )
-    wanted = np.arange(int(last + 1e-9) + 1) * (given / rate)
+    times = np.arange(int(last + 1e-9) + 1) * (given / rate)  # in frames of the file
     frames = np.arange(len(angles))
-    return np.stack([np.interp(wanted, frames, joint) for joint in angles.T], axis=1)
+    return np.stack([np.interp(times, frames, joint) for joint in angles.T], axis=1)
 
 
 def read_gait(path: Path) -> GaitFile:

@@ -113,7 +113,8 @@ def check_parent(path: Path) -> None:
     """
     if not os.path.isdir(path.parent):  # noqa: PTH112
         raise RunError(
-            f"cannot write {path}: there is no folder {path.parent}", remedy="create it first"
+            f"cannot write {path}: there is no folder {path.parent}",
+            remedy="create the folder first",
         )
 
 

@@ -22,7 +22,7 @@ def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
         with suppress(GaitsimError, ValueError):
             model = load_entry(body)
             if compatible(type(fitness), getattr(model, "channels", ()), None):
-                with plugin_errors(body, "taking its options"):
+                with plugin_errors(body, "validating its options"):
                     made = rebuilt(model, values)
                 assert isinstance(made, Organism)
                 return body, made
