@@ -243,6 +243,11 @@ def changes(motion: gs.Motion) -> Array:
     return motion["effort"]
 
 
+def assigns(motion: gs.Motion) -> Array:
+    motion["effort"] = np.zeros(6)  # type: ignore[index]
+    return motion["effort"]
+
+
 def turns(motion: gs.Motion) -> Array:
     return motion["angle"].T
 
@@ -265,6 +270,7 @@ def renames(motion: gs.Motion, calls: list[int] = []) -> dict[str, Array]:  # no
     [
         (fails, "'fails' failed .* of my own\n.*test_in_python.py, line"),
         (changes, "'changes' modifies the motion"),
+        (assigns, "'assigns' modifies the motion"),
         (turns, "'turns' returned the term 'turns' with the shape"),
         (reads, "no channel 'angel'; it has angle, effort"),
         (forgets, "'forgets' returned None"),

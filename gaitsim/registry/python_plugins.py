@@ -44,6 +44,9 @@ class ReadOnlyMotion(Motion):
         view.flags.writeable = False
         return view
 
+    def __setitem__(self, name: str, values: object) -> None:
+        raise ValueError("the motion is read-only")
+
     def __contains__(self, name: object) -> bool:
         return name in tuple(self._original)
 

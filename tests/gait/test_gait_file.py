@@ -113,9 +113,7 @@ def test_joints_are_put_in_the_bodys_order():
     unnamed = GaitFile(Path("a.csv"), ANGLES, None, ())
     assert unnamed.in_order(("a", "b", "c")) is ANGLES
     for joints in (("a", "b"), ("a", "b", "d")):
-        with pytest.raises(
-            GaitsimError, match=r"the joint .*, which this body does not have"
-        ):
+        with pytest.raises(GaitsimError, match=r"the joint .*, which this body does not have"):
             file.in_order(joints)
     with pytest.raises(GaitsimError, match="has 3 joints, but this body has 4"):
         file.in_order(("a", "b", "c", "d"))
