@@ -213,6 +213,8 @@ def quick(arguments: list[str]) -> list[str]:
         less = {}  # other options are refused; what runs in the background is stopped
     elif arguments[0] == "run" and arguments[1].endswith(".urdf"):
         less = {"--population": "4", "--generations": "2"}  # rigid-body physics is slow
+    elif arguments[0] == "run" and "atlas" in arguments[1]:
+        less = {**less, "--population": "20"}  # two genomes for each emitter
     if "--delete" in arguments:
         return [*arguments, "--yes"]
     for option, value in less.items():
