@@ -171,7 +171,7 @@ def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
         assert found["terms_over_generations"] is found["recorded_score"] is None
     shown = gaitsim("analyse", "spider", "--gait", GAITS / "flip-flop.npz", "--perturb").stdout
     assert "Likely exploit: flip-flop. " in shown
-    assert "no servo follows that" in shown
+    assert "No servo can follow" in shown
     for path, says in [
         ("none.csv", "cannot read none.csv: No such file"),
         ("gait.txt", "does not have the suffix of a gait file"),

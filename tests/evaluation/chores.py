@@ -1,4 +1,4 @@
-"""What tests have workers do: a module that worker processes can import, too."""
+"""Tasks for workers in tests, in a module that worker processes can import."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ def fail_at(limit, number):
 
 
 def die(task):
-    """Kill this process, as often as there are marks left; then give the number back."""
+    """Kill this process as long as marks are left; then return the number."""
     number, folder = task
     marks = sorted(Path(folder).glob(f"{number}-*"))
     if marks:

@@ -1,4 +1,4 @@
-"""Workers that do their tasks in this thread, one after the other."""
+"""An executor that runs its tasks in this thread, one after the other."""
 
 from gaitsim.evaluation import Executor
 
@@ -9,4 +9,4 @@ class InTurn(Executor):
             yield place, function(task)
 
     def close(self):
-        """There is nothing to end."""
+        """Do nothing: there are no workers."""

@@ -151,7 +151,7 @@ def test_a_single_individual_is_not_cut():
     assert scheduler(100.0, 100.0).chunks(1) == 1
 
 
-def test_workers_start_once_they_would_have_paid():
+def test_workers_start_once_they_would_have_saved_time():
     undecided = scheduler(0.01, 0.01, FREE, requested=False)  # 1 s alone, 0.52 s shared
     counts = [undecided.chunks(100) for _ in range(6)]
     saved = 1 - best_plan(100, 2, undecided.cost_model, FREE).seconds

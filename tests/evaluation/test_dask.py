@@ -1,4 +1,4 @@
-"""Over Dask, on this machine: the same bits, lost workers, lost schedulers."""
+"""Dask on this machine: identical results, lost workers and lost schedulers."""
 
 import gc
 import os
@@ -187,7 +187,7 @@ def test_closing_with_unfinished_tasks_prints_nothing(address, alarmed, caplog):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_workers_that_are_still_beginning_are_ended(alarmed, monkeypatch):
+def test_workers_that_are_still_starting_are_stopped(alarmed, monkeypatch):
     begun = []
 
     class Interrupted(distributed.LocalCluster):
@@ -221,7 +221,7 @@ def test_ctrl_c_while_it_closes_waits_until_all_is_closed(address, alarmed, monk
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_workers_of_our_own_block_ctrl_c(client):
+def test_local_workers_block_ctrl_c(client):
     masks = client.run(lambda: signal.pthread_sigmask(signal.SIG_BLOCK, []))
     assert all(signal.SIGINT in mask for mask in masks.values())
 
@@ -350,7 +350,7 @@ SLOW = ("--generations", 5000, "--set", "organism.pause=0.05", "--out", "run")
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_workers_of_our_own_end_with_the_program(start, puppet_file, tmp_path, number):
+def test_local_workers_end_with_the_program(start, puppet_file, tmp_path, number):
     process = start(
         "run", puppet_file, *SLOW, "--dask", "local", "--workers", 1, start_new_session=True
     )

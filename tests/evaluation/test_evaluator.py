@@ -63,7 +63,7 @@ def test_no_chunk_is_empty_and_none_outgrows_the_cache(puppet, puppets, monkeypa
 
 @pytest.fixture
 def shared(monkeypatch):
-    """Workers get every population, whether they pay or not."""
+    """Workers get every population, even if they are slower."""
     monkeypatch.setattr(Scheduler, "chunks", lambda self, individuals: min(individuals, 3))
 
 
@@ -141,7 +141,7 @@ def test_cheap_bodies_are_not_shared_with_one_warning(puppet, chunks):
 
 
 class Joined(InTurn):
-    """Workers that come and go: they do in this thread what they are given."""
+    """An executor with a changing number of workers, which runs its tasks in this thread."""
 
 
 def test_workers_that_join_later_receive_work(slow, chunks):
@@ -228,7 +228,7 @@ def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared,
 
 
 @pytest.mark.slow
-def test_workers_not_asked_for_start_once_they_would_have_paid(slow, chunks, monkeypatch):
+def test_workers_not_requested_start_once_they_would_have_saved_time(slow, chunks, monkeypatch):
     monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
     told = []
     with Evaluator(slow(0.01), None, told.append) as evaluator:

@@ -31,7 +31,7 @@ def test_a_score_is_the_mean_over_the_worst_worlds(combine, count):
 
 
 @pytest.mark.filterwarnings("error")
-def test_who_fails_in_one_world_has_failed_in_all():
+def test_an_individual_that_fails_in_one_world_has_failed():
     experiment = walkers(**{"worlds.number": 2})
     worlds = draw_worlds(experiment, 1)
     first = Evaluation(np.array([1.0, -np.inf]), {"a": np.array([1.0, np.inf])}, {1: "a is inf"})

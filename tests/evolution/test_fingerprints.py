@@ -1,4 +1,4 @@
-"""No change of the code may change a bit of what a preset evolves."""
+"""No change of the code may change a bit of the results of a preset."""
 
 import json
 from pathlib import Path

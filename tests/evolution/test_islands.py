@@ -1,4 +1,4 @@
-"""Islands: who goes where, whose random streams, and that it does not matter where they evolve."""
+"""Islands: migration, random streams, and identical results wherever they evolve."""
 
 import itertools
 from functools import partial
@@ -48,7 +48,7 @@ def same(one, other):
 
 
 def numbered(islands, population):
-    """Genomes that say which they are: 'island.individual'; higher individuals score less."""
+    """Genomes whose value is 'island.individual'; higher individuals score less."""
     genomes = np.arange(islands)[:, None, None] + np.arange(population)[None, :, None] / 10.0
     scores = -np.arange(population, dtype=float) + np.zeros((islands, 1))
     return genomes, scores

@@ -1,4 +1,4 @@
-"""What a few tests in reality teach: predictions, the choice of the next test, and bad input."""
+"""Tests in reality: predictions, the choice of the next test, and bad input."""
 
 from dataclasses import replace
 

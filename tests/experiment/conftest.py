@@ -1,4 +1,4 @@
-"""Reading experiments, and what is wrong with them."""
+"""Fixtures that read experiments and their problems."""
 
 import tomllib
 
@@ -23,7 +23,7 @@ def parsed():
 
 @pytest.fixture(scope="session")
 def problems():
-    """Read an experiment that is refused: every problem."""
+    """Read an invalid experiment; return all problems."""
 
     def problems(*overrides, text=None):
         text = read_preset("spider") if text is None else text
@@ -38,7 +38,7 @@ def problems():
 
 @pytest.fixture(scope="session")
 def problem(problems):
-    """Read an experiment that is refused for one reason: that problem."""
+    """Read an experiment with one problem; return it."""
 
     def problem(*overrides, text=None):
         found = problems(*overrides, text=text)

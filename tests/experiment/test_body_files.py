@@ -52,7 +52,7 @@ def test_a_file_runs_and_is_not_needed_again(shaped, tmp_path, gaitsim):
     assert "<b/>\n'''" in shown
 
 
-def test_a_package_whose_format_names_no_body_is_told(shaped, install, tmp_path, gaitsim):
+def test_a_package_whose_format_names_no_body_is_reported(shaped, install, tmp_path, gaitsim):
     install("other", "", {"files": {"blob": "X.shape"}})
     (tmp_path / "a.blob").touch()
     assert "package other 1.0 does not refer to a body" in gaitsim("run", "a.blob", code=2).stderr

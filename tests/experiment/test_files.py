@@ -1,4 +1,4 @@
-"""Files that are wrong are refused at their place, with all their problems at once."""
+"""All problems of invalid files are reported at once, with their places."""
 
 import errno
 
@@ -106,7 +106,7 @@ def test_an_empty_file_lacks_its_plugins(problems):
     assert all(one.allowed for one in found)
 
 
-def test_all_problems_are_told_at_once(parsed, problems):
+def test_all_problems_are_reported_at_once(parsed, problems):
     text = (
         changed("population = 200", "population = 1")
         .replace('"sine"', '"sin"')
@@ -204,7 +204,7 @@ def test_a_byte_order_mark_and_foreign_line_ends_do_no_harm(here):
         (b"\x80\x04\x95", "not a text file in UTF-8"),
     ],
 )
-def test_a_file_that_is_no_text_is_refused(here, content, what):
+def test_a_file_that_is_not_text_is_an_error(here, content, what):
     (here / "x.toml").write_bytes(content)
     with pytest.raises(GaitsimError, match=what):
         load_experiment("x.toml")
@@ -224,14 +224,14 @@ def test_a_file_that_is_no_text_is_refused(here, content, what):
         ("/dev/zero", "not a regular file"),
     ],
 )
-def test_a_file_that_cannot_be_read_is_told(here, reference, what):
+def test_a_file_that_cannot_be_read_is_reported(here, reference, what):
     (here / "folder.toml").mkdir()
     (here / "file.toml").write_text(SPIDER)
     with pytest.raises(GaitsimError, match=what):
         load_experiment(reference)
 
 
-def test_a_file_without_permission_is_told(here, monkeypatch):
+def test_a_file_without_permission_is_reported(here, monkeypatch):
     def refuse(*_args, **_options):
         raise PermissionError(errno.EACCES, "Permission denied")
 

@@ -1,4 +1,4 @@
-"""What an experiment's TOML says, whether its plugins are installed or not."""
+"""The content of an experiment's TOML, with or without its plugins."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def test_a_plugin_need_not_be_installed():
     assert (outline.seed, outline.evolution.generations, outline.islands.number) == (7, 300, 1)
 
 
-def test_it_says_what_the_experiment_says():
+def test_the_outline_has_the_values_of_the_experiment():
     experiment = load_experiment("spider")
     outline = read_outline(experiment.to_toml(), "spider")
     assert (outline.name, outline.description) == (experiment.name, experiment.description)
@@ -24,7 +24,7 @@ def test_it_says_what_the_experiment_says():
     assert outline.options()["evolution.population"] == experiment.evolution.population
 
 
-def test_how_long_a_search_goes_is_no_option_of_what_it_evolves():
+def test_options_for_the_length_of_a_search_do_not_affect_the_individuals():
     longer = BARE + "[evolution]\ngenerations = 9\npopulation = 8\n[islands]\nnumber = 1\n"
     assert read_outline(longer, "mine").search_options()["evolution"] == {"population": 8}
     assert "islands" not in read_outline(longer, "mine").search_options()
@@ -41,7 +41,7 @@ def test_how_long_a_search_goes_is_no_option_of_what_it_evolves():
         ("evolution = 3\n" + BARE, "evolution"),
     ],
 )
-def test_what_is_wrong_is_named(text, key):
+def test_invalid_keys_are_named(text, key):
     with pytest.raises(GaitsimError) as error:
         read_outline(text, "mine")
     assert error.value.key == key

@@ -1,4 +1,4 @@
-"""A command line changes any option, and is refused where it does not."""
+"""A command line changes any option; invalid changes are errors."""
 
 import tomllib
 

@@ -1,4 +1,4 @@
-"""Experiments come back from TOML as they were."""
+"""Experiments written as TOML are read back unchanged."""
 
 import dataclasses
 import functools

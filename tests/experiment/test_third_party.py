@@ -1,4 +1,4 @@
-"""Plugins of other packages, which may be broken, unfit for each other, or old."""
+"""Plugins of other packages, which may be broken, incompatible or old."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_a_fitness_without_its_channels_is_refused_with_those_that_have_them(
     assert "spider-walk" in found.allowed
 
 
-def test_another_broken_plugin_does_not_stand_in_the_way(parsed, problem, install):
+def test_another_broken_plugin_has_no_effect(parsed, problem, install):
     install("fake", "raise SystemExit", {kind: {"broken": "X"} for kind in KINDS})
     assert parsed() == load_experiment("spider")
     assert "gaussian" in problem("mutation.plugin=bit-flip").allowed
@@ -55,7 +55,7 @@ def test_another_broken_plugin_does_not_stand_in_the_way(parsed, problem, instal
         ("needed: int", "organism.needed is required"),
     ],
 )
-def test_a_body_that_fails_is_told_among_the_other_problems(
+def test_a_body_that_fails_is_reported_with_the_other_problems(
     problems, custom, install, working, source, reason
 ):
     install(
@@ -74,7 +74,7 @@ def test_a_body_that_fails_is_told_among_the_other_problems(
         assert "fake:X" in one.where
 
 
-def test_a_validators_own_words_are_told(problem, custom, install, working):
+def test_a_validators_message_is_reported(problem, custom, install, working):
     source = """
 from pydantic import field_validator, model_validator
 from gaitsim.errors import GaitsimError
@@ -127,7 +127,7 @@ def test_a_crossover_with_its_number_of_children_in_the_class_breeds(
     assert found.allowed == "pair_probability"
 
 
-def test_a_plugin_that_is_gone_is_told(parsed, problem, custom, install, working):
+def test_a_missing_plugin_is_reported(parsed, problem, custom, install, working):
     install("fake", working, {"organism": {"point": "Body"}, "fitness": {"far": "Distance"}})
     experiment = parsed(text=custom(organism="point", fitness="far"))
     text = experiment.to_toml().replace('"point"', '"pont"')
@@ -137,7 +137,7 @@ def test_a_plugin_that_is_gone_is_told(parsed, problem, custom, install, working
 
 
 @pytest.mark.parametrize("value", ["2020-01-02", "12:30:00", "2020-01-02T12:30:00Z"])
-def test_a_date_is_no_text(problem, custom, install, working, value):
+def test_a_date_is_not_a_string(problem, custom, install, working, value):
     source = "class X(Body):\n    label: str = option('', 'a label')\n"
     names = {"organism": {"x": "X"}, "fitness": {"far": "Distance"}}
     install("fake", f"{working}\n{source}", names)
@@ -147,7 +147,7 @@ def test_a_date_is_no_text(problem, custom, install, working, value):
     assert found.allowed == "a text"
 
 
-def test_an_option_of_several_types_is_told_once(problem, custom, install, working):
+def test_an_option_of_several_types_is_reported_once(problem, custom, install, working):
     source = "class X(Body):\n    size: Literal['auto'] | float | bool = option('auto', 'a size')\n"
     names = {"organism": {"x": "X"}, "fitness": {"far": "Distance"}}
     install("fake", f"{working}\n{source}", names)

@@ -29,7 +29,7 @@ def written(spider_run, tmp_path):
     return gait, paths
 
 
-def test_the_gait_is_what_the_champion_does(spider_run):
+def test_the_gait_has_the_joint_angles_of_the_champion(spider_run):
     gait = gait_of(spider_run.individual())
     best = spider_run.individual()
     generation, score, genome = best.generation, best.score, best.genome
@@ -42,7 +42,7 @@ def test_the_gait_is_what_the_champion_does(spider_run):
     assert gait_of(spider_run.individual(2)).generation == 2
 
 
-def test_matlab_gets_what_the_source_had(written):
+def test_matlab_fields_are_those_of_the_original_program(written):
     gait, paths = written
     mat = loadmat(paths["mat"])
     assert mat["bestGait"].dtype == np.float64
@@ -91,7 +91,7 @@ def test_all_formats_agree_to_the_last_bit(written):
     assert np.array_equal(matlab, gait.angles)
 
 
-def test_what_is_written_twice_is_the_same_file(spider_run, tmp_path):
+def test_writing_twice_gives_equal_files(spider_run, tmp_path):
     for format in ("csv", "npz"):
         for name in ("a", "b"):
             write_gait(gait_of(spider_run.individual()), tmp_path / name, format)
@@ -118,7 +118,7 @@ def test_a_gait_of_a_third_partys_body(puppet_run, tmp_path):
     assert read_csv(tmp_path / "gait.csv")[1][:, 0].tolist() == [0, 0.25, 0.5, 0.75, 1.0]
 
 
-def test_a_body_without_joint_angles_is_refused(puppet_run, puppets, monkeypatch):
+def test_a_body_without_joint_angles_is_an_error(puppet_run, puppets, monkeypatch):
     run = puppet_run()
     assert run.experiment
     monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
@@ -145,7 +145,7 @@ def test_a_body_that_breaks_its_contract_is_named(
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, np.nan, np.inf])
-def test_a_frame_rate_that_is_none_is_refused(puppet_run, puppets, monkeypatch, rate):
+def test_an_invalid_frame_rate_is_an_error(puppet_run, puppets, monkeypatch, rate):
     run, real = puppet_run(), puppets.Puppet.move
 
     def move(self, genomes):

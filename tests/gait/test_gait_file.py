@@ -1,4 +1,4 @@
-"""Gait files: what is exported is read back; what is no gait is told."""
+"""Gait files: exported gaits are read back, and other files are rejected."""
 
 import io
 import os
@@ -16,7 +16,7 @@ ANGLES = np.array([[0.0, 0.1, -0.2], [0.05, 0.125, -0.25], [0.1, 1 / 3, 0]])
 
 
 @pytest.mark.parametrize("format", ["csv", "npz", "mat"])
-def test_what_is_exported_is_read_back(format, tmp_path):
+def test_an_exported_gait_is_read_back(format, tmp_path):
     path = tmp_path / f"gait.{format}"
     write_gait(Gait(ANGLES, NAMES, 25.0, 7, 1.5), path, format)
     file = read_gait(path)
@@ -64,7 +64,7 @@ def npz(**fields):
         ("a.csv", b"time_s,a\n0,1\n0,2\n", "frame rate is"),
     ],
 )
-def test_foreign_files_are_refused(name, content, says, tmp_path):
+def test_other_files_are_rejected(name, content, says, tmp_path):
     path = tmp_path / name
     path.write_bytes(content)
     with pytest.raises(GaitsimError) as told:
@@ -95,7 +95,7 @@ def test_a_pipe_is_refused_at_once(tmp_path):
         read_gait(tmp_path / "gait.csv")
 
 
-def test_what_is_too_large_is_not_read(tmp_path, monkeypatch):
+def test_files_too_large_are_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr("gaitsim.gait.files.reader.LARGEST", 2000)
     packed = tmp_path / "packed.npz"
     np.savez_compressed(packed, joint_angles=np.zeros((100, 3)))

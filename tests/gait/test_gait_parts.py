@@ -1,4 +1,4 @@
-"""The parts of a gait's analysis, each against what is worked out by hand."""
+"""The parts of the gait analysis, compared with results computed by hand."""
 
 import math
 from dataclasses import replace
@@ -24,7 +24,7 @@ def contacts(*rows):
 
 
 def pairs(count):
-    """The layout of so many pairs of legs."""
+    """The layout of a number of pairs of legs."""
     return Layout(count, np.repeat([0, 1], count), np.tile(np.arange(count), 2))
 
 
@@ -40,13 +40,13 @@ def test_steps_are_counted_by_hand():
     assert stride.periodicity > 0.95
 
 
-def test_the_stride_is_not_taken_for_two():
+def test_one_stride_is_not_mistaken_for_two():
     touching = np.tile(contacts("..##....", "....####"), (8, 1))
     _, stride = feet_of(touching, ("a", "b"), 8.0)
     assert stride.frames == 8
 
 
-def test_chatter_is_no_step():
+def test_chatter_is_not_counted_as_steps():
     clean = np.tile(contacts("..........##########"), (6, 1))
     rough = clean.copy()
     rough[[5, 33, 57, 74]] ^= True
@@ -107,7 +107,7 @@ def test_reference_gaits_are_apart_and_found(count):
     assert names.get(count, f"alternating, {2 * count} legs") in known
 
 
-def test_the_tetrapod_is_barths():
+def test_the_tetrapod_is_that_of_barth():
     legs = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
     phases = dict(zip(legs, references(pairs(4))["alternating tetrapod"], strict=True))
     assert {phases[leg] for leg in ("R4", "L3", "R2", "L1")} == {0.0}
@@ -195,7 +195,7 @@ def test_a_body_on_the_ground_has_no_froude_number():
     assert travel_of(skeleton, None).froude is None
 
 
-def test_slip_is_what_standing_feet_slide():
+def test_slip_is_the_slide_of_standing_feet():
     skeleton = walking(1.0)
     feet, path = skeleton.contacts.copy(), skeleton.centre
     assert slip_of(feet, skeleton.touching, path, feet - path[:, None]) == Slip(0, 0, 0)
@@ -246,7 +246,7 @@ def test_the_analysis_of_a_body_without_feet_names_the_missing_results():
     assert gait.travel.speed == pytest.approx(2)
     (missing,) = gait.missing
     assert "no contacts" in missing
-    # Limbs that flip are seen where joints are commanded in every frame, and only there.
+    # Flipping limbs are flagged only if joints are commanded in every frame.
     flips = np.zeros((20, 1, 2, 3))
     flips[::2, 0, 1, 2] = flips[:, 0, 1, 0] = 1
     body = Skeleton(flips, ("arm",), 30.0, centre=np.zeros((20, 3)))

@@ -1,4 +1,4 @@
-"""Gait files of strangers: whatever is in them, they are read or refused by one message."""
+"""Untrusted gait files are read, or rejected with one message, whatever they contain."""
 
 import io
 import os
@@ -54,7 +54,7 @@ def packed_mutant(data, chance):
 
 
 def words(data, chance):
-    """Change some of the 32-bit numbers that types and sizes are made of."""
+    """Change some of the 32-bit numbers that encode types and sizes."""
     changed = bytearray(data)
     for _ in range(chance.choice((1, 1, 2, 5))):
         at = 4 * chance.randrange(len(data) // 4)
@@ -117,7 +117,7 @@ CASES = {
 
 
 def check(case, count, tmp_path):
-    """Half of the mutations are of the bytes, half of what the format is made of."""
+    """Check mutations: half of single bytes, half of elements of the format."""
     valid, chance = case.make(tmp_path), random.Random(1)
     path = tmp_path / f"mutant.{case.suffix}"
     path.write_bytes(valid)
@@ -138,13 +138,13 @@ def check(case, count, tmp_path):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_mutants_are_read_or_refused(name, tmp_path):
+def test_mutants_are_read_or_rejected(name, tmp_path):
     check(CASES[name], 30, tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_many_mutants_are_read_or_refused(name, tmp_path):
+def test_many_mutants_are_read_or_rejected(name, tmp_path):
     check(CASES[name], 500, tmp_path)
 
 
@@ -159,7 +159,7 @@ CRASHERS = [
 
 
 @pytest.mark.parametrize("crasher", CRASHERS)
-def test_what_crashed_scipy_is_refused(crasher, tmp_path):
+def test_files_that_crashed_scipy_are_rejected(crasher, tmp_path):
     path = tmp_path / "gait.mat"
     path.write_bytes(b"MATLAB".ljust(124) + b"\0\1IM" + bytes.fromhex(crasher)[:80])
     with pytest.raises(GaitsimError, match="bestGait is neither a real matrix nor a text"):
@@ -181,7 +181,7 @@ def test_a_matlab_file_is_unpacked_within_bounds(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("version", ["4", "5"])
-def test_names_may_have_so_many_letters(version, tmp_path):
+def test_the_length_of_names_is_limited(version, tmp_path):
     path = tmp_path / "gait.mat"
     for names in ("a" * 60_000, np.array(["a" * 60_000] * 2, dtype=object)):
         if isinstance(names, str) or version == "5":
@@ -191,7 +191,7 @@ def test_names_may_have_so_many_letters(version, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["npz", "csv", "mat"])
-def test_a_gait_may_have_so_many_frames(suffix, tmp_path):
+def test_the_number_of_frames_is_limited(suffix, tmp_path):
     path = tmp_path / f"gait.{suffix}"
     write_gait(Gait(np.zeros((MOST_FRAMES + 1, 1)), ("a",), 25.0, 7, 1.5), path, suffix)
     with pytest.raises(GaitsimError, match=r"(?s)10,00[12] .* at most 10,000 frames"):
@@ -207,7 +207,7 @@ def test_a_gait_may_have_so_many_frames(suffix, tmp_path):
         ("joint_names", "<U0", (10**12,)),
     ],
 )
-def test_arrays_that_claim_to_be_endless_are_refused(name, kind, shape, tmp_path):
+def test_arrays_that_claim_a_huge_size_are_rejected(name, kind, shape, tmp_path):
     header = f"{{'descr': {kind!r}, 'fortran_order': False, 'shape': {shape}}}\n".encode()
     valid = io.BytesIO()
     np.save(valid, ANGLES)
@@ -232,7 +232,7 @@ def test_other_variables_of_matlab_are_skipped(version):
 
 
 @pytest.mark.parametrize("name", ["gait.csv", "gait.mat", "imitator.npz"])
-def test_files_without_end_are_refused_at_once(name, tmp_path):
+def test_endless_files_are_rejected_at_once(name, tmp_path):
     read = load_imitator if name.startswith("imitator") else read_gait
     path = tmp_path / name
     os.mkfifo(path)

@@ -1,4 +1,4 @@
-"""What GNU Octave, and so MATLAB, makes of an exported gait."""
+"""GNU Octave, and therefore MATLAB, reads an exported gait."""
 
 import shutil
 import subprocess

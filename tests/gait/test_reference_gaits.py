@@ -1,4 +1,4 @@
-"""Gaits that are known are named right, whenever they begin and however legs are counted."""
+"""Reference gaits are named correctly from any start and in any order of the legs."""
 
 import importlib.util
 from dataclasses import replace
@@ -69,7 +69,7 @@ def test_walks_are_named_and_measured(file, reference, played):
     assert gait.travel.joint_travel == pytest.approx(turned / gait.travel.forward, rel=0.01)
 
 
-def test_phases_are_those_that_were_put_in(reference, played):
+def test_phases_are_those_of_the_generated_gait(reference, played):
     found = analyse_gait(played(reference("ripple"))).footfalls
     assert [foot.name for foot in found.feet] == ["L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4"]
     assert found.phases == pytest.approx([0, 0.75, 0.5, 0.25, 0.5, 0.25, 0, 0.75], abs=0.01)

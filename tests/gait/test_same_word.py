@@ -1,4 +1,4 @@
-"""A word has one value in every view: replay, `show`, `analyse` and plots."""
+"""A quantity has one value everywhere: in the replay, `show`, `analyse` and plots."""
 
 import json
 import math
@@ -55,8 +55,8 @@ def test_a_word_has_one_value(bundled, gaitsim, preset):
 
 
 @pytest.mark.parametrize("preset", BODIES)
-def test_a_body_means_what_the_analysis_means(bundled, preset):
-    """What replaces a quantity of the skeleton differs from it by no more than a model does."""
+def test_measures_of_a_body_agree_with_the_analysis(bundled, preset):
+    """The measures that replace quantities of the skeleton agree with them approximately."""
     individual = bundled(preset).individual()
     seen = analyse_gait(individual.skeleton, individual.joint_angles).travel
     known = analyse_individual(individual).travel

@@ -1,4 +1,4 @@
-"""Which conditions hurt, against closed forms and SciPy."""
+"""The conditions that hurt, compared with closed forms and SciPy."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_chance_is_seldom_taken_for_an_effect():
     "results",
     [np.full(60, 2.0), np.full(60, -np.inf), np.where(np.arange(60) < 8, np.arange(60.0), np.nan)],
 )
-def test_nothing_is_said_where_nothing_varies_or_counts(results):
+def test_constant_or_failed_results_have_no_effects(results):
     assert found(drawn(60, "a", "b"), results) == ()
 
 

@@ -1,4 +1,4 @@
-"""Stability margins against polygons worked out by hand, and against the spider's own."""
+"""Stability margins, compared with polygons computed by hand and with the spider's own."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def standing(feet, centre, touching=None, frames=1):
         ([(0, 0)], (3, 4), -5),
     ],
 )
-def test_hand_made_polygons(feet, centre, margin):
+def test_margins_of_hand_made_polygons(feet, centre, margin):
     for turn in (0.0, 0.4, 3.0):
         turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
         there = np.array([5.0, -7.0])

@@ -91,7 +91,7 @@ def made(results, fell=None, measure="forward", unit="m", **conditions):
     )
 
 
-def test_what_is_said_of_worlds():
+def test_results_in_worlds_are_described():
     slope = np.linspace(-3, 3, 120)
     found = made(np.where(np.abs(slope) > 1, 1.6, 1.9), np.abs(slope) > 2.9, side_slope=slope)
     assert summary_line(found) == (
@@ -104,7 +104,7 @@ def test_what_is_said_of_worlds():
     assert row[:4] == ("side_slope", "below −1° or above 1°", "0.300", "4 of 80")
 
 
-def test_a_gait_that_goes_nowhere_is_said_to():
+def test_a_gait_that_does_not_move_is_described():
     still = replace(made(np.zeros(20), friction=np.linspace(0, 1, 20)), nominal=NOWHERE)
     table, hurting = world_results(still)
     assert "not move forward in any world" in table.warning
@@ -112,7 +112,7 @@ def test_a_gait_that_goes_nowhere_is_said_to():
     assert hurting.rows == ()
 
 
-def test_failed_motions_do_not_spoil_what_is_said():
+def test_failed_motions_do_not_spoil_the_description():
     found = made(np.r_[-np.inf, -np.inf, np.arange(18.0)], measure="score", unit="",
                  friction=np.linspace(0, 1, 20))  # fmt: skip
     assert found.worst_tenth == -np.inf

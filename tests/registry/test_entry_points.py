@@ -1,4 +1,4 @@
-"""Plugins are listed without an import, and whatever one of them breaks stays its own."""
+"""Plugins are listed without importing them, and a broken plugin does not affect others."""
 
 import os
 import pickle

@@ -1,4 +1,4 @@
-"""Kernels compile where no cache can be written."""
+"""Kernels compile even if no cache can be written."""
 
 import errno
 import os
@@ -36,7 +36,7 @@ def nowhere(monkeypatch):
     return keep_in
 
 
-def test_kernels_compile_without_a_cache_and_that_is_said_once(nowhere, install):
+def test_kernels_compile_without_a_cache_with_one_warning(nowhere, install):
     for name in ("kernels_a", "kernels_b"):
         install(name, KERNEL)
         assert import_module(name).double(3) == 6
@@ -71,7 +71,7 @@ def test_a_cache_that_is_full_or_damaged_is_left_alone(nowhere, install, tmp_pat
     assert str(index.parent) in missing_cache()
 
 
-def test_a_kernel_is_compiled_again_when_a_file_beside_it_changes(nowhere, install, tmp_path):
+def test_a_kernel_is_recompiled_when_a_file_beside_it_changes(nowhere, install, tmp_path):
     nowhere(tmp_path / "cache")
     kernel = "from helper_f import inner\n" + KERNEL.replace("2 * x", "inner(x)")
     helper = "from numba import njit\n@njit\ndef inner(x):\n    return {} * x\n"

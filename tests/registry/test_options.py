@@ -1,4 +1,4 @@
-"""Options in words, and values as they are typed."""
+"""Descriptions of options, and conversion of typed values."""
 
 from enum import StrEnum
 from typing import Annotated, Any, Literal, Optional

@@ -1,4 +1,4 @@
-"""Which plugin was at work when the user stopped the program, and what plugins may not do to it."""
+"""The plugin that an interrupt names, and protection of the process from plugins."""
 
 import os
 import subprocess

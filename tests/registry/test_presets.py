@@ -1,4 +1,4 @@
-"""Presets come out of any package, as text, without importing it."""
+"""Presets are read as text from any package, without importing it."""
 
 import importlib
 import sys

@@ -12,13 +12,13 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 @pytest.fixture(scope="session")
 def checkpoint():
-    """Makes a checkpoint of four individuals, the second one failed, with the changes asked for."""
+    """A function that creates a checkpoint of four individuals, the second of which failed."""
     return _checkpoint
 
 
 @pytest.fixture(scope="session")
 def champion():
-    """Makes a champion with the changes asked for."""
+    """A function that creates a champion with given changes."""
     return _champion
 
 

@@ -170,7 +170,7 @@ def test_a_disk_that_fails_when_the_folder_is_synced_is_an_error(tmp_path, monke
         write_bytes(tmp_path / "a", NEW)
 
 
-def test_rotation_keeps_the_former_file(tmp_path):
+def test_rotation_keeps_the_previous_file(tmp_path):
     path, previous = tmp_path / "a", tmp_path / "a.previous"
     write_rotating(path, previous, OLDEST)
     assert names(tmp_path) == ["a"]
@@ -194,7 +194,7 @@ def test_both_files_are_whole_whenever_a_rotation_stops(tmp_path, monkeypatch, l
 
     def check():
         for file, whole in ((path, (OLD, NEW)), (previous, (OLDEST, OLD))):
-            with io.FileIO(file) as opened:  # past the functions that are made to fail
+            with io.FileIO(file) as opened:  # without the functions that are made to fail
                 assert opened.read() in whole
 
     for owner, function in [(os, "fsync"), (os, "open"), (Path, "open"), (Path, "replace")]:
@@ -206,7 +206,7 @@ def test_both_files_are_whole_whenever_a_rotation_stops(tmp_path, monkeypatch, l
                 if not links:
                     fail_at(patch, os, "link", code=errno.EPERM)
                 calls = fail_at(patch, owner, function, number=number, code=errno.EIO)
-                # Looked at before every step, beside the one that fails.
+                # Checked before every step, not only before the one that fails.
                 for step in ("unlink", "exists"):
                     fail_at(patch, Path, step, number=99, check=check)
                 try:
@@ -276,7 +276,7 @@ def test_setting_aside_that_fails_leaves_no_empty_file(tmp_path, monkeypatch):
     assert names(tmp_path) == ["a.pickle"]
 
 
-def test_what_others_write_replaces_a_file_only_when_it_is_whole(tmp_path):
+def test_a_block_replaces_a_file_only_if_it_succeeds(tmp_path):
     path = tmp_path / "a"
     path.write_bytes(OLD)
 

@@ -23,7 +23,7 @@ INF = math.inf
 
 
 def content(record) -> dict:
-    """The builtins that stand in the file of a record."""
+    """The content of the file of a record, as builtins."""
     return safe_pickle.loads(pack(record), Path("a.pickle"))
 
 
@@ -112,7 +112,7 @@ def test_a_champion_is_read_as_it_was_written(tmp_path_factory, written):
     same(written, read_champion(path))
 
 
-def test_arrays_are_read_as_compiled_code_likes_them(tmp_path, checkpoint):
+def test_arrays_are_read_writable_and_in_native_byte_order(tmp_path, checkpoint):
     write_checkpoint(tmp_path / "a", checkpoint())
     read = read_checkpoint(tmp_path / "a")
     for array in (read.genomes, read.scores, *read.terms.values()):
@@ -122,7 +122,7 @@ def test_arrays_are_read_as_compiled_code_likes_them(tmp_path, checkpoint):
         assert array.flags.owndata or array.base.flags.owndata
 
 
-def test_equal_checkpoints_have_equal_files_however_they_were_made(checkpoint):
+def test_equal_checkpoints_have_equal_bytes(checkpoint):
     genomes = np.random.default_rng(1).normal(size=(4, 3))
     other = checkpoint(
         genomes=np.asfortranarray(genomes).astype(">f8"),

@@ -29,7 +29,7 @@ def names_in(folder: Path) -> set[str]:
 
 
 def newer(path: Path) -> None:
-    """Make the file one of the next schema version, whole."""
+    """Give an intact file the next schema version."""
     data = bytearray(path.read_bytes())
     data[8:12] = (VERSION + 1).to_bytes(4, "little")
     data[20:52] = sha256(data[:20] + data[52:]).digest()
@@ -53,7 +53,7 @@ def test_a_damaged_checkpoint_falls_back_and_is_kept(pair, checkpoint):
         assert "population.previous.pickle of generation 7 is used instead" in warning
         assert path.with_name(f"population.damaged-{number}.pickle").read_bytes() == damaged
         assert not path.exists()
-    # The next write leaves the only good one alone.
+    # The next write does not replace the only intact checkpoint.
     write_checkpoint(path, checkpoint(generation=9), previous)
     assert read_checkpoint(path).generation == 9
     assert read_checkpoint(previous).generation == 7
@@ -72,7 +72,7 @@ def test_a_missing_checkpoint_falls_back(pair):
     assert names_in(path.parent) == {previous.name}
 
 
-def test_a_folder_in_its_place_is_kept_aside(pair, checkpoint):
+def test_a_folder_in_place_of_the_checkpoint_is_renamed(pair, checkpoint):
     path, previous = pair
     path.unlink()
     path.mkdir()
@@ -102,7 +102,7 @@ def test_a_newer_checkpoint_does_not_fall_back(pair):
 
 
 @pytest.mark.parametrize("missing", [True, False], ids=["missing", "damaged"])
-def test_both_are_named_where_neither_can_be_read(pair, missing):
+def test_if_neither_checkpoint_can_be_read_the_error_names_both(pair, missing):
     for path in pair:
         path.unlink()
         if not missing:
@@ -129,7 +129,7 @@ def test_a_folder_that_cannot_be_written_still_falls_back(pair, monkeypatch):
     assert names_in(path.parent) == {path.name, previous.name}
 
 
-def test_a_checkpoint_that_may_not_be_read_does_not_fall_back(pair, monkeypatch):
+def test_a_checkpoint_without_read_permission_does_not_fall_back(pair, monkeypatch):
     def forbidden(*args, **options):
         raise PermissionError(13, "Permission denied")
 
@@ -139,7 +139,7 @@ def test_a_checkpoint_that_may_not_be_read_does_not_fall_back(pair, monkeypatch)
     assert not isinstance(refusal.value, CheckpointError)
 
 
-def test_too_little_memory_for_the_arrays_is_a_refusal(pair, monkeypatch):
+def test_too_little_memory_for_the_arrays_is_an_error(pair, monkeypatch):
     def exhausted(*args, **options):
         raise MemoryError
 

@@ -19,7 +19,7 @@ INF = math.inf
 
 
 def content(record) -> dict:
-    """The builtins that stand in the file of a record."""
+    """The content of the file of a record, as builtins."""
     return safe_pickle.loads(pack(record), Path("a.pickle"))
 
 
@@ -76,7 +76,7 @@ UNWRITABLE = {
 
 
 @pytest.mark.parametrize("changes", UNWRITABLE.values(), ids=UNWRITABLE.keys())
-def test_no_checkpoint_is_written_that_could_not_be_read(changes, tmp_path, checkpoint):
+def test_an_unreadable_checkpoint_is_not_written(changes, tmp_path, checkpoint):
     path = tmp_path / "a"
     with pytest.raises(ValueError, match=r"cannot write this|a checkpoint cannot contain"):
         write_checkpoint(path, checkpoint(**changes))
@@ -98,7 +98,7 @@ def test_no_checkpoint_is_written_that_could_not_be_read(changes, tmp_path, chec
     ],
     ids=repr,
 )
-def test_no_champion_is_written_that_could_not_be_read(changes, tmp_path, champion):
+def test_an_unreadable_champion_is_not_written(changes, tmp_path, champion):
     with pytest.raises(ValueError, match="cannot write this champion"):
         write_champion(tmp_path / "a", champion(**changes))
 
@@ -147,14 +147,14 @@ def refused(path: Path, read=read_checkpoint) -> CheckpointError:
 
 
 @pytest.mark.parametrize("genomes", GENOMES.values(), ids=GENOMES.keys())
-def test_arrays_that_are_none_are_refused(genomes, tmp_path, checkpoint):
+def test_invalid_arrays_are_rejected(genomes, tmp_path, checkpoint):
     path = tmp_path / "population.pickle"
     path.write_bytes(safe_pickle.dumps(content(checkpoint()) | {"genomes": genomes}))
     assert "population.genomes" in refused(path).what
 
 
 @pytest.mark.parametrize("kind", ["population", "champion"])
-def test_every_key_is_needed_and_no_other_allowed(kind, tmp_path, checkpoint, champion):
+def test_every_key_is_required_and_no_other_allowed(kind, tmp_path, checkpoint, champion):
     record = checkpoint() if kind == "population" else champion()
     path = tmp_path / "a.pickle"
     right = content(record)
@@ -186,7 +186,7 @@ def test_stages_are_checked(stages, tmp_path, checkpoint):
     assert "population.stages" in refused(path).what
 
 
-def test_a_champion_is_no_population(tmp_path, checkpoint, champion):
+def test_a_champion_is_not_read_as_a_population(tmp_path, checkpoint, champion):
     write_champion(tmp_path / "a", champion())
     assert "'population'" in refused(tmp_path / "a").allowed
     write_checkpoint(tmp_path / "a", checkpoint())

@@ -74,7 +74,7 @@ def test_sweeping_follows_no_link_and_waits_for_no_pipe(tmp_path):
 
 
 @pytest.mark.parametrize("stride", [37, pytest.param(3, marks=pytest.mark.slow)])
-def test_nothing_is_left_when_a_command_starts_again_after_a_fault(puppet_file, stride):
+def test_repeating_a_command_after_a_fault_leaves_no_drafts(puppet_file, stride):
     script = Path(__file__).parent / "faults.py"
     puppets = Path(__file__).parent.parent / "puppets"
     ran = subprocess.run(

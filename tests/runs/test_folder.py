@@ -1,4 +1,4 @@
-"""Run folders are made, found and listed."""
+"""Run folders are created, found and listed."""
 
 import errno
 import os
@@ -37,7 +37,7 @@ def test_a_name_that_is_taken_gets_a_number(puppet):
     assert Path("file").read_bytes() == b""
 
 
-def test_runs_that_begin_at_once_get_a_folder_each(puppet):
+def test_runs_that_start_at_the_same_time_get_separate_folders(puppet):
     with ThreadPoolExecutor(8) as pool:
         paths = list(pool.map(create_run, [puppet() for _ in range(16)]))
     assert len(set(paths)) == 16
@@ -58,7 +58,7 @@ def test_a_name_taken_in_the_last_moment_is_not_overwritten(puppet, monkeypatch)
 
 
 @pytest.mark.parametrize("out", [".", "..", "/", "a/.."])
-def test_a_folder_that_cannot_be_made_is_refused(puppet, out):
+def test_a_folder_that_cannot_be_created_is_an_error(puppet, out):
     before = names(Path("..").resolve())
     with pytest.raises(RunError, match="already exists"):
         create_run(puppet(), Path(out))
@@ -77,7 +77,7 @@ def test_a_file_for_a_folder_is_one_message(puppet):
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EROFS])
 @pytest.mark.parametrize("number", range(6))
-def test_a_run_that_cannot_be_made_leaves_nothing(puppet, monkeypatch, number, code):
+def test_a_run_that_cannot_be_created_leaves_nothing(puppet, monkeypatch, number, code):
     steps = iter(range(100))
 
     def failing(real):
@@ -97,7 +97,7 @@ def test_a_run_that_cannot_be_made_leaves_nothing(puppet, monkeypatch, number, c
     assert names(Path("runs")) == set()
 
 
-def test_a_population_too_large_for_a_checkpoint_is_refused(puppet, monkeypatch):
+def test_a_population_too_large_for_a_checkpoint_is_an_error(puppet, monkeypatch):
     monkeypatch.setattr(folders, "MAX_BYTES", 1000)
     create_run(puppet("evolution.population=20"))
     with pytest.raises(RunError, match="21 individuals with 3 genes are too many") as error:
@@ -113,7 +113,7 @@ def test_a_run_is_found_by_name_and_by_path(puppet):
 
 
 @pytest.mark.parametrize("name", ["nobody", "", "a" * 300, "a\0b", "runs/puppet/experiment.toml"])
-def test_what_is_no_run_is_not_found(puppet, name):
+def test_other_folders_and_names_are_not_runs(puppet, name):
     with pytest.raises(RunError, match="there is no run") as error:
         find_run(name)
     assert error.value.allowed == "runs/ in this folder has no runs yet"
@@ -123,14 +123,14 @@ def test_what_is_no_run_is_not_found(puppet, name):
     assert error.value.allowed == "puppet"
 
 
-def test_a_folder_without_an_experiment_is_no_run():
+def test_a_folder_without_an_experiment_is_not_a_run():
     Path("runs/empty").mkdir(parents=True)
     for name in ("empty", "runs/empty"):
         with pytest.raises(RunError, match="is not a run: it has no"):
             find_run(name)
 
 
-def test_a_run_without_its_experiment_is_told_from_a_folder(whole):
+def test_a_run_without_its_experiment_has_its_own_message(whole):
     (whole.path / "experiment.toml").unlink()
     with pytest.raises(RunError, match=r"the run whole has lost its experiment\.toml"):
         find_run("whole")
@@ -150,5 +150,5 @@ def test_runs_are_listed_oldest_first(puppet):
         list_runs(Path("runs/file"))
 
 
-def test_commands_are_what_a_shell_takes():
+def test_commands_are_quoted_for_a_shell():
     assert folders.command("resume", Path("my runs/a"), 3) == "gaitsim resume 'my runs/a' 3"

@@ -1,4 +1,4 @@
-"""A run is followed while it grows: only what was added is read, and all again if rewritten."""
+"""A growing run is followed: only new rows are read, and all rows if the file was rewritten."""
 
 import os
 import shutil
@@ -17,7 +17,7 @@ from gaitsim.runs.writer import RunWriter
 
 @pytest.fixture
 def make(puppet, tmp_path):
-    """Makes a run of puppets of so many generations."""
+    """A function that creates a run of puppets with a number of generations."""
 
     def make(name="run", generation=3, *overrides):
         path = create_run(puppet("evolution.generations=30", *overrides), tmp_path / name)
@@ -37,7 +37,7 @@ def evolve(path, until, **options):
 
 
 def numbers(follower):
-    """The generations of the rows that are new; None where nothing has changed."""
+    """The generations of the new rows; None if nothing has changed."""
     run = follower.poll()
     if run is None:
         return None
@@ -45,7 +45,7 @@ def numbers(follower):
     return rows["generation"].tolist() if rows else []
 
 
-def test_only_what_was_added_is_read(make):
+def test_only_new_rows_are_read(make):
     path = make()
     follower = RunFollower(path)
     assert numbers(follower) == [1, 2, 3]
@@ -87,7 +87,7 @@ def test_rows_after_the_checkpoint_and_half_written_ones_come_later(make):
     assert numbers(follower) == [4, 5, 6]
 
 
-def test_a_history_with_new_columns_comes_again(make, climb):
+def test_a_history_with_new_columns_is_read_from_the_start(make, climb):
     path = make("run", 3)
     follower = RunFollower(path)
     assert numbers(follower) == [1, 2, 3]
@@ -95,7 +95,7 @@ def test_a_history_with_new_columns_comes_again(make, climb):
     assert numbers(follower) == [1, 2, 3, 4, 5]
 
 
-def test_a_run_that_was_replaced_comes_again(make):
+def test_a_replaced_run_is_read_from_the_start(make):
     path, other = make("run", 3), make("other", 6, "seed=2")
     follower = RunFollower(path)
     assert numbers(follower) == [1, 2, 3]

@@ -41,7 +41,7 @@ def generation(scores, terms=None, number=3):
 
 
 @given(st.lists(scores, min_size=1, max_size=9))
-def test_a_row_holds_what_numpy_says(scores):
+def test_a_row_has_the_statistics_of_numpy(scores):
     values = row(generation(scores))
     expected = {
         "generation": 3,
@@ -70,7 +70,7 @@ def test_terms_are_those_of_the_best_then_means():
     assert [values[name] for name in ("far", "near", "mean:far")] == [2.0, 3.0, 2.0]
 
 
-def test_failed_individuals_count_for_the_worst_alone():
+def test_failed_individuals_only_affect_the_worst_score():
     values = row(generation([1.0, -INF, 3.0], {"far": [1.0, math.nan, 3.0]}))
     assert values["worst"] == -INF
     assert (values["best"], values["mean"], values["median"]) == (3.0, 2.0, 2.0)
@@ -94,7 +94,7 @@ def table(*generations):
 
 @settings(max_examples=50)
 @given(st.lists(st.lists(scores | st.just(-INF), min_size=1, max_size=4), min_size=1, max_size=4))
-def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory, bests):
+def test_values_are_read_as_written_to_the_last_bit(tmp_path_factory, bests):
     path = tmp_path_factory.getbasetemp() / "history.csv"
     generations = [generation(scores, number=n) for n, scores in enumerate(bests, start=1)]
     path.write_text(table(*generations))
@@ -110,7 +110,7 @@ def test_names_with_commas_and_quotes_are_read(tmp_path):
     assert read_history(path)['mean:a, "b" é'].tolist() == [2.0]
 
 
-def test_a_last_row_that_is_not_whole_is_left_out(tmp_path):
+def test_an_incomplete_last_row_is_omitted(tmp_path):
     path = tmp_path / "history.csv"
     text = table(generation([1.0], number=1), generation([2.0], number=2))
     ends = np.cumsum([len(line) for line in text.splitlines(keepends=True)]).tolist()
@@ -166,7 +166,7 @@ def test_a_damaged_history_is_one_message(tmp_path, content):
     assert error.value.where == str(path)
 
 
-def test_what_cannot_be_read_is_one_message(tmp_path):
+def test_an_unreadable_history_is_one_message(tmp_path):
     for read in (
         read_history,
         lambda path: line_ends(path, 9),
@@ -223,7 +223,7 @@ def test_a_record_is_written_on_when_the_system_takes_it_in_parts(tmp_path, monk
     assert (tmp_path / "f").read_bytes() == b"12345"
 
 
-def test_a_full_disk_is_said_by_the_system(tmp_path, monkeypatch):
+def test_a_full_disk_has_the_message_of_the_system(tmp_path, monkeypatch):
     def full(fd, data):
         raise OSError(errno.ENOSPC, "full")
 

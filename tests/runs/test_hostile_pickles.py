@@ -24,7 +24,7 @@ NAME = b"X\x08\0\0\0executed"
 
 
 def seal(payload: bytes, version: int = 1, more: int = 0) -> bytes:
-    """A file with a right digest: the format, written down a second time."""
+    """A file with a correct digest, from a second implementation of the format."""
     start = b"GAITSIM\0" + struct.pack("<IQ", version, len(payload) + more)
     return start + hashlib.sha256(start + payload).digest() + payload
 
@@ -131,10 +131,10 @@ def test_the_attacks_work_on_a_plain_unpickler(payload, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("payload", REFUSED.values(), ids=REFUSED.keys())
-def test_hostile_files_are_refused_before_anything_is_done(payload, tmp_path, monkeypatch):
+def test_hostile_files_are_rejected_before_any_opcode_runs(payload, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     FILE.write_bytes(seal(payload))
-    monkeypatch.setattr(safe_pickle, "_Reader", None)  # the scan alone has to refuse it
+    monkeypatch.setattr(safe_pickle, "_Reader", None)  # the scan alone must reject it
     tracemalloc.start()
     try:
         with pytest.raises(CheckpointError) as refusal:
@@ -149,7 +149,7 @@ def test_hostile_files_are_refused_before_anything_is_done(payload, tmp_path, mo
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs RLIMIT_AS and /proc")
-def test_hostile_files_are_refused_in_little_memory(tmp_path):
+def test_hostile_files_are_rejected_in_little_memory(tmp_path):
     for number, payload in enumerate(REFUSED.values()):
         (tmp_path / f"{number}.pickle").write_bytes(seal(payload))
     program = """
@@ -181,12 +181,12 @@ for path in Path(sys.argv[1]).glob("*.pickle"):
 @pytest.mark.parametrize(
     "payload", [b"cos\nsystem\n.", b"\x8c\x02os\x8c\x06system\x93.", b"\x82\1."]
 )
-def test_the_reader_knows_no_name_even_without_the_scan(payload):
+def test_the_reader_imports_nothing_even_without_the_scan(payload):
     with pytest.raises((RejectedPickleError, ValueError)):
         safe_pickle._Reader(io.BytesIO(payload)).load()
 
 
-def test_too_many_opcodes_and_too_much_text_are_refused(monkeypatch):
+def test_too_many_opcodes_and_too_much_text_are_rejected(monkeypatch):
     many, long = dumps({"a": [None] * 200}), dumps({"a": ["é" * 60, "é" * 60]})
     monkeypatch.setattr(safe_pickle, "MAX_OPCODES", 100)
     monkeypatch.setattr(safe_pickle, "MAX_TEXT", 100)
@@ -198,12 +198,12 @@ def test_too_many_opcodes_and_too_much_text_are_refused(monkeypatch):
 
 @settings(max_examples=500)
 @given(st.binary(max_size=60))
-def test_any_payload_is_read_or_refused(payload):
+def test_any_payload_is_read_or_rejected(payload):
     with suppress(CheckpointError):
         assert type(loads(seal(PROTO + payload + b"."), FILE)) is dict
 
 
-def test_an_honest_file_with_any_byte_changed_and_a_right_digest_is_read_or_refused():
+def test_a_file_with_any_changed_byte_and_a_correct_digest_is_read_or_rejected():
     payload = dumps({"name": "spider", "count": 3, "list": [1.5, None, True]})[52:]
     for index in range(len(payload)):
         for byte in range(0, 256, 3):

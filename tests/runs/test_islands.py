@@ -1,4 +1,4 @@
-"""Runs with islands: what is kept of each, resumed, forked and verified."""
+"""Runs with islands: their records, resuming, forks and verification."""
 
 from dataclasses import replace
 from functools import partial
@@ -54,7 +54,7 @@ def run(new):
     return evolve(new())
 
 
-def test_each_islands_best_is_kept(run):
+def test_the_best_score_of_each_island_is_recorded(run):
     checkpoint = run.checkpoint
     assert checkpoint.genomes.shape == (18, 3)
     assert run.islands.shape == (8, 3)
@@ -70,7 +70,7 @@ def test_each_islands_best_is_kept(run):
     assert [*(run.path / "champions").iterdir()]
 
 
-def test_a_run_without_islands_keeps_no_such_file(puppet, tmp_path):
+def test_a_run_without_islands_has_no_islands_file(puppet, tmp_path):
     plain = evolve(create_run(puppet(), tmp_path / "plain"))
     assert not (plain.path / "islands.csv").exists()
     assert plain.islands.tolist() == plain.history["best"][:, None].tolist()
@@ -78,7 +78,7 @@ def test_a_run_without_islands_keeps_no_such_file(puppet, tmp_path):
 
 @pytest.mark.parametrize("until", range(1, 8))
 @pytest.mark.parametrize("parallel", [False, True])
-def test_stopped_anywhere_it_becomes_the_same_run(run, new, until, parallel):
+def test_a_run_stopped_anywhere_resumes_identically(run, new, until, parallel):
     stopped = evolve(new(), until=until, parallel=parallel)
     assert stopped.generation == until
     again = evolve(stopped.path, parallel=not parallel)
@@ -86,7 +86,7 @@ def test_stopped_anywhere_it_becomes_the_same_run(run, new, until, parallel):
     assert (again.path / "islands.csv").read_text() == (run.path / "islands.csv").read_text()
 
 
-def test_killed_while_writing_it_becomes_the_same_run(run, new):
+def test_a_run_killed_while_writing_resumes_identically(run, new):
     stopped = evolve(new(), until=5)
     path = stopped.path / "islands.csv"
     path.write_bytes(path.read_bytes() + b"6,0.5,0.25,0.125\n7,0.")
@@ -95,7 +95,7 @@ def test_killed_while_writing_it_becomes_the_same_run(run, new):
     assert path.read_text() == (run.path / "islands.csv").read_text()
 
 
-def test_lost_islands_are_told(run):
+def test_lost_islands_are_reported(run):
     path = run.path / "islands.csv"
     whole = path.read_text()
     path.write_text("".join(whole.splitlines(keepends=True)[:4]))
@@ -152,7 +152,7 @@ def test_a_plain_run_gets_no_islands(puppet, tmp_path):
     plain = evolve(create_run(puppet(), tmp_path / "plain"))
     with pytest.raises(ExperimentError):
         evolve(plain.path, "islands.number=2", generations=9)
-    # What means nothing to it begins no stage.
+    # Options that have no effect without islands start no stage.
     evolve(plain.path, "islands.every=2", generations=9)
     assert len(stages_of(plain.checkpoint)) == 1
 
@@ -176,7 +176,7 @@ def test_a_fork_is_cut_to_the_checkpoint(run, new):
     assert evolve(fork.path).fingerprint() == run.fingerprint()
 
 
-def test_islands_begin_with_an_individual(run, puppet, tmp_path):
+def test_islands_start_from_an_individual(run, puppet, tmp_path):
     begun = evolve(create_run(puppet(*ISLANDS), tmp_path / "begun", champion_of(run)))
     first = begun.bests[0]
     assert first["score"] >= champion_of(run).score
@@ -184,7 +184,7 @@ def test_islands_begin_with_an_individual(run, puppet, tmp_path):
 
 
 def test_an_older_checkpoint_has_one_island(puppet, tmp_path):
-    """As gaitsim wrote it that knew of none."""
+    """A checkpoint of a version of gaitsim without islands."""
     plain = evolve(create_run(puppet(), tmp_path / "plain"))
     before = plain.fingerprint()
     path = plain.path / "population.pickle"

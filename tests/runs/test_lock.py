@@ -31,7 +31,7 @@ def holder(tmp_path):
     process.communicate()
 
 
-def test_one_at_a_time(tmp_path):
+def test_one_process_at_a_time_holds_the_lock(tmp_path):
     lock = RunLock(tmp_path)
     assert is_locked(tmp_path)
     with pytest.raises(RunError, match=f"process {os.getpid()} on "):
@@ -56,7 +56,7 @@ def test_a_killed_process_holds_no_lock(tmp_path, holder):
     RunLock(tmp_path).release()
 
 
-def test_whoever_only_asks_is_in_nobodys_way(tmp_path, monkeypatch):
+def test_checking_the_lock_does_not_block_a_writer(tmp_path, monkeypatch):
     assert not is_locked(tmp_path)
     assert list(tmp_path.iterdir()) == []
     RunLock(tmp_path).release()
@@ -89,7 +89,7 @@ def test_a_folder_that_cannot_be_locked_is_named(tmp_path, monkeypatch):
     assert not is_locked(tmp_path)
 
 
-def test_a_lock_holds_although_its_owner_cannot_be_written_down(tmp_path):
+def test_a_lock_holds_even_if_its_owner_cannot_be_recorded(tmp_path):
     (tmp_path / ".lock-owner").mkdir()
     lock = RunLock(tmp_path)
     assert is_locked(tmp_path)

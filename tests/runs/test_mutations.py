@@ -1,4 +1,4 @@
-"""Whatever stands in a file of a run, its reader returns, or raises one clear error."""
+"""Readers of a run's files return or raise one clear error, whatever the files contain."""
 
 from contextlib import suppress
 
@@ -24,7 +24,7 @@ ISLANDS = "islands.number=2"
 
 @pytest.fixture
 def run(puppet, tmp_path):
-    """A run of three generations on two islands that began with an individual."""
+    """A run of three generations on two islands that started from an individual."""
     path = create_run(puppet(ISLANDS), tmp_path / "first")
     continue_run(path, 1)
     start = champion_of(RunSnapshot(path))
@@ -87,12 +87,12 @@ def check(run, name, count):
     path.write_bytes(valid)
 
 
-def test_mutated_files_are_read_or_refused(run):
+def test_mutated_files_are_read_or_rejected(run):
     for name in READERS:
         check(run, name, 50)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
-def test_many_mutated_files_are_read_or_refused(run, name):
+def test_many_mutated_files_are_read_or_rejected(run, name):
     check(run, name, 500)

@@ -1,4 +1,4 @@
-"""A run folder of the format before this one is refused with one message."""
+"""A run folder of the previous format is rejected with one message."""
 
 import json
 import shutil
@@ -46,7 +46,7 @@ def test_a_command_says_who_wrote_it_and_changes_nothing(gaitsim, old, command):
     assert after == before
 
 
-def test_a_run_does_not_begin_with_its_champion(gaitsim, old):
+def test_a_run_does_not_start_from_its_champion(gaitsim, old):
     for start in ("old", old / "champions" / "generation-000003.pickle"):
         done = gaitsim("run", "millipede", "--from", start, code=2)
         assert "was written by gaitsim 0.1.0" in done.stderr

@@ -1,4 +1,4 @@
-"""Runs at a glance: what is told of each, and that only what changed is read."""
+"""Overviews of runs: their contents, and that only changed runs are read."""
 
 import math
 import shutil
@@ -19,7 +19,7 @@ from gaitsim.runs.writer import RunWriter
 
 @pytest.fixture
 def make(puppet, tmp_path):
-    """Makes a run of puppets that stands at a generation."""
+    """A function that creates a run of puppets and evolves it to a generation."""
 
     def make(name="walk", generation=3, *overrides, generations=5):
         experiment = puppet(f"evolution.generations={generations}", *overrides)
@@ -44,7 +44,7 @@ def _first(terms, motion):
 
 
 class TestOverview:
-    def test_it_tells_what_the_run_is_and_how_far(self, make):
+    def test_it_describes_the_run_and_its_progress(self, make):
         path = make("walk", 3, "seed=7")
         found, history = overview(path), RunSnapshot(path).history
         assert (found.name, found.state, found.problem) == ("walk", "stopped", None)
@@ -62,13 +62,13 @@ class TestOverview:
     def test_a_finished_run(self, make):
         assert overview(make("walk", 5)).state == "finished"
 
-    def test_a_finished_run_that_is_to_go_further(self, make):
+    def test_a_finished_run_with_a_raised_limit_is_stopped(self, make):
         path = make("walk", 5)
         text = (path / "experiment.toml").read_text()
         (path / "experiment.toml").write_text(text.replace("generations = 5", "generations = 9"))
         assert overview(path).state == "stopped"
 
-    def test_one_that_a_process_writes(self, make):
+    def test_a_run_that_a_process_writes_is_running(self, make):
         path = make()
         lock = RunLock(path)
         assert overview(path).state == "running"
@@ -83,7 +83,7 @@ class TestOverview:
         assert (found.best, found.generation) == (None, 2)
         assert all(map(math.isnan, found.curve))
 
-    def test_best_is_of_the_present_fitness(self, make):
+    def test_the_best_score_is_of_the_current_fitness(self, make):
         path = make("walk", 2)
         evolve(path, 4, "fitness.price=0.9")
         found = overview(path)
@@ -103,7 +103,7 @@ class TestOverview:
             ("history.csv", "\x00\n"),
         ],
     )
-    def test_a_damaged_run_says_why(self, make, file, content):
+    def test_a_damaged_run_has_its_reason(self, make, file, content):
         path = make()
         for name in {file, file.replace("population", "population.previous")}:
             (path / name).write_text(content)
@@ -111,12 +111,12 @@ class TestOverview:
         assert found.state == "damaged"
         assert found.problem.what
 
-    def test_a_run_that_is_gone(self, tmp_path):
+    def test_a_deleted_run_has_no_overview(self, tmp_path):
         assert overview(tmp_path / "nowhere") is None
 
 
 class TestWatch:
-    def test_it_reads_what_changed_and_no_more(self, make, monkeypatch, checkpoint_reads):
+    def test_only_changed_runs_are_read(self, make, monkeypatch, checkpoint_reads):
         paths = [make("a", 2), make("b", 2)]
         watch, read = RunsWatcher(paths[0].parent), checkpoint_reads
         monkeypatch.setattr("gaitsim.runs.overview.READ_INTERVAL", 0)
@@ -130,7 +130,7 @@ class TestWatch:
         assert [found.generation for found in watch.poll()] == [2, 3]
         assert read == [paths[1] / "population.pickle"]
 
-    def test_what_was_read_slowly_is_not_read_at_once_again(self, make, monkeypatch):
+    def test_a_run_that_is_slow_to_read_is_read_less_often(self, make, monkeypatch):
         path = make("a", 2)
         watch = RunsWatcher(path.parent)
         monkeypatch.setattr("gaitsim.runs.overview.READ_INTERVAL", 1e9)
@@ -148,17 +148,17 @@ class TestWatch:
         assert {found.name for found in watch.poll()} == {"b", "c"}
         shutil.rmtree(other)
 
-    def test_a_folder_that_is_not_there_has_none(self, tmp_path):
+    def test_a_missing_folder_has_no_runs(self, tmp_path):
         assert RunsWatcher(tmp_path / "runs").poll() == []
 
-    def test_a_file_is_no_folder(self, tmp_path):
+    def test_a_file_in_place_of_the_folder_is_an_error(self, tmp_path):
         (tmp_path / "runs").write_text("")
         with pytest.raises(RunError):
             RunsWatcher(tmp_path / "runs").poll()
 
 
 class TestCurve:
-    def test_rows_from_the_first_on_replace_what_came_before(self):
+    def test_rows_from_the_first_generation_replace_earlier_ones(self):
         curve = Curve()
         curve.extend(rows([1.0, 2.0]))
         curve.extend(rows([3.0], first=3))
@@ -168,7 +168,7 @@ class TestCurve:
         assert (curve.points, curve.seconds) == ((4.0, 5.0), 1.0)
 
     @pytest.mark.parametrize("count", [POINTS - 1, POINTS, POINTS + 1, 5000, 12345])
-    def test_a_long_one_is_thinned_and_keeps_its_peaks(self, count):
+    def test_a_long_curve_is_thinned_and_keeps_its_peaks(self, count):
         values = np.sin(np.arange(count) / 50.0)
         values[count // 3] = 99.0
         curve = Curve()

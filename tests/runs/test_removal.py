@@ -38,13 +38,13 @@ def test_one_error_leaves_nothing_behind(run, monkeypatch):
     assert list(run.parent.iterdir()) == []
 
 
-def test_the_folder_in_which_one_stands_is_deleted(run, monkeypatch):
+def test_the_current_folder_can_be_deleted(run, monkeypatch):
     monkeypatch.chdir(run)
     delete_run(Path())
     assert list(run.parent.iterdir()) == []
 
 
-def test_a_run_that_is_written_stays(run):
+def test_a_run_that_is_being_written_is_not_deleted(run):
     lock = RunLock(run)
     with pytest.raises(RunError, match="being written"):
         delete_run(run)
@@ -53,7 +53,7 @@ def test_a_run_that_is_written_stays(run):
 
 
 @pytest.mark.parametrize("make", ["mkdir", "touch"])
-def test_what_is_no_run_stays(tmp_path, make):
+def test_other_folders_are_not_deleted(tmp_path, make):
     path = tmp_path / "thing"
     getattr(path, make)()
     with pytest.raises(RunError, match="not a run"):
@@ -94,7 +94,7 @@ def test_links_are_deleted_without_their_targets(run, tmp_path):
     assert (outside / "file").read_text() == "mine"
 
 
-def test_one_that_cannot_be_renamed_is_whole(run, monkeypatch):
+def test_a_run_that_cannot_be_renamed_is_unchanged(run, monkeypatch):
     monkeypatch.setattr("pathlib.Path.rename", _refused)
     with pytest.raises(RunError, match="cannot write"):
         delete_run(run)

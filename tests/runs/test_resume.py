@@ -1,4 +1,4 @@
-"""A run is resumed from its folder, or refused with one message."""
+"""A run is resumed from its folder, or rejected with one message."""
 
 import os
 import shutil
@@ -15,7 +15,7 @@ from gaitsim.runs.writer import RunWriter
 pytestmark = pytest.mark.usefixtures("here")
 
 
-def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
+def test_a_run_without_its_checkpoints_does_not_start_from_scratch(whole):
     for name in ("population.pickle", "population.previous.pickle"):
         (whole.path / name).unlink()
     before = (whole.path / "history.csv").read_bytes()
@@ -24,13 +24,13 @@ def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
     with pytest.raises(CheckpointError):
         continue_run(whole.path)
     assert (whole.path / "history.csv").read_bytes() == before
-    # One row may have been written before its checkpoint, which was not.
+    # One row may have been written before a process was killed, without its checkpoint.
     (whole.path / "history.csv").write_bytes(b"\n".join(before.split(b"\n")[:2]) + b"\n")
     assert RunSnapshot(whole.path).generation == 0
 
 
 @pytest.mark.parametrize(("name", "wrong"), [("reach", "reached"), ("median", "middle")])
-def test_a_history_with_other_columns_is_refused(half, name, wrong):
+def test_a_history_with_other_columns_is_an_error(half, name, wrong):
     path = half.path / "history.csv"
     path.write_text(path.read_text().replace(name, wrong))
     before = path.read_bytes()
@@ -40,7 +40,7 @@ def test_a_history_with_other_columns_is_refused(half, name, wrong):
 
 
 @pytest.mark.parametrize("until", [1, 2, 4, 7, 8])
-def test_a_run_gone_on_with_is_the_same(whole, puppet, until):
+def test_a_resumed_run_is_identical(whole, puppet, until):
     path = create_run(puppet(LONG, THRESHOLD))
     continue_run(path, until)
     assert continue_run(path) == ""
@@ -50,7 +50,7 @@ def test_a_run_gone_on_with_is_the_same(whole, puppet, until):
 @pytest.mark.parametrize(
     "stop", ["stagnation=2", "target_score=2.4", "max_evaluations=40", "stagnation=3"]
 )
-def test_a_run_gone_on_with_stops_where_it_would_have(puppet, stop):
+def test_a_resumed_run_stops_at_the_same_generation(puppet, stop):
     overrides = ("evolution.generations=60", f"evolution.{stop}")
     whole = create_run(puppet(*overrides))
     continue_run(whole)
@@ -63,7 +63,7 @@ def test_a_run_gone_on_with_stops_where_it_would_have(puppet, stop):
     assert RunSnapshot(path).fingerprint() == RunSnapshot(whole).fingerprint()
 
 
-def test_a_run_extended_is_the_same(whole, puppet):
+def test_an_extended_run_is_identical(whole, puppet):
     path = create_run(puppet(THRESHOLD, "evolution.generations=3"))
     continue_run(path)
     assert RunSnapshot(path).generation == 3
@@ -143,7 +143,7 @@ def test_a_damaged_checkpoint_falls_back_to_the_same_end(half, whole, how):
     assert "population.previous.pickle of generation 3 is used instead" in warning
     assert half.generation == len(half.history["best"]) == len(half.bests) == 3
     assert half.fingerprint()
-    assert names(half.path) == before  # who only reads renames nothing
+    assert names(half.path) == before  # readers rename nothing
     assert "of generation 3 is used instead" in continue_run(half.path)
     kept = {name for name in names(half.path) if "damaged" in name}
     assert kept == (set() if how == "missing" else {"population.damaged-1.pickle"})
@@ -174,7 +174,7 @@ def edit(path, old, new):
         ('plugin = "puppet"', 'plugin = "wide-puppet"', "a population of 6 with 4 real genes"),
     ],
 )
-def test_an_experiment_edited_to_other_genomes_is_refused(
+def test_an_experiment_edited_to_other_genomes_is_an_error(
     half, monkeypatch, puppets, install, old, new, allowed
 ):
     install(
@@ -201,7 +201,7 @@ def test_an_experiment_edited_to_other_genomes_is_refused(
         assert allowed in error.value.allowed
 
 
-def test_an_experiment_edited_otherwise_goes_on_with_a_warning(half, whole):
+def test_an_experiment_edited_otherwise_continues_with_a_warning(half, whole):
     edit(half.path, "price = 0.1", "price = 0.2")
     warning = continue_run(half.path)
     assert "experiment.toml was changed after generation 4 (fitness.price: 0.1, now 0.2)" in warning
@@ -230,7 +230,7 @@ def test_a_plugin_that_is_missing_is_named_with_its_package(half, monkeypatch):
         assert "pip install gone==2.5" in str(error.value)
 
 
-def test_another_version_of_a_package_is_refused_unless_wanted(half, whole):
+def test_another_version_of_a_package_needs_any_version(half, whole):
     path = half.path / "population.pickle"
     checkpoint = half.checkpoint
     checkpoint.versions["organism puppet"] = "gaitsim-puppets 0.9"
@@ -256,11 +256,11 @@ def test_one_writer_at_a_time(half):
     with RunWriter.open(half.path):
         with pytest.raises(RunError, match=f"is being written by process {os.getpid()} on"):
             RunWriter.open(half.path)
-        assert half.fingerprint()  # reading is free
+        assert half.fingerprint()  # reading needs no lock
     RunWriter.open(half.path).__exit__(None, None, None)
 
 
-def test_a_writer_that_cannot_begin_holds_nothing(half, monkeypatch):
+def test_a_writer_that_cannot_open_holds_no_lock(half, monkeypatch):
     descriptors = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0  # noqa: PTH112, PTH208
     asked = (half.path / "experiment.toml").read_bytes()
     (half.path / "bests.bin").write_bytes(b"")
@@ -275,7 +275,7 @@ def test_a_writer_that_cannot_begin_holds_nothing(half, monkeypatch):
         assert len(os.listdir("/proc/self/fd")) == descriptors  # noqa: PTH208
 
 
-def test_folders_that_a_user_removed_are_made_again(half, whole):
+def test_folders_that_a_user_removed_are_recreated(half, whole):
     shutil.rmtree(half.path / "champions")
     shutil.rmtree(half.path / "exports")
     continue_run(half.path)

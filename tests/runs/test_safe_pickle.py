@@ -33,7 +33,7 @@ contents = st.dictionaries(st.text(), builtins_deep(st.text()))
 
 @settings(max_examples=40)
 @given(contents)
-def test_what_is_written_is_read(content):
+def test_written_content_is_read(content):
     data = dumps(content)
     # repr tells 1 from True and −0.0 from 0.0, and NaN equals itself in it.
     assert repr(loads(data, FILE)) == repr(content)
@@ -105,13 +105,13 @@ def test_cycles_and_depth_are_not_written():
             dumps({"a": value})
 
 
-def test_no_file_is_written_that_is_too_big_to_be_read(monkeypatch):
+def test_a_file_too_large_to_read_is_not_written(monkeypatch):
     monkeypatch.setattr(safe_pickle, "MAX_BYTES", 100)
     with pytest.raises(ValueError, match="at most 100 bytes"):
         dumps({"a": b"x" * 100})
 
 
-def test_no_file_is_written_with_more_in_it_than_is_read(monkeypatch):
+def test_content_beyond_the_limits_is_not_written(monkeypatch):
     monkeypatch.setattr(safe_pickle, "MAX_OPCODES", 200)
     for count in (20, 60, 150):
         assert loads(dumps({"a": [None] * count}), FILE) == {"a": [None] * count}
@@ -122,7 +122,7 @@ def test_no_file_is_written_with_more_in_it_than_is_read(monkeypatch):
         dumps({"a": "é" * 5001})
 
 
-def test_files_cut_anywhere_are_refused():
+def test_files_truncated_anywhere_are_rejected():
     for length in range(len(HONEST)):
         with pytest.raises(CheckpointError, match=r"population\.pickle"):
             loads(HONEST[:length], FILE)
@@ -139,13 +139,13 @@ def test_files_with_any_byte_changed_are_damaged_not_newer(change):
 
 
 @pytest.mark.parametrize("tail", [b"\0", b".", HONEST])
-def test_trailing_bytes_are_refused(tail):
+def test_trailing_bytes_are_rejected(tail):
     with pytest.raises(CheckpointError, match="damaged"):
         loads(HONEST + tail, FILE)
 
 
 @pytest.mark.parametrize("more", [-1, 1, 2**63])
-def test_a_length_that_is_not_that_of_the_file_is_refused(more):
+def test_a_wrong_length_is_rejected(more):
     with pytest.raises(CheckpointError, match="bytes instead of"):
         loads(seal(HONEST[52:], more=more), FILE)
 
@@ -155,7 +155,7 @@ def test_a_length_that_is_not_that_of_the_file_is_refused(more):
     [b"", b"\n", pickle.dumps({"a": 1}), b"\x89PNG\r\n\x1a\n" + bytes(60), b"a = 1\n" * 20],
     ids=["empty", "a line", "a plain pickle", "a picture", "a TOML file"],
 )
-def test_other_files_are_refused(data, tmp_path):
+def test_other_files_are_rejected(data, tmp_path):
     path = tmp_path / "other"
     path.write_bytes(data)
     with pytest.raises(CheckpointError, match=r"it is (empty|a different kind of file)"):
@@ -174,7 +174,7 @@ def test_a_newer_schema_asks_for_an_update(version):
     ("content", "writer"),
     [({"versions": {"gaitsim": "0.7"}}, "gaitsim 0.7"), ({"versions": 3}, "gaitsim ?")],
 )
-def test_an_older_schema_says_which_gaitsim_wrote_it(content, writer):
+def test_an_older_schema_names_the_gaitsim_that_wrote_it(content, writer):
     with pytest.raises(SchemaVersionError) as refusal:
         loads(seal(dumps(content)[52:], VERSION - 1), FILE)
     assert writer in refusal.value.what
@@ -191,7 +191,7 @@ def test_there_is_no_version_0():
         loads(seal(HONEST[52:], 0), FILE)
 
 
-def test_what_is_no_file_is_refused(tmp_path):
+def test_folders_and_devices_are_rejected(tmp_path):
     with pytest.raises(CheckpointError, match="Is a directory"):
         load(tmp_path)
     with pytest.raises(CheckpointError, match="file not found"):
@@ -202,7 +202,7 @@ def test_what_is_no_file_is_refused(tmp_path):
             load(tmp_path / "pipe")
 
 
-def test_huge_files_are_refused_unread(tmp_path):
+def test_huge_files_are_rejected_unread(tmp_path):
     path = tmp_path / "huge.pickle"
     with path.open("wb") as file:
         file.write(HONEST)
@@ -219,7 +219,7 @@ def test_huge_files_are_refused_unread(tmp_path):
 @pytest.mark.parametrize(
     "error", [MemoryError(), RecursionError(), KeyError("x"), AttributeError(), EOFError()]
 )
-def test_whatever_unpickling_raises_is_a_refusal(error, monkeypatch):
+def test_any_error_of_unpickling_is_a_checkpoint_error(error, monkeypatch):
     class Broken(pickle.Unpickler):
         def load(self):
             raise error
@@ -229,7 +229,7 @@ def test_whatever_unpickling_raises_is_a_refusal(error, monkeypatch):
         loads(HONEST, FILE)
 
 
-def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch):
+def test_a_file_without_read_permission_is_not_called_damaged(tmp_path, monkeypatch):
     path = tmp_path / "population.pickle"
     path.write_bytes(HONEST)
 

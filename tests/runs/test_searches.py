@@ -1,4 +1,4 @@
-"""Every installed search: resumed, repeated, verified and killed, it makes the same bits."""
+"""Every installed search gives the same bits when resumed, repeated, verified and killed."""
 
 import os
 import random
@@ -49,7 +49,7 @@ ALL = [name for name in entries("search") if name != "puppet"]
 
 @pytest.fixture(params=[*ALL, VORONOI, TESTED])
 def searching(request, puppet):
-    """Makes an experiment of puppets with each installed search."""
+    """A function that creates an experiment of puppets, for each installed search."""
     name = request.param
     chosen = [] if name == "genetic" else [f"search.plugin={name}", *NEEDED.get(name, [])]
     if name == VORONOI:
@@ -71,7 +71,7 @@ def evolved(experiment, path, generations=None):
     return path
 
 
-def test_a_run_in_steps_is_the_run_in_one_go(searching, tmp_path):
+def test_a_run_in_steps_is_identical_to_a_run_in_one_go(searching, tmp_path):
     experiment = searching("evolution.generations=9", *WINDY)
     whole = RunSnapshot(evolved(experiment, tmp_path / "whole"))
     steps = tmp_path / "steps"
@@ -118,7 +118,7 @@ def test_another_fitness_reevaluates_what_the_search_remembers(searching, tmp_pa
     )
 
 
-def test_a_changed_state_is_found_and_a_damaged_one_refused(searching, tmp_path):
+def test_a_changed_state_is_found_and_a_damaged_one_rejected(searching, tmp_path):
     path = evolved(searching("evolution.generations=3"), tmp_path / "run")
     checkpoint = RunSnapshot(path).finished
     for name, values in checkpoint.state.items():
@@ -129,7 +129,7 @@ def test_a_changed_state_is_found_and_a_damaged_one_refused(searching, tmp_path)
         write_checkpoint(
             path / CHECKPOINT, replace(checkpoint, state={**checkpoint.state, name: other})
         )
-        with suppress(GaitsimError):  # such a state may be refused, too
+        with suppress(GaitsimError):  # such a state may be rejected, too
             assert not verify(RunSnapshot(path), everything=True).identical, name
     if checkpoint.state:
         write_checkpoint(path / CHECKPOINT, replace(checkpoint, state={}))
@@ -137,7 +137,7 @@ def test_a_changed_state_is_found_and_a_damaged_one_refused(searching, tmp_path)
             plan_resume(RunSnapshot(path), generations=5, any_version=False)
 
 
-def test_a_resumed_run_keeps_its_search(searching, tmp_path):
+def test_the_search_of_a_run_cannot_change(searching, tmp_path):
     path = evolved(searching("evolution.generations=2"), tmp_path / "run")
     name = RunSnapshot(path).experiment.entries["search"].name
     other = "cma-es" if name == "genetic" else "genetic"

@@ -13,7 +13,7 @@ from gaitsim.runs.writer import RunWriter
 
 @pytest.fixture
 def begun(puppet, tmp_path):
-    """Makes the folder of a run of puppets, five generations long."""
+    """A function that creates the folder of a run of puppets with five generations."""
 
     def begun(name="run", *overrides):
         return create_run(puppet("evolution.generations=5", *overrides), tmp_path / name)

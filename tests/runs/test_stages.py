@@ -1,4 +1,4 @@
-"""Training in stages: a run whose experiment is changed on the way."""
+"""Stages: runs whose experiment changes."""
 
 import math
 import os
@@ -31,7 +31,7 @@ def here(tmp_path, monkeypatch, climb):
 
 
 def begin(puppet, *overrides, generations=4, out="run"):
-    """A run of four generations, or as many as are asked for."""
+    """A run of four generations, or of a given number."""
     path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
     continue_run(path)
     return path
@@ -45,7 +45,7 @@ def plain(puppet):
 
 @pytest.fixture
 def staged(puppet):
-    """The same run, then four generations that climb."""
+    """The same run, followed by a stage of four generations with another fitness."""
     path = begin(puppet, THRESHOLD, out="staged")
     assert continue_run(path, overrides=CLIMB, generations=8) == ""
     return RunSnapshot(path)
@@ -61,7 +61,7 @@ def edit(path, *replacements):
 
 
 def content(path):
-    """What stands in a run's files, locks apart."""
+    """The content of a run's files, without locks."""
     return {
         item.relative_to(path): item.read_bytes()
         for item in sorted(path.rglob("*"))
@@ -70,13 +70,13 @@ def content(path):
 
 
 def assert_same(one, other):
-    """Two runs hold the same, but for the times in their histories."""
+    """Assert that two runs are equal except for the times in their histories."""
     one, other = RunSnapshot(one.path), RunSnapshot(other.path)
     assert one.fingerprint() == other.fingerprint()
     held = [content(run.path) for run in (one, other)]
     assert held[0].keys() == held[1].keys()
     for name in held[0]:
-        # Only the next one differs by which generations were planned in between.
+        # Only the previous experiment depends on the number of generations planned in between.
         if name.name not in ("history.csv", "population.previous.pickle"):
             assert held[0][name] == held[1][name], name
     columns = [run.history for run in (one, other)]
@@ -104,7 +104,7 @@ def test_a_stage_breeds_from_the_re_evaluated_population(puppet, staged):
     assert list(checkpoint.terms) == ["height", "reach"]
 
 
-def test_the_stages_of_a_run_are_told(puppet, staged):
+def test_the_stages_of_a_run_are_listed(puppet, staged):
     one, two = staged.stages
     assert (one.number, one.first, one.last, one.changes) == (1, 1, 4, ())
     assert (two.number, two.first, two.last) == (2, 5, 8)
@@ -125,19 +125,19 @@ def test_the_stages_of_a_run_are_told(puppet, staged):
     assert staged.pending == ()
 
 
-def test_a_changed_table_is_told_as_toml():
+def test_a_changed_table_is_shown_as_toml():
     change = Change("worlds.ranges", {}, {"slope": (-3.0, 3.0)})
     assert str(change) == "worlds.ranges: {}, now {slope = [-3.0, 3.0]}"
 
 
-def test_options_of_another_plugin_are_told_where_they_are_not_its_defaults(puppet):
+def test_non_default_options_of_another_plugin_are_shown(puppet):
     path = begin(puppet)
     continue_run(path, overrides=CLIMB | {"fitness.weight": 2, "seed": 7}, generations=5)
     told = [str(change) for change in RunSnapshot(path).stages[1].changes]
     assert told == ["seed: 1, now 7", "fitness.plugin: puppet-reach, now puppet-climb (weight 2.0)"]
 
 
-def test_terms_of_a_stage_stand_in_columns_of_their_own(puppet, staged):
+def test_terms_of_a_stage_have_their_own_columns(puppet, staged):
     history = staged.history
     terms = ["reach", "price", "height"]
     assert list(history) == [*COLUMNS, *terms, *(f"mean:{name}" for name in terms)]
@@ -213,7 +213,7 @@ def test_another_seed_is_a_stage_and_matters_from_there_on(puppet, plain):
     assert [str(change) for change in two.stages[1].changes] == ["seed: 1, now 99"]
 
 
-def test_how_long_a_run_goes_is_no_stage(puppet, plain):
+def test_the_length_of_a_run_does_not_start_a_stage(puppet, plain):
     options = {"evolution.generations": 8, "evolution.target_score": 90, "evolution.stagnation": 9}
     assert continue_run(plain, overrides=options) == ""
     run = RunSnapshot(plain)
@@ -245,7 +245,7 @@ def test_thresholds_of_a_stage_are_its_own(staged):
         assert champion.terms == best_terms(staged.history, champion.generation)
 
 
-def test_another_threshold_holds_from_there_on_and_is_no_stage(puppet):
+def test_another_threshold_takes_effect_without_a_stage(puppet):
     path = begin(puppet)
     assert not list((path / "champions").iterdir())
     continue_run(path, overrides={"evolution.fitness_threshold": -100}, generations=6)
@@ -257,10 +257,10 @@ def test_another_threshold_holds_from_there_on_and_is_no_stage(puppet):
     assert RunSnapshot(path).checkpoint.threshold is None
 
 
-# The same, however it is begun and whatever happens
+# Stages are identical however they start and whatever happens
 
 
-def test_an_experiment_edited_by_hand_begins_the_same_stage(plain, staged):
+def test_an_experiment_edited_by_hand_starts_the_same_stage(plain, staged):
     edit(
         plain,
         ('plugin = "puppet-reach"', 'plugin = "puppet-climb"'),
@@ -277,7 +277,7 @@ def test_an_experiment_edited_by_hand_begins_the_same_stage(plain, staged):
     assert RunSnapshot(plain).fingerprint() == staged.fingerprint()
 
 
-def test_options_that_are_left_out_are_no_change(plain):
+def test_omitted_options_are_not_changes(plain):
     edit(plain, ("price = 0.1", ""), ("pause = 0.0", ""), ("generations = 4", "generations = 5"))
     assert RunSnapshot(plain).pending == ()
     assert continue_run(plain) == ""
@@ -285,14 +285,14 @@ def test_options_that_are_left_out_are_no_change(plain):
 
 
 @pytest.mark.parametrize("until", [5, 6, 7])
-def test_a_stage_gone_on_with_is_the_same(plain, staged, until):
+def test_a_resumed_stage_is_identical(plain, staged, until):
     continue_run(plain, until, overrides=CLIMB, generations=8)
     assert continue_run(plain) == ""
     assert_same(RunSnapshot(plain), staged)
 
 
 def killed_in(monkeypatch, owner, step, number, doing):
-    """Do something, killed at the n-th call of a step; whether it came to that."""
+    """Call a function, killed at the n-th call of a step; return whether that call was reached."""
     with monkeypatch.context() as patch:
         kill_at(patch, owner, step, number)
         try:
@@ -306,7 +306,7 @@ STEPS = [(os, "write"), (os, "fsync"), (Path, "replace"), (os, "open")]
 
 
 @pytest.mark.parametrize(("owner", "step"), STEPS)
-def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
+def test_a_stage_killed_at_any_step_of_its_start_is_identical(
     plain, staged, monkeypatch, owner, step
 ):
     before = RunSnapshot(plain).fingerprint()
@@ -321,12 +321,12 @@ def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
             lambda path=path: continue_run(path, 5, overrides=CLIMB, generations=8),
         )
         run = RunSnapshot(path)
-        # Until its first generation is there, the run is what it was, and is read as such.
+        # Until the first generation of the stage is written, the run is unchanged.
         if run.generation == 4:
             assert run.fingerprint() == before
             assert len(run.stages) == 1
             assert run.individual().generation == RunSnapshot(plain).individual().generation
-        # What was not written yet is asked for again.
+        # A change that was not written yet is requested again.
         pending = run.generation > 4 or run.pending
         continue_run(path, **({} if pending else {"overrides": CLIMB, "generations": 8}))
         assert_same(run, staged)
@@ -336,7 +336,7 @@ def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
     assert number >= 2
 
 
-def test_a_stage_that_was_given_up_leaves_nothing(plain, puppet, monkeypatch):
+def test_an_abandoned_stage_leaves_nothing(plain, puppet, monkeypatch):
     # Killed when the history has its columns, but no generation its row.
     assert killed_in(
         monkeypatch,
@@ -377,7 +377,7 @@ def test_a_damaged_checkpoint_of_a_stages_first_generation_makes_no_difference(p
     assert RunSnapshot(plain).fingerprint() == staged.fingerprint()
 
 
-def test_a_fingerprint_tells_stages_apart(puppet):
+def test_fingerprints_of_different_stages_differ(puppet):
     # Two runs with the same populations, scores and history, by options that did nothing.
     fingerprints = set()
     for count, overrides in enumerate([{"fitness.price": 0}, {"fitness.price": 0, "seed": 2}]):
@@ -400,7 +400,7 @@ def puppet_of(writer):
     return writer.run.experiment_at(1)
 
 
-# What is refused
+# Errors
 
 
 REFUSED = {
@@ -424,7 +424,9 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("overrides", "says"), REFUSED.values(), ids=REFUSED.keys())
-def test_what_does_not_fit_the_population_is_refused_and_changes_nothing(puppet, overrides, says):
+def test_changes_that_do_not_fit_the_population_are_errors_and_change_nothing(
+    puppet, overrides, says
+):
     path = begin(puppet, "organism.plugin=shaped")
     before = content(path)
     with pytest.raises(ExperimentError) as error:
@@ -441,7 +443,7 @@ def test_wider_bounds_are_a_stage(puppet):
     assert RunSnapshot(path).first_comparable == 5
 
 
-def test_other_labels_by_hand_are_refused(puppet):
+def test_other_labels_edited_by_hand_are_an_error(puppet):
     path = begin(puppet, "organism.plugin=shaped")
     edit(path, ('names = "abc"', 'names = "abd"'))
     with pytest.raises(RunError, match="gene 3 is 'c', not 'd'") as error:
@@ -449,7 +451,7 @@ def test_other_labels_by_hand_are_refused(puppet):
     assert error.value.where == str(path / "experiment.toml")
 
 
-def test_a_stage_without_a_generation_is_refused(plain):
+def test_a_stage_without_a_generation_is_an_error(plain):
     before = content(plain)
     for options in ({}, {"generations": 4}):
         with pytest.raises(RunError, match="no generation would be evolved") as error:
@@ -465,7 +467,7 @@ def test_a_stage_without_a_generation_is_refused(plain):
     assert RunSnapshot(plain).generation == 5
 
 
-def test_changes_before_the_first_generation_are_no_stage(puppet):
+def test_changes_before_the_first_generation_do_not_start_a_stage(puppet):
     path = create_run(puppet())
     continue_run(path, overrides={"evolution.population": 8, "seed": 3})
     run = RunSnapshot(path)
@@ -478,7 +480,7 @@ def test_changes_before_the_first_generation_are_no_stage(puppet):
 # Versions
 
 
-def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
+def test_plugins_of_former_stages_may_be_missing(staged, monkeypatch, climb):
     continue_run(staged.path, overrides={"fitness.plugin": "puppet-reach"}, generations=9)
     path = staged.path / "population.pickle"
     checkpoint = read_checkpoint(path)
@@ -502,7 +504,7 @@ def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
     assert "pip install climb==0.1" in str(error.value)
 
 
-def test_a_plugin_that_is_gone_can_be_replaced(plain, monkeypatch, climb):
+def test_a_missing_plugin_can_be_replaced(plain, monkeypatch, climb):
     continue_run(plain, overrides=CLIMB, generations=6)
     monkeypatch.syspath_prepend(str(climb))
     shutil.rmtree(climb)
@@ -512,7 +514,7 @@ def test_a_plugin_that_is_gone_can_be_replaced(plain, monkeypatch, climb):
     assert [stage.last for stage in RunSnapshot(plain).stages] == [4, 6, 8]
 
 
-def test_another_version_of_what_goes_on_is_refused_before_anything_is_changed(plain):
+def test_another_version_is_an_error_before_any_file_changes(plain):
     path = plain / "population.pickle"
     checkpoint = read_checkpoint(path)
     checkpoint.versions["organism puppet"] = "gaitsim-puppets 0.9"

@@ -1,4 +1,4 @@
-"""Runs that begin with a kept individual."""
+"""Runs that start from a saved individual."""
 
 import shutil
 from functools import partial
@@ -34,7 +34,7 @@ def continue_run(path, until=None, **options):
 
 @pytest.fixture
 def staged(puppet):
-    """A run of two stages, each of which kept champions."""
+    """A run of two stages, each of which saved champions."""
     run = continue_run(create_run(puppet(THRESHOLD), Path("staged")))
     return continue_run(run.path, overrides={"fitness.plugin": "puppet-climb"}, generations=10)
 
@@ -83,7 +83,7 @@ def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
         ("/dev/zero", "it is not a regular file"),
     ],
 )
-def test_what_is_no_individual_is_refused(staged, reference, says):
+def test_invalid_references_to_individuals_are_errors(staged, reference, says):
     with pytest.raises(RunError, match=says):
         find_individual(reference)
 
@@ -102,7 +102,7 @@ def test_the_initial_population_is_the_individual_and_its_mutations(puppet, stag
     assert run.individual(1).score >= evaluate(experiment, start.genome[None]).scores[0]
 
 
-def test_bits_begin_a_run(puppet):
+def test_a_run_of_bits_starts_from_an_individual(puppet):
     bits = ("organism.plugin=bit-puppet",)
     source = continue_run(create_run(puppet(*bits), Path("source")))
     run = continue_run(create_run(puppet(*bits, "seed=9"), None, find_individual("source")))
@@ -111,7 +111,7 @@ def test_bits_begin_a_run(puppet):
     assert run.individual().score >= source.individual().score
 
 
-def test_a_run_from_each_kept_champion_is_the_same_again(puppet, staged):
+def test_a_run_from_each_saved_champion_is_reproducible(puppet, staged):
     files = sorted((staged.path / "champions").iterdir())
     assert {staged.stage_at(read_champion(file).generation).number for file in files} == {1, 2}
     found = set()
@@ -139,7 +139,7 @@ def test_a_run_needs_nothing_but_its_own_folder(puppet, staged):
     assert unlike.start is None
 
 
-def test_a_start_is_held_to_the_body_when_the_run_begins(puppet, staged):
+def test_the_start_is_checked_against_the_body_when_the_run_starts(puppet, staged):
     start = find_individual("staged")
     path = create_run(puppet(), Path("from"), start)
     with pytest.raises(RunError, match="the genome has 3 real genes of the body 'puppet'"):
@@ -167,7 +167,7 @@ MISFITS = {
 
 
 @pytest.mark.parametrize(("option", "genome", "says"), MISFITS.values(), ids=MISFITS.keys())
-def test_a_genome_of_another_body_is_refused(puppet, option, genome, says):
+def test_a_genome_of_another_body_is_an_error(puppet, option, genome, says):
     shaped = ("organism.plugin=shaped",)
     came = champion(puppet(*shaped, option), genome)
     with pytest.raises(RunError) as error:
@@ -178,7 +178,7 @@ def test_a_genome_of_another_body_is_refused(puppet, option, genome, says):
     check_start(puppet(*shaped), champion(puppet(*shaped), [0.0, 1.0, 2.0]), "")
 
 
-def test_a_genome_whose_body_is_not_installed_is_held_to_its_form(puppet, tmp_path):
+def test_a_genome_whose_body_is_not_installed_is_checked_by_shape(puppet, tmp_path):
     text = puppet().to_toml().replace('"puppet"', '"gone"')
     for genome, fits in [([0.0, 0.0, 0.0], True), ([0.0], False), ([9.0, 0.0, 0.0], False)]:
         came = Champion(text, {}, 1, np.array(genome), 0.0, {})

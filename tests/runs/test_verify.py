@@ -1,4 +1,4 @@
-"""A run that was changed anywhere is found out, and the generation named."""
+"""Any change of a run is found, and its generation named."""
 
 import json
 from dataclasses import replace
@@ -81,7 +81,7 @@ def test_a_run_of_stages_is_identical(run):
     assert verify(run, [4, 5, 8, 9], workers=1).identical
 
 
-def test_first_generation_of_a_stage_is_bred_again(run):
+def test_the_first_generation_of_a_stage_is_reproduced(run):
     evolve(run.path, "fitness.price=0.2", generations=LAST + 1)
     verdict = verify(run, [LAST + 1], workers=1)
     assert (verdict.identical, verdict.reproduced) == (True, (LAST + 1,))
@@ -108,7 +108,7 @@ def test_samples_are_spread():
 
 
 def digested(run, generation, **parts):
-    """Digests as a forger would make them fit."""
+    """Recompute digests, as a forger would."""
     path = run.path / "checksums.bin"
     records = np.frombuffer(path.read_bytes(), RECORD).copy()
     for part, digest in parts.items():
@@ -117,7 +117,7 @@ def digested(run, generation, **parts):
 
 
 def refit(run, generation):
-    """Make the chain fit what the files say, from a generation on."""
+    """Recompute the checksum chain from the files, from a generation on."""
     for number in range(generation, LAST + 1):
         run = RunSnapshot(run.path)
         digested(run, number, chain=expected_chain(run, number))
@@ -160,7 +160,7 @@ def test_one_gene_of_a_best_is_found(run, generation):
     forge_bests(run, generation, change)
     assert next(iter(verify(run, [3], workers=1).differences)) == generation
     refit(run, generation)
-    # The digest fits: moving the individual finds it, and so does evolving again.
+    # The digest matches, but moving the individual reveals the change, as does reproducing the run.
     assert [*verify(run, [generation], workers=1).differences] == [generation]
     assert next(iter(everything(run).differences)) == generation
 
@@ -196,7 +196,7 @@ def test_one_gene_of_the_checkpoint_is_found(run):
     forged = forge_checkpoint(run, genomes=one_gene(run.checkpoint.genomes))
     found = verify(run, [1], workers=1).differences
     assert found[LAST][0] == "the genomes in population.pickle do not match checksums.bin"
-    # A forger who knows makes digests, scores and the row fit; breeding again finds him.
+    # A forger may adapt digests, scores and the row; reproducing the generation reveals it.
     evaluation = evaluate(run.experiment, forged.genomes)
     forge_checkpoint(run, scores=evaluation.scores, terms=evaluation.terms)
     digested(
@@ -218,7 +218,7 @@ def test_one_gene_of_the_checkpoint_is_found(run):
         assert any("gene 2 of individual 3 differs" in text for text in texts), texts
 
 
-def test_the_checkpoint_before_is_compared_too(run):
+def test_the_previous_checkpoint_is_compared_too(run):
     before = read_checkpoint(run.path / "population.previous.pickle")
     forge_checkpoint(run, "population.previous.pickle", genomes=one_gene(before.genomes))
     assert [*verify(run, [1], workers=1).differences] == [LAST - 1]
@@ -241,13 +241,13 @@ def test_a_damaged_checkpoint_is_a_difference(run, name, spoilt):
         assert not verdict.identical
         (text,) = verdict.damaged
         assert text.startswith(f"cannot read {name} as a checkpoint: it is ")
-        # All that is left is compared.
+        # The remaining files are compared.
         assert verdict.differences == {}
         left = LAST - 1 if name == "population.pickle" else LAST
         assert max(verdict.reproduced + verdict.best_only) == verdict.last == left
 
 
-def test_a_checkpoint_that_is_gone_is_a_difference_unless_it_is_the_one_before(run):
+def test_a_missing_checkpoint_is_a_difference_unless_it_is_the_previous_one(run):
     (run.path / "population.previous.pickle").rename(run.path / "kept")
     assert everything(run).identical
     (run.path / "kept").rename(run.path / "population.previous.pickle")
@@ -257,7 +257,7 @@ def test_a_checkpoint_that_is_gone_is_a_difference_unless_it_is_the_one_before(r
     assert "cannot read population.pickle as a checkpoint: file not found" in verdict.damaged[0]
 
 
-def test_a_run_of_one_generation_has_no_checkpoint_before(puppet, tmp_path):
+def test_a_run_of_one_generation_has_no_previous_checkpoint(puppet, tmp_path):
     one = evolve(create_run(puppet("evolution.generations=1"), tmp_path / "one"))
     assert not (one.path / "population.previous.pickle").exists()
     assert everything(one).identical
@@ -286,7 +286,7 @@ def test_each_checksum_that_was_changed_is_found(run, generation, at):
     data = bytearray(path.read_bytes())
     data[(generation - 1) * RECORD.itemsize + at + 7] ^= 1
     path.write_bytes(data)
-    # No generation is reproduced here but the third.
+    # Only the third generation is reproduced here.
     assert next(iter(verify(run, [3], workers=1).differences)) == generation
 
 
@@ -305,7 +305,7 @@ def of_another_experiment(run):
 
 
 @pytest.mark.parametrize("changes", [of_another_run, of_another_experiment])
-def test_a_checkpoint_before_of_another_run_is_a_difference(run, changes):
+def test_a_previous_checkpoint_of_another_run_is_a_difference(run, changes):
     forge_checkpoint(run, "population.previous.pickle", **changes(run))
     verdict = verify(run, workers=1)
     (text,) = verdict.damaged
@@ -336,7 +336,7 @@ def test_a_champion_is_compared(run):
 
 
 def test_an_option_that_was_changed_is_found(run):
-    """All but the experiment is as it was: what is evolved again is not."""
+    """Only the experiment has changed; the reproduced generations differ."""
     checkpoint = run.checkpoint
     other = with_overrides(run.experiment, {"seed": 2}).to_toml()
     forge_checkpoint(
@@ -371,7 +371,7 @@ def test_a_changed_experiment_file_is_a_difference(run, override, change):
         assert not verdict.identical
         assert [(one.key, one.then, one.now) for one in verdict.edited] == [change]
         assert (verdict.differences, verdict.damaged) == ({}, ())
-    # Once a generation was made with it, the file is right again.
+    # Once a generation was evolved with the file, it is consistent again.
     evolve(run.path, generations=LAST + 1)
     assert verify(RunSnapshot(run.path), workers=1).identical
 
@@ -383,7 +383,7 @@ def test_an_option_that_the_file_lacks_is_its_default(run):
     assert [one.key for one in everything(RunSnapshot(run.path)).edited] == ["fitness.price"]
 
 
-def test_the_end_of_the_search_and_its_name_may_be_others(run):
+def test_the_name_and_the_end_of_the_search_may_differ(run):
     ends = ["generations=99", "target_score=50", "max_evaluations=9999", "stagnation=40"]
     edited = edit(run, *(f"evolution.{end}" for end in ends), "name=another")
     path = run.path / "experiment.toml"
@@ -392,12 +392,12 @@ def test_the_end_of_the_search_and_its_name_may_be_others(run):
     assert everything(edited).edited == ()
 
 
-def test_the_step_between_champions_is_nothing_where_none_are_kept(puppet, tmp_path):
+def test_the_champion_step_is_ignored_if_none_are_saved(puppet, tmp_path):
     one = evolve(create_run(puppet(), tmp_path / "one"))
     assert everything(edit(one, "evolution.delta_fitness=7")).identical
 
 
-def test_a_stage_that_has_not_begun_is_told(run):
+def test_a_stage_that_has_not_started_is_reported(run):
     fork = RunSnapshot(fork_run(run.path, overrides={"fitness.price": 0.2}, generations=LAST + 2))
     verdict = everything(fork)
     assert ([one.key for one in verdict.edited], verdict.differences) == (["fitness.price"], {})
@@ -410,7 +410,7 @@ def test_an_old_run_is_verified_by_history_and_bests(run):
     (run.path / "provenance.json").unlink()
     verdict = everything(run)
     assert (verdict.identical, verdict.without_checksum, verdict.origins) == (True, LAST, ())
-    # Gone on with, it has digests of the new generations alone.
+    # After resuming, only the new generations have digests.
     evolve(run.path, generations=LAST + 2)
     assert len(RunSnapshot(run.path).checksums) == LAST + 2
     verdict = everything(run)
@@ -428,14 +428,14 @@ def test_digests_are_cut_back_to_the_checkpoint(run):
     evolve(run.path, generations=LAST + 1)
     assert path.read_bytes()[: len(whole)] == whole
     assert len(path.read_bytes()) == len(whole) + RECORD.itemsize
-    # Some that a power cut took away: what is left of the last one is no checksum.
+    # A power failure lost some; the rest of the last one is not a checksum.
     path.write_bytes(whole[: -RECORD.itemsize - 5])
     evolve(run.path, generations=LAST + 2)
     verdict = everything(run)
     assert (verdict.identical, verdict.without_checksum) == (True, 3)
 
 
-def test_what_is_asked_for_must_be_there(run, puppet, tmp_path):
+def test_requested_generations_must_exist(run, puppet, tmp_path):
     for asked in ([0], [LAST + 1], [1, 99]):
         with pytest.raises(RunError, match=f"no generation {asked[-1]}"):
             verify(run, asked)
@@ -443,16 +443,16 @@ def test_what_is_asked_for_must_be_there(run, puppet, tmp_path):
         verify(RunSnapshot(create_run(puppet(), tmp_path / "new")))
 
 
-def test_progress_is_told(run):
+def test_progress_is_reported(run):
     told = []
     verify(run, [2, 2, 5], workers=1, begin=told.append, advance=lambda: told.append("done"))
     assert told == [2, "done", "done"]
 
 
-# What a run was made with
+# Provenance
 
 
-def test_origins_are_noted_where_they_change(tmp_path):
+def test_origins_are_recorded_when_they_change(tmp_path):
     write_provenance(tmp_path, 1, {"numpy": "1"})
     write_provenance(tmp_path, 5, {"numpy": "1"})
     write_provenance(tmp_path, 8, {"numpy": "2"})
@@ -460,11 +460,11 @@ def test_origins_are_noted_where_they_change(tmp_path):
         (1, {"numpy": "1"}),
         (8, {"numpy": "2"}),
     ]
-    write_provenance(tmp_path, 6, {"numpy": "3"})  # gone on with from an earlier checkpoint
+    write_provenance(tmp_path, 6, {"numpy": "3"})  # resumed from an earlier checkpoint
     assert [one.first for one in read_provenance(tmp_path)] == [1, 6]
 
 
-def test_what_differs_here_is_told(run):
+def test_different_versions_are_reported(run):
     path = run.path / "provenance.json"
     (entry,) = json.loads(path.read_text())
     now = dict(entry["parts"])
@@ -478,7 +478,7 @@ def test_what_differs_here_is_told(run):
     assert f"numpy: 0.1 then, {now['numpy']} now" in told
 
 
-def test_interpreted_kernels_are_noted(puppet, monkeypatch):
+def test_interpreted_kernels_are_recorded(puppet, monkeypatch):
     config = pytest.importorskip("numba").config
     then = current_versions(puppet())
     monkeypatch.setattr(config, "DISABLE_JIT", 1)
@@ -491,9 +491,9 @@ def test_interpreted_kernels_are_noted(puppet, monkeypatch):
     ["", "{}", "[1]", '[{"first": 1}]', '[{"first": "1", "parts": {}}]', "[" * 100_000],
     ids=["empty", "no list", "no entry", "no parts", "no number", "deep"],
 )
-def test_damaged_provenance_is_told(run, text):
+def test_damaged_provenance_is_reported(run, text):
     (run.path / "provenance.json").write_text(text)
     with pytest.raises(RunError, match=r"provenance\.json is damaged"):
         verify(run, [1], workers=1)
-    evolve(run.path, generations=LAST + 1)  # and hinder nobody
+    evolve(run.path, generations=LAST + 1)  # and does not prevent resuming
     assert [one.first for one in read_provenance(run.path)] == [LAST + 1]

@@ -1,4 +1,4 @@
-"""A run is written generation by generation, whatever happens meanwhile."""
+"""A run is written generation by generation, whatever happens in the meantime."""
 
 import errno
 import math
@@ -66,14 +66,14 @@ def test_a_run_is_written_and_read(whole, puppet):
     assert whole.individual().generation == int(np.argmax(bests["score"])) + 1
 
 
-def test_a_best_that_the_history_does_not_know_is_refused(whole):
+def test_a_best_that_differs_from_the_history_is_an_error(whole):
     path = whole.path / "bests.bin"
     path.write_bytes(np.random.default_rng(0).bytes(path.stat().st_size))
     with pytest.raises(RunError, match=r"in bests\.bin, but .* in history\.csv"):
         RunSnapshot(whole.path).individual()
 
 
-def test_champions_are_kept_each_time_the_best_beats_the_threshold(whole):
+def test_champions_are_saved_each_time_the_best_beats_the_threshold(whole):
     files = sorted((whole.path / "champions").iterdir())
     threshold, expected = 0.0, []
     for number, best in enumerate(whole.history["best"], start=1):
@@ -99,7 +99,7 @@ def test_a_run_grows_while_it_is_read(half, whole):
     assert (grown.generation, len(grown.history["best"]), len(grown.bests)) == (8, 8, 8)
 
 
-def test_before_the_first_generation_there_is_nothing(puppet):
+def test_before_the_first_generation_there_is_no_individual(puppet):
     run = RunSnapshot(create_run(puppet()))
     assert run.checkpoint is None
     assert (run.generation, run.history, len(run.bests)) == (0, {}, 0)
@@ -116,7 +116,7 @@ def test_a_generation_that_is_not_there_is_refused(half):
         assert error.value.allowed == "1 to 4"
 
 
-# What is written of a generation, in its order.
+# The steps that write a generation, in order.
 STEPS = [
     (os, "write", 0),
     (os, "write", 1),
@@ -131,7 +131,7 @@ STEPS = [
 
 @pytest.mark.parametrize(("owner", "step", "number"), STEPS)
 @pytest.mark.parametrize("begun", [0, 3])
-def test_a_run_killed_at_any_step_goes_on_the_same(
+def test_a_run_killed_at_any_step_resumes_identically(
     whole, puppet, monkeypatch, begun, owner, step, number
 ):
     path = create_run(puppet(LONG, "evolution.fitness_threshold=0"))
@@ -143,7 +143,7 @@ def test_a_run_killed_at_any_step_goes_on_the_same(
         kill_at(patch, owner, step, number)
         with pytest.raises(Killed):
             writer.record(event)
-    # Until the new checkpoint is there, the run is what it was, and is read as such.
+    # Until the new checkpoint is written, the run is unchanged.
     run = RunSnapshot(path)
     if run.generation == begun:
         assert len(run.history.get("best", [])) == begun
@@ -219,7 +219,7 @@ def test_a_file_that_is_deleted_or_replaced_stops_the_run(half, name, change):
     "terms",
     [("best", "reach"), ("seconds",), ("reach", "mean:reach")],
 )
-def test_terms_named_as_columns_are_refused(puppet, puppets, monkeypatch, terms):
+def test_terms_named_as_columns_are_an_error(puppet, puppets, monkeypatch, terms):
     monkeypatch.setattr(
         puppets.Reach, "terms", lambda self, motion: dict.fromkeys(terms, motion["reach"])
     )
@@ -229,7 +229,7 @@ def test_terms_named_as_columns_are_refused(puppet, puppets, monkeypatch, terms)
     assert RunSnapshot(path).generation == 0
 
 
-def test_a_run_in_which_all_fail_is_written_and_gone_on_with(puppet, puppets, monkeypatch):
+def test_a_run_in_which_all_fail_is_written_and_resumed(puppet, puppets, monkeypatch):
     monkeypatch.setattr(
         puppets.Reach, "terms", lambda self, motion: {"reach": motion["reach"] * np.nan}
     )
@@ -258,7 +258,7 @@ def test_bits_are_written_and_read(puppet):
     assert evaluate(RunSnapshot(path).experiment, genome[None]).scores[0] == score
 
 
-def test_a_fingerprint_is_of_all_but_time(whole, puppet):
+def test_a_fingerprint_covers_everything_but_time(whole, puppet):
     other = create_run(puppet(LONG, THRESHOLD), Path("other"))
     continue_run(other)
     assert (other / "history.csv").read_text() != (whole.path / "history.csv").read_text()
