@@ -162,9 +162,9 @@ class Organism(Plugin):
         """Return the joints of each leg by the leg's name; {} for a body without legs.
 
         A body with legs has a measure of the duty factor of each leg, as
-        `gaitsim.legged.stepping` computes it; an atlas uses these measures to distinguish gaits. If
-        the body has an option `damage`, which `gaitsim.legged.parse_damage` parses, its gaits can
-        be adapted to damage.
+        `gaitsim.legged.stepping_measures` computes it; an atlas uses these measures to distinguish
+        gaits. If the body has an option `damage`, which `gaitsim.legged.parse_damage` parses, its
+        gaits can be adapted to damage.
         """
         return {}
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.legged.rhythm import CHATTER, STEPS, stride_lag
+from gaitsim.legged.rhythm import CHATTER, MIN_TOUCH_DOWNS, stride_lag
 
 Contacts = NDArray[np.bool_]
 """Whether each foot is on the ground until the next frame, (frames, feet)."""
@@ -32,7 +32,7 @@ class Foot:
     @property
     def steps(self) -> bool:
         """Whether the foot touches down more than once."""
-        return len(self.touch_downs) >= STEPS
+        return len(self.touch_downs) >= MIN_TOUCH_DOWNS
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from gaitsim.experiment import OWN_WORLD, Experiment, with_overrides
 from gaitsim.gait.perturbations import Angles, apply_lag, interpolate_every_second, mirrored_joints
 from gaitsim.gait.score_breakdown import term_changes
 from gaitsim.individual import Individual
-from gaitsim.legged import delayed
+from gaitsim.legged import delay_angles
 
 SEED = 0
 DRAWS = 10  # draws of each random perturbation; their mean score counts
@@ -132,7 +132,7 @@ def _perturb_all_joints(individual: Individual) -> dict[str, float]:
     angles = _playable_angles(individual, "late, lagging and mirrored joints")
     played: dict[str, Angles] = {"played again": angles[None]}
     for frames in LATE:
-        played[f"all joints {_frames(frames)} late"] = delayed(angles, frames)[None]
+        played[f"all joints {_frames(frames)} late"] = delay_angles(angles, frames)[None]
     played[f"servos with a lag of {_frames(LAG)}"] = apply_lag(angles, LAG)[None]
     played["every second frame left out"] = interpolate_every_second(angles)[None]
     body = individual.experiment.organism
@@ -147,7 +147,7 @@ def _perturb_single_joints(individual: Individual) -> dict[str, float]:
     """Perturb each joint independently, or slow down all joints strongly."""
     angles, rng = _playable_angles(individual, "inexact joints"), np.random.default_rng([SEED, 1])
     joints = angles.shape[1:]
-    late = [delayed(angles, rng.integers(0, JOINT_DELAY + 1, joints)) for _ in range(DRAWS)]
+    late = [delay_angles(angles, rng.integers(0, JOINT_DELAY + 1, joints)) for _ in range(DRAWS)]
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
     noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape))
     return _scores(

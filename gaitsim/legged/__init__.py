@@ -1,17 +1,17 @@
 """Parts shared by legged bodies: damage, conditions, commands, servos and measures of stepping."""
 
-from gaitsim.legged.commands import delayed, held, in_force
+from gaitsim.legged.commands import commands_at, delay_angles, hold_commands
 from gaitsim.legged.conditions import (
     CONDITIONS,
+    condition_rng,
     conditions,
-    drawn_push,
-    joint_errors,
-    seed_of,
-    stream,
+    draw_joint_errors,
+    draw_push,
+    world_seed,
 )
 from gaitsim.legged.damage import DAMAGE_HELP, Damage, Kind, parse_damage
 from gaitsim.legged.servos import SERVOS, Servo
-from gaitsim.legged.stepping import BODY_HEIGHT, stepping
+from gaitsim.legged.stepping import BODY_HEIGHT, stepping_measures
 
 __all__ = [
     "BODY_HEIGHT",
@@ -21,14 +21,14 @@ __all__ = [
     "Damage",
     "Kind",
     "Servo",
+    "commands_at",
+    "condition_rng",
     "conditions",
-    "delayed",
-    "drawn_push",
-    "held",
-    "in_force",
-    "joint_errors",
+    "delay_angles",
+    "draw_joint_errors",
+    "draw_push",
+    "hold_commands",
     "parse_damage",
-    "seed_of",
-    "stepping",
-    "stream",
+    "stepping_measures",
+    "world_seed",
 ]

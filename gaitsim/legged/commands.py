@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 _Float = TypeVar("_Float", bound=np.floating[Any])
 
 
-def held(
+def hold_commands(
     commands: NDArray[_Float], frame_rate: float, rate: float, steps: int = 1
 ) -> NDArray[_Float]:
     """Return the commands in force in each step, for a controller with a fixed command rate.
@@ -16,45 +16,46 @@ def held(
     Each command is the gait's pose at the moment of sending, interpolated between frames.
 
     Args:
-        commands: (…, frames, joints) rad.
+        commands: commanded angles, (…, frames, joints) rad.
         frame_rate: frame rate of `commands`, Hz.
-        rate: command rate of the controller, Hz. At the frame rate, the commands of each frame
-            are held bit for bit.
+        rate: command rate of the controller, Hz. If it equals the frame rate, the angles of each
+            frame are copied bit for bit.
         steps: number of steps per frame.
 
     Returns:
         (…, frames · steps, joints) rad, in the dtype of `commands`.
     """
-    return in_force(commands, np.arange(commands.shape[-2] * steps) / steps, frame_rate / rate)
+    return commands_at(commands, np.arange(commands.shape[-2] * steps) / steps, frame_rate / rate)
 
 
-def in_force(
-    commands: NDArray[_Float], moments: NDArray[np.float64], apart: float
+def commands_at(
+    commands: NDArray[_Float], moments: NDArray[np.float64], period: float
 ) -> NDArray[_Float]:
-    """Return the commands in force at given moments, for a controller as in `held`.
+    """Return the commands in force at given moments, for a controller as in `hold_commands`.
 
     Args:
-        commands: (…, frames, joints) rad.
+        commands: commanded angles, (…, frames, joints) rad.
         moments: times, (moments,) frames.
-        apart: time between commands, frames.
+        period: time between commands, frames.
 
     Returns:
         (…, moments, joints) rad.
     """
-    # Without the 1e-9, rounding errors would send some commands a step late.
-    sent = np.floor(moments / apart + 1e-9) * apart
+    # Without the 1e-9, rounding errors would delay some commands by a step.
+    sent = np.floor(moments / period + 1e-9) * period
     before = sent.astype(np.intp)
     after = np.minimum(before + 1, commands.shape[-2] - 1)
-    return _between(commands[..., before, :], commands[..., after, :], (sent - before)[:, None])
+    share = (sent - before)[:, None]
+    return _interpolate(commands[..., before, :], commands[..., after, :], share)
 
 
-def delayed(angles: NDArray[_Float], steps: NDArray[Any] | float) -> NDArray[_Float]:
-    """Delay joint angles, interpolating between steps; joints hold their first angle until then.
+def delay_angles(angles: NDArray[_Float], steps: NDArray[Any] | float) -> NDArray[_Float]:
+    """Delay joint angles, interpolating between steps; joints first hold their initial angle.
 
     Args:
-        angles: (…, steps, joints) rad.
-        steps: delay in steps, one number or (joints,), at least 0. A delay of whole steps copies
-            the angles bit for bit.
+        angles: joint angles, (…, steps, joints) rad.
+        steps: delay in steps, at least 0: one number for all joints, or (joints,). A delay of whole
+            steps copies the angles bit for bit.
 
     Returns:
         The delayed angles, in the shape and dtype of `angles`.
@@ -66,12 +67,12 @@ def delayed(angles: NDArray[_Float], steps: NDArray[Any] | float) -> NDArray[_Fl
     if late.ndim:
         column = np.arange(angles.shape[-1])
         here, there = angles[..., after, column], angles[..., before, column]
-    else:  # indexing whole rows is five times as fast
+    else:  # indexing whole rows is five times faster
         here, there = angles[..., after[:, 0], :], angles[..., before[:, 0], :]
-    return _between(here, there, late - whole)
+    return _interpolate(here, there, late - whole)
 
 
-def _between(
+def _interpolate(
     here: NDArray[_Float], there: NDArray[_Float], share: NDArray[np.float64]
 ) -> NDArray[_Float]:
     """Interpolate from `here` to `there`; overwrite `there` and keep its dtype."""

@@ -24,13 +24,13 @@ CONDITIONS: Mapping[str, Condition] = {
     ),
     "unevenness": Condition("m", 0.0, 0.0, 0.02, 0.0, 0.2, "height of the highest bumps"),
     "push": Condition(
-        "m/s", 0.0, 0.0, 0.3, 0.0, 10.0, "sudden change of the body's velocity at a random moment"
+        "m/s", 0.0, 0.0, 0.3, 0.0, 10.0, "sudden change of the body's velocity at a random time"
     ),
     "initial_pose": Condition(
         "°", 0.0, 0.0, 3.0, 0.0, 30.0, "standard deviation of each joint's error at the start"
     ),
 }
-"""Conditions by name. A body has those that apply to it, and `command_rate` if it has servos."""
+"""Conditions by name. A body supports a selection of them, and `command_rate` if it has servos."""
 
 
 def conditions(
@@ -41,7 +41,7 @@ def conditions(
     Args:
         names: names in `CONDITIONS`.
         frame_rate: command rate in the nominal world, Hz; adds the condition `command_rate`.
-        nominal: nominal values by name that replace those of `CONDITIONS`.
+        nominal: nominal values by name, which replace the values in `CONDITIONS`.
     """
     found = {
         name: replace(CONDITIONS[name], nominal=nominal.get(name, CONDITIONS[name].nominal))
@@ -56,20 +56,20 @@ def conditions(
 
 _STREAMS = {"joint_offset": 2, "initial_pose": 3, "push": 4, "wind": 5}  # 0 and 1 draw the ground
 
-_Drawn = Literal["joint_offset", "initial_pose", "push", "wind"]
+_RandomCondition = Literal["joint_offset", "initial_pose", "push", "wind"]
 
 
-def stream(world: Mapping[str, float], name: _Drawn) -> np.random.Generator:
-    """Return a condition's random generator, which depends only on the world's seed."""
-    return np.random.default_rng([seed_of(world), _STREAMS[name]])
+def condition_rng(world: Mapping[str, float], name: _RandomCondition) -> np.random.Generator:
+    """Return the random generator of a condition, seeded by the world's seed alone."""
+    return np.random.default_rng([world_seed(world), _STREAMS[name]])
 
 
-def seed_of(world: Mapping[str, float]) -> int:
+def world_seed(world: Mapping[str, float]) -> int:
     """Return the seed of a world; 0 if it has none."""
     return int(world.get(SEED, 0))
 
 
-def joint_errors(
+def draw_joint_errors(
     world: Mapping[str, float], name: Literal["joint_offset", "initial_pose"], joints: int
 ) -> NDArray[np.float64]:
     """Draw the error of each joint's angle, (joints,) rad, from the world's seed.
@@ -80,15 +80,15 @@ def joint_errors(
         joints: number of joints.
     """
     spread = np.radians(world.get(name, 0.0))
-    return np.asarray(spread * stream(world, name).standard_normal(joints))
+    return np.asarray(spread * condition_rng(world, name).standard_normal(joints))
 
 
-def drawn_push(world: Mapping[str, float], frames: int) -> tuple[int, float]:
+def draw_push(world: Mapping[str, float], frames: int) -> tuple[int, float]:
     """Draw the moment and the direction of a push from the world's seed.
 
     Returns:
-        The frame after which the body's velocity changes, in the middle three fifths of the
-        motion, and the direction of the push, rad to the left of forward.
+        The frame after which the body's velocity changes, between 20 % and 80 % of the motion,
+        and the direction of the push, rad to the left of forward.
     """
-    when, where = stream(world, "push").random(2)
-    return round((0.2 + 0.6 * when) * (frames - 1)), float(2 * np.pi * where)
+    moment, turn = condition_rng(world, "push").random(2)
+    return round((0.2 + 0.6 * moment) * (frames - 1)), float(2 * np.pi * turn)

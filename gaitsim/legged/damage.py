@@ -1,4 +1,4 @@
-"""Damage to legs and joints, in the notation of users: 'L2 lost', 'R1 femur stuck 20'."""
+"""Damage to legs and joints, as users write it: 'L2 lost', 'R1 femur stuck 20'."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from gaitsim.errors import GaitsimError, unknown
 Kind = Literal["lost", "stuck", "weak", "slow"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TOLERANCE = 1e-4  # rad, for limits that a file gives with few digits, such as ±0.5236
-HALF = 0.5  # default of the remaining share of torque or speed
+DEFAULT_SHARE = 0.5  # remaining share of torque or speed
 
 DAMAGE_HELP = (
     "damaged legs and joints, such as 'L2 lost', 'R1 femur stuck 20' (°), "
@@ -24,9 +24,10 @@ class Damage:
 
     Attributes:
         part: name of the lost leg, or of the damaged joint.
-        kind: lost; stuck at an angle; weak, with less torque; or slow, with less speed.
-        value: angle of a stuck joint, rad, or None for its angle in the standing pose; remaining
-            share of torque or speed of a weak or slow joint, 0 to 1; None for a lost leg.
+        kind: 'lost', 'stuck' at an angle, 'weak' with less torque, or 'slow' with less speed.
+        value: for a stuck joint, its angle in rad, or None for the angle in the standing pose. For
+            a weak or slow joint, the remaining share of torque or speed, 0 to 1. For a lost leg,
+            None.
     """
 
     part: str
@@ -41,7 +42,7 @@ class Damage:
 
 
 def damage_options(damage: Sequence[str]) -> list[str]:
-    """Return the command-line options for some damage."""
+    """Return the command-line options for a list of damages."""
     return [word for text in damage for word in ("--damage", text)]
 
 
@@ -51,19 +52,19 @@ def parse_damage(
     kinds: Sequence[Kind] = KINDS,
     limits: Mapping[str, tuple[float, float]] | None = None,
 ) -> tuple[Damage, ...]:
-    """Return the damage that texts describe.
+    """Parse descriptions of damage.
 
     Args:
-        texts: one text for each damaged part.
+        texts: one string for each damaged part.
         legs: joints of each leg of the body, by the name of the leg.
         kinds: kinds of damage that the body supports.
         limits: smallest and largest angle of each joint, rad; None for no limits.
 
     Raises:
-        GaitsimError: a text is invalid, the body lacks a part, a part is damaged twice, a joint
+        GaitsimError: a string is invalid, the body lacks a part, a part is damaged twice, a joint
             is stuck outside its limits, or no leg is left.
     """
-    found = [_parsed(text, legs, kinds) for text in texts]
+    found = [_parse_one(text, legs, kinds) for text in texts]
     parts = [damage.part for damage in found]
     for damage in found:
         leg = next((leg for leg, joints in legs.items() if damage.part in joints), "")
@@ -84,7 +85,7 @@ def parse_damage(
     return tuple(found)
 
 
-def _parsed(text: str, legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind]) -> Damage:
+def _parse_one(text: str, legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind]) -> Damage:
     words = text.split()
     value = _number(words[-1]) if len(words) > 2 else None
     if value is not None:
@@ -93,25 +94,30 @@ def _parsed(text: str, legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind])
     part = " ".join(words[:-1])
     if kind is None or not part or (kind == "lost" and value is not None):
         raise GaitsimError(
-            f"invalid damage {text!r} for this body", key="damage", allowed=_allowed(legs, kinds)
+            f"invalid damage {text!r} for this body", key="damage", allowed=_examples(legs, kinds)
         )
     joints = [joint for names in legs.values() for joint in names]
     known = [*legs] if kind == "lost" else joints
     if part not in known:
         raise unknown("leg" if kind == "lost" else "joint", part, known, key="damage")
     if kind == "stuck" and value is not None and not abs(value) <= 360:
-        raise GaitsimError(f"{text!r}: invalid angle", key="damage", allowed="-360 to 360 degrees")
-    if kind in ("weak", "slow") and not 0 <= (value := HALF if value is None else value) <= 1:
         raise GaitsimError(
-            f"{text!r}: invalid share", key="damage", allowed="0 (nothing left) to 1"
+            f"invalid angle in damage {text!r}", key="damage", allowed="-360 to 360 degrees"
         )
+    if kind in ("weak", "slow"):
+        value = DEFAULT_SHARE if value is None else value
+        if not 0 <= value <= 1:
+            raise GaitsimError(
+                f"invalid share in damage {text!r}", key="damage", allowed="0 (nothing left) to 1"
+            )
     return Damage(part, kind, math.radians(value) if kind == "stuck" and value else value)
 
 
 def _check_angle(joint: str, angle: float, lower: float, upper: float) -> None:
     if not lower - TOLERANCE <= angle <= upper + TOLERANCE:
         raise GaitsimError(
-            f"the angle {math.degrees(angle):.4g}° of joint {joint!r} is outside its limits",
+            f"the stuck angle of joint {joint!r}, {math.degrees(angle):.4g}°, is outside the "
+            "joint's limits",
             key="damage",
             allowed=f"{math.degrees(lower):.4g}° to {math.degrees(upper):.4g}°",
         )
@@ -124,7 +130,7 @@ def _number(word: str) -> float | None:
         return None
 
 
-def _allowed(legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind]) -> str:
+def _examples(legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind]) -> str:
     leg = next(iter(legs), "LEG")
     joint = next((joint for joints in legs.values() for joint in joints), "JOINT")
     examples: dict[Kind, str] = {

@@ -1,4 +1,4 @@
-"""Servos of hobby robots, with figures from their data sheets."""
+"""Servos of hobby robots, with values from their data sheets."""
 
 import math
 from collections.abc import Mapping
@@ -20,13 +20,13 @@ class Servo:
     Attributes:
         name: name in experiment files.
         stall_torque: torque at rest, N m; 0 for a servo without force.
-        no_load_speed: speed at which no torque is left, rad/s.
-        latency: delay from a command to its torque, s.
+        no_load_speed: speed without load, at which the torque drops to 0, rad/s.
+        latency: delay from a command to the torque that it causes, s.
         stiffness: torque per position error, N m/rad.
         damping: torque per speed, N m s/rad.
         armature: inertia of rotor and gears at the shaft, kg m².
-        source: source of the figures.
-        bus: type of its commands, pulses or the packets of a servo family; '' if unknown.
+        source: source of the values.
+        bus: type of its commands: 'pwm' pulses, or the packets of a servo family; '' if unknown.
         travel: range from one end to the other, rad; the centre is in the middle.
         ticks: number of goal positions, counted from 0, of a servo on a bus; 0 for others.
         tick: angle between two goal positions, rad.
@@ -52,7 +52,7 @@ class Servo:
 
 
 def _proportional(name: str, torque: float, speed: float, band: float, **data: Any) -> Servo:
-    """Return a servo that applies its full voltage at errors of at least `band`, rad."""
+    """Return a servo that applies its full voltage at position errors of at least `band`, rad."""
     return Servo(name, torque, speed, stiffness=torque / band, damping=torque / speed, **data)
 
 
@@ -97,11 +97,11 @@ SERVOS: Mapping[str, Servo] = {
             latency=0.02,
             band=0.2,
             armature=0.014,
-            source="sellers' data sheets of the Tower Pro MG995, at 4.8 V, which print 9.4 to "
-            "13 kgf·cm, of which this is the lowest; latency estimated as one pulse at 50 Hz, gain "
-            "and armature as those of similar servos",
+            source="sellers' data sheets of the Tower Pro MG995, at 4.8 V: the lowest of the stall "
+            "torques that they state, 9.4 to 13 kgf·cm; latency estimated as one pulse at 50 Hz; "
+            "gain and armature estimated from similar servos",
             bus="pwm",
-            travel=math.pi,  # some sheets print 120°; a calibration has the real ends
+            travel=math.pi,  # some data sheets state 120°; a calibration sets the real limits
         ),
         _proportional(
             "xl430-w250",

@@ -1,4 +1,4 @@
-"""Measures of how legs step, for whole populations."""
+"""Measures of the steps of legs, for whole populations."""
 
 from collections.abc import Sequence
 from functools import cached_property, partial
@@ -11,7 +11,7 @@ from gaitsim.contracts import Measure
 from gaitsim.legged.rhythm import (
     Floats,
     mean_stride,
-    phase_after,
+    phase_lag,
     stride_lag,
     touch_downs,
     without_chatter,
@@ -21,7 +21,7 @@ DUTY = "duty factor"
 BODY_HEIGHT = "body height"
 
 
-def stepping(
+def stepping_measures(
     stance: NDArray[np.bool_],
     legs: Sequence[str],
     frame_rate: float,
@@ -29,15 +29,15 @@ def stepping(
     sides: Sequence[Sequence[str]] = (),
     upright: NDArray[np.intp] | None = None,
 ) -> dict[str, Measure]:
-    """Return measures of how legs step.
+    """Return measures of the steps of legs.
 
-    - `duty factor`: share of the time that a foot is on the ground (Alexander 1984, "The gaits of
-      bipedal and quadrupedal animals"): the mean over all feet, and the value of each foot, such
-      as 'duty factor L1'.
-    - `stride frequency`: strides per second; see `rhythm.stride_lag`. 0 without a stride.
+    - `duty factor`: mean share of the time that a foot is on the ground (Alexander 1984, "The gaits
+      of bipedal and quadrupedal animals"). Each foot also has its own measure, such as
+      'duty factor L1'.
+    - `stride frequency`: strides per second; 0 without a stride (see `rhythm.stride_lag`).
     - `phase lag`: phase at which a foot touches down in the stride of the foot in front of it on
-      the same side, in cycles from 0 to 1, circular mean over all strides and pairs (Hildebrand
-      1965, "Symmetrical gaits of horses"); NaN without a stride. Only with `sides`.
+      the same side, in cycles from 0 to 1 (Hildebrand 1965, "Symmetrical gaits of horses"). This is
+      the circular mean over all strides and pairs; NaN without a stride. Only with `sides`.
 
     Args:
         stance: whether each foot is on the ground, (population, frames, feet), in the order of
@@ -45,11 +45,11 @@ def stepping(
         legs: names of the legs.
         frame_rate: frames per second, Hz.
         sides: names of the legs on each side, front to back.
-        upright: number of frames before each individual's fall, (population,); None for all.
+        upright: number of frames before each individual's fall, (population,); None if none falls.
     """
     steps = _Steps(stance, frame_rate, upright)
     pairs = [
-        (legs.index(one), legs.index(next_)) for side in sides for one, next_ in pairwise(side)
+        (legs.index(front), legs.index(rear)) for side in sides for front, rear in pairwise(side)
     ]
     mean = Measure(steps.mean, "", "share of the time that a foot is on the ground, mean of all")
     frequency = Measure(steps.frequency, "Hz", "strides per second; 0 without a stride")
@@ -62,7 +62,7 @@ def stepping(
         DUTY: mean,
         **{
             f"{DUTY} {name}": Measure(
-                partial(steps.of, leg),
+                partial(steps.duty_factor, leg),
                 "",
                 f"share of the time that the foot of {name} is on the ground",
             )
@@ -74,24 +74,24 @@ def stepping(
 
 
 class _Steps:
-    """Intermediate values of the measures, computed on first use."""
+    """Values from which the measures are computed, cached."""
 
     def __init__(
         self, stance: NDArray[np.bool_], frame_rate: float, upright: NDArray[np.intp] | None
     ) -> None:
-        self._given, self._frame_rate, self._upright = stance, frame_rate, upright
+        self._contacts, self._frame_rate, self._upright = stance, frame_rate, upright
 
     @cached_property
     def _frames(self) -> NDArray[np.intp]:
-        population, frames, _ = self._given.shape
+        population, frames, _ = self._contacts.shape
         return np.full(population, frames) if self._upright is None else self._upright
 
     @cached_property
     def _stance(self) -> NDArray[np.bool_]:
         if self._upright is None:
-            return self._given
-        before = np.arange(self._given.shape[1]) < self._upright[:, None]
-        return self._given & before[..., None]
+            return self._contacts
+        before = np.arange(self._contacts.shape[1]) < self._upright[:, None]
+        return self._contacts & before[..., None]
 
     @cached_property
     def _stride(self) -> NDArray[np.intp]:
@@ -108,7 +108,7 @@ class _Steps:
     def mean(self) -> Floats:
         return np.asarray(self._shares.mean(axis=1))
 
-    def of(self, leg: int) -> Floats:
+    def duty_factor(self, leg: int) -> Floats:
         return self._shares[:, leg]
 
     def frequency(self) -> Floats:
@@ -116,4 +116,4 @@ class _Steps:
         return np.divide(self._frame_rate, frames, out=np.zeros(len(frames)), where=frames > 0)
 
     def lag(self, pairs: Sequence[tuple[int, int]]) -> Floats:
-        return np.where(self._stride > 0, phase_after(self._downs, pairs), np.nan)
+        return np.where(self._stride > 0, phase_lag(self._downs, pairs), np.nan)

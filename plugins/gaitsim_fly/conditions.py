@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Condition
-from gaitsim.legged import conditions, drawn_push, joint_errors, stream
+from gaitsim.legged import condition_rng, conditions, draw_joint_errors, draw_push
 
 
 def fly_conditions(air_density: float) -> dict[str, Condition]:
@@ -38,13 +38,13 @@ def wing_offsets(world: Mapping[str, float], *, planar: bool) -> NDArray[np.floa
         planar: whether both wings get the same errors, as wings with equal commands cannot
             correct a difference.
     """
-    drawn = joint_errors(world, "joint_offset", 6)
+    drawn = draw_joint_errors(world, "joint_offset", 6)
     return np.tile(drawn[:3], 2) if planar else drawn
 
 
 def wind(world: Mapping[str, float], *, planar: bool) -> tuple[float, float]:
     """Return the velocity of the air along x and y, m/s; only along x if `planar`."""
-    direction = 2 * math.pi * float(stream(world, "wind").random())
+    direction = 2 * math.pi * float(condition_rng(world, "wind").random())
     return _horizontal(world.get("wind", 0.0), direction, planar)
 
 
@@ -52,7 +52,7 @@ def push(
     world: Mapping[str, float], frames: int, *, planar: bool
 ) -> tuple[int, NDArray[np.float64]]:
     """Return the frame of a push and its change of the velocity, (3,) m/s."""
-    frame, direction = drawn_push(world, frames)
+    frame, direction = draw_push(world, frames)
     return frame, np.array([*_horizontal(world.get("push", 0.0), direction, planar), 0.0])
 
 

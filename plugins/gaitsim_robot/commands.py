@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from gaitsim.legged import in_force
+from gaitsim.legged import commands_at
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
@@ -31,7 +31,7 @@ def delayed_commands(simulation: Simulation, commands: Floats, first: int, last:
     commanded = np.tile(simulation.rest, (len(commands), len(steps), 1))
     arrived = commanded[:, np.count_nonzero(steps < 0) :]
     moments = steps[steps >= 0] / simulation.steps
-    angles = in_force(commands, moments, FRAME_RATE / simulation.command_rate)
+    angles = commands_at(commands, moments, FRAME_RATE / simulation.command_rate)
     if simulation.offset.any():
         lower, upper = simulation.model.actuator_ctrlrange[simulation.ctrl].T
         angles = np.clip(angles + simulation.offset, lower, upper)

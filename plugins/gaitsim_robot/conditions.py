@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Condition
-from gaitsim.legged import CONDITIONS, conditions, joint_errors, seed_of
+from gaitsim.legged import CONDITIONS, conditions, draw_joint_errors, world_seed
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import is_stuck
@@ -70,8 +70,8 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
     uneven, ground = world.get("unevenness", 0.0), None
     if uneven:
         feet = np.linalg.norm(_lowest(model, anatomy.stance)[:, :2], axis=1).max()
-        ground = raise_bumps(model, uneven, seed_of(world), float(feet))
-    offset = joint_errors(world, "joint_offset", len(simulation.ctrl))
+        ground = raise_bumps(model, uneven, world_seed(world), float(feet))
+    offset = draw_joint_errors(world, "joint_offset", len(simulation.ctrl))
     rest, joints = simulation.rest.copy(), simulation.ctrl
     rest[joints] = np.clip(rest[joints] + offset, *model.actuator_ctrlrange[joints].T)
     start, stands, effort = settle(model, anatomy.stance, rest, simulation.belly, simulation.height)
@@ -88,7 +88,7 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
         ground=ground,
         world=world,
     )
-    errors = joint_errors(world, "initial_pose", len(joints))
+    errors = draw_joint_errors(world, "initial_pose", len(joints))
     return _with_initial_errors(found, errors) if errors.any() else found
 
 

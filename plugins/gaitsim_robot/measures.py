@@ -7,7 +7,7 @@ from typing import get_args
 import numpy as np
 
 from gaitsim.contracts import Array, Measure, Motion
-from gaitsim.legged import BODY_HEIGHT, stepping
+from gaitsim.legged import BODY_HEIGHT, stepping_measures
 from gaitsim_robot.anatomy import Floats, Leg, Side
 from gaitsim_robot.sums import ratio, total
 
@@ -60,7 +60,7 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
             "",
             "slide of the stance feet divided by the trunk's path",
         ),
-        **stepping(
+        **stepping_measures(
             motion["stance"],
             [leg.name for leg in legs],
             motion.frame_rate,

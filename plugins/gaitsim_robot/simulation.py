@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitsim.contracts import Terrain
 from gaitsim.contracts.quaternions import conjugate, product
-from gaitsim.legged import Damage, Servo, drawn_push
+from gaitsim.legged import Damage, Servo, draw_push
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import apply_damage
@@ -83,7 +83,7 @@ class Simulation:
 
     def push(self, frames: int) -> tuple[int, Floats]:
         """Return the frame of the push in a rollout, and the change of velocity, (3,) m/s."""
-        frame, direction = drawn_push(self.world, frames)
+        frame, direction = draw_push(self.world, frames)
         speed = self.world.get("push", 0.0)
         return frame, speed * np.array([math.cos(direction), math.sin(direction), 0.0])
 

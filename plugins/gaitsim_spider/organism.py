@@ -23,7 +23,7 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim.encoding import check_joint_angles, limit_steps
-from gaitsim.legged import BODY_HEIGHT, DAMAGE_HELP, stepping
+from gaitsim.legged import BODY_HEIGHT, DAMAGE_HELP, stepping_measures
 from gaitsim_spider import body
 from gaitsim_spider.damage import Anatomy, Legs, damaged_anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles
@@ -159,7 +159,7 @@ class Spider(Organism):
             BODY_HEIGHT: Measure(
                 partial(_height, motion), "m", "mean height of the body's middle above the ground"
             ),
-            **stepping(motion["stance"], body.LEGS, motion.frame_rate, sides=body.SIDES),
+            **stepping_measures(motion["stance"], body.LEGS, motion.frame_rate, sides=body.SIDES),
         }
 
     def rig(self) -> Rig:

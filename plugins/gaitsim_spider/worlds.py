@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Condition
 from gaitsim.encoding import limit_steps
-from gaitsim.legged import conditions, delayed, held, joint_errors
+from gaitsim.legged import conditions, delay_angles, draw_joint_errors, hold_commands
 from gaitsim_spider import body
 
 LEG_MASS = "leg_mass"
@@ -47,11 +47,11 @@ def joint_positions(
         return commands
     joints = commands.shape[1]
     by_frame = np.ascontiguousarray(commands.swapaxes(1, 2))
-    sent = held(by_frame, body.FRAME_RATE, values["command_rate"])
-    arrived = delayed(sent, values["latency"] * body.FRAME_RATE).swapaxes(1, 2).copy()
-    arrived[..., 0] += joint_errors(world, "initial_pose", joints)
+    sent = hold_commands(by_frame, body.FRAME_RATE, values["command_rate"])
+    arrived = delay_angles(sent, values["latency"] * body.FRAME_RATE).swapaxes(1, 2).copy()
+    arrived[..., 0] += draw_joint_errors(world, "initial_pose", joints)
     turned = limit_steps(arrived, values["servo_speed"] * step_limits)
-    turned += joint_errors(world, "joint_offset", joints).astype(turned.dtype)[:, None]
+    turned += draw_joint_errors(world, "joint_offset", joints).astype(turned.dtype)[:, None]
     limit = np.float32(body.ANGLE_LIMIT)
     return np.asarray(np.clip(turned, -limit, limit, out=turned), np.float32)
 

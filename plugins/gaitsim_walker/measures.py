@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from gaitsim.contracts import Array, Measure, Motion
-from gaitsim.legged import BODY_HEIGHT, stepping
+from gaitsim.legged import BODY_HEIGHT, stepping_measures
 from gaitsim_walker import body
 from gaitsim_walker.body import Plan
 
@@ -50,7 +50,7 @@ def measures(motion: Motion, plan: Plan) -> Mapping[str, Measure]:
             "",
             "slide of the stance feet divided by the torso's path",
         ),
-        **stepping(
+        **stepping_measures(
             motion["stance"],
             [leg.name for leg in plan.legs],
             motion.frame_rate,

@@ -23,7 +23,7 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim.encoding import GeneGroup, check_joint_angles, check_time_step, genome_space
-from gaitsim.legged import conditions, drawn_push, joint_errors, seed_of
+from gaitsim.legged import conditions, draw_joint_errors, draw_push, world_seed
 from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, Plan
 from gaitsim_walker.encodings import commands, groups
 from gaitsim_walker.ground import ground
@@ -181,10 +181,10 @@ class Walker(Organism):
         """Return the surroundings for a rollout of `frames` frames."""
         world = {name: one.nominal for name, one in self.conditions().items()} | self.world
         reach, joints = REACH * frames / FRAME_RATE, len(self.plan.joints)
-        pushed_in, direction = drawn_push(world, frames)
+        pushed_in, direction = draw_push(world, frames)
         return Surroundings(
             plan=self.plan,
-            ground=ground(world["unevenness"], seed_of(world), reach),
+            ground=ground(world["unevenness"], world_seed(world), reach),
             gravity=self.gravity,
             slope=math.radians(world["slope"]),
             friction=world["friction"],
@@ -194,8 +194,8 @@ class Walker(Organism):
             mass=world["mass"],
             latency=world["latency"],
             command_rate=world["command_rate"],
-            joint_offset=joint_errors(world, "joint_offset", joints),
-            initial_pose=joint_errors(world, "initial_pose", joints),
+            joint_offset=draw_joint_errors(world, "joint_offset", joints),
+            initial_pose=draw_joint_errors(world, "initial_pose", joints),
             # In the plane, a push goes either forward or backward.
             push=(pushed_in, math.copysign(world["push"], math.cos(direction))),
         )

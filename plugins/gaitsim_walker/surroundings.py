@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitsim.legged import delayed, held
+from gaitsim.legged import delay_angles, hold_commands
 from gaitsim_walker.body import FRAME_RATE, STOP, Floats, Plan
 from gaitsim_walker.ground import Ground
 
@@ -69,6 +69,6 @@ class Surroundings:
             commands: (frames, joints) rad. Each holds during the steps before its frame; the first
                 is the initial pose.
         """
-        in_force = held(commands, FRAME_RATE, self.command_rate, self.steps)
-        arrived = delayed(in_force, self.latency / self.step)
+        held = hold_commands(commands, FRAME_RATE, self.command_rate, self.steps)
+        arrived = delay_angles(held, self.latency / self.step)
         return arrived[self.steps :] + self.joint_offset

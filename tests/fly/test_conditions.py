@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion
-from gaitsim.legged import joint_errors
+from gaitsim.legged import draw_joint_errors
 from gaitsim_fly.organism import Fly
 
 EVERYTHING = {
@@ -86,7 +86,7 @@ def test_latency_delays_the_wings() -> None:
 def test_wings_have_limited_speed_and_constant_errors() -> None:
     world = {"servo_speed": 0.5, "joint_offset": 2.0, "seed": 7.0}
     turned = angles(0.5, world=world, wings="asymmetric", **NOTHING)
-    off = joint_errors(world, "joint_offset", 6)
+    off = draw_joint_errors(world, "joint_offset", 6)
     assert turned[0] == pytest.approx(off)
     assert turned[-1] == pytest.approx(off + np.radians([30, 40, 15, 30, 40, 15]))
     assert np.abs(np.diff(turned, axis=0)).max() == pytest.approx(0.5 * 40 * 0.01)

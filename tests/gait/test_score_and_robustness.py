@@ -14,7 +14,7 @@ from gaitsim.gait.perturbations import apply_lag, interpolate_every_second, mirr
 from gaitsim.gait.robustness import EXPLOIT, FRAGILE, measure_robustness
 from gaitsim.gait.score_breakdown import cut_motion, summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
-from gaitsim.legged import delayed
+from gaitsim.legged import delay_angles
 
 
 @pytest.fixture
@@ -155,8 +155,8 @@ def test_terms_change_since_the_fitness_changed():
 
 def test_late_and_lagging_joints():
     angles = np.arange(10.0).reshape(5, 2)
-    assert delayed(angles, 1)[:, 0].tolist() == [0, 0, 2, 4, 6]
-    assert delayed(angles, np.array([0, 3]))[:, 1].tolist() == [1, 1, 1, 1, 3]
+    assert delay_angles(angles, 1)[:, 0].tolist() == [0, 0, 2, 4, 6]
+    assert delay_angles(angles, np.array([0, 3]))[:, 1].tolist() == [1, 1, 1, 1, 3]
     step = np.ones((8, 1))
     step[0] = 0
     for frames in (1, 3):  # the answer of a first-order lag to a step

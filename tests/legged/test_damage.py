@@ -58,6 +58,6 @@ def test_a_body_can_have_fewer_kinds_of_damage():
 def test_a_joint_is_stuck_within_its_limits():
     limits = {"L1 femur": (-0.5236, 0.5236)}
     assert parse_damage(["L1 femur stuck 30"], LEGS, limits=limits)
-    with pytest.raises(GaitsimError, match="outside its limits") as caught:
+    with pytest.raises(GaitsimError, match="outside the joint's limits") as caught:
         parse_damage(["L1 femur stuck 31"], LEGS, limits=limits)
     assert caught.value.allowed == "-30° to 30°"

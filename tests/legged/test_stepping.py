@@ -8,7 +8,7 @@ import pytest
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import analyse_individual, play_on_twin
 from gaitsim.gait.files.reader import play_gait, read_gait
-from gaitsim.legged import stepping
+from gaitsim.legged import stepping_measures
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
 RATE = 30.0
@@ -44,7 +44,7 @@ def walking(duty, lag, strides=10, length=20):
 
 
 def values(stance, **options):
-    found = stepping(stance, LEGS, RATE, sides=SIDES, **options)
+    found = stepping_measures(stance, LEGS, RATE, sides=SIDES, **options)
     return {name: measure.values for name, measure in found.items()}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.legged import joint_errors
+from gaitsim.legged import draw_joint_errors
 from gaitsim_spider import body
 from gaitsim_spider.organism import Spider
 
@@ -36,7 +36,7 @@ def test_offsets_shift_the_joints_but_not_the_commands() -> None:
     motion = Spider(world=world).play(WAVES[None])
     off = motion["joint_positions"][0] - WAVES
     np.testing.assert_allclose(
-        off, np.tile(joint_errors(world, "joint_offset", 24), (120, 1)), atol=1e-6
+        off, np.tile(draw_joint_errors(world, "joint_offset", 24), (120, 1)), atol=1e-6
     )
     np.testing.assert_allclose(motion["joint_angles"][0], WAVES, atol=1e-7)
     again = Spider(world=world).play(motion["joint_angles"])
@@ -57,7 +57,7 @@ def test_latency_delays_the_commands() -> None:
 def test_joints_start_with_errors_and_turn_to_their_commands_at_servo_speed() -> None:
     world = {"initial_pose": 6.0, "servo_speed": 0.5, "seed": 2.0}
     still = positions(np.zeros((20, 24)), **world)
-    start = joint_errors(world, "initial_pose", 24)
+    start = draw_joint_errors(world, "initial_pose", 24)
     steps = np.radians(2.5) * np.arange(20)[:, None]
     closed = np.sign(start) * np.maximum(np.abs(start) - steps, 0)
     np.testing.assert_allclose(still, closed, atol=1e-6)

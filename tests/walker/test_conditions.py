@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitsim.contracts import Motion
-from gaitsim.legged import delayed, joint_errors
+from gaitsim.legged import delay_angles, draw_joint_errors
 from gaitsim_walker import body
 from gaitsim_walker.organism import Walker
 
@@ -30,8 +30,8 @@ def waving(commands: np.ndarray = WAVES, gravity: float = G, **world: float) -> 
 def test_it_slides_on_slopes_steeper_than_its_friction():
     friction = 0.3
     edge = math.degrees(math.atan(friction))
-    held = standing(friction=friction, slope=edge - 2)["torso"][0, :, 0]
-    assert abs(held[-1] - held[60]) < 1e-3
+    hold_commands = standing(friction=friction, slope=edge - 2)["torso"][0, :, 0]
+    assert abs(hold_commands[-1] - hold_commands[60]) < 1e-3
     steeper = math.radians(edge + 2)
     speed = standing(friction=friction, slope=math.degrees(steeper))["torso_velocity"][0, :, 0]
     gained = (speed[-1] - speed[60]) / (len(speed) - 61) * 60
@@ -50,7 +50,7 @@ def test_the_ground_carries_its_weight_on_a_slope():
 
 def test_latency_delays_the_commands():
     late = waving(latency=3 / 60)["torso"]
-    np.testing.assert_array_equal(late, waving(delayed(WAVES, 3))["torso"])
+    np.testing.assert_array_equal(late, waving(delay_angles(WAVES, 3))["torso"])
     # A delay between whole steps interpolates.
     steps = [waving(gravity=0.0, latency=n / 240)["joint_positions"][0, 30] for n in (4, 4.5, 5)]
     assert np.abs(steps[2] - steps[0]).max() > 2e-3
@@ -59,15 +59,15 @@ def test_latency_delays_the_commands():
 
 def test_commands_at_a_low_rate_are_held():
     every_second = np.repeat(WAVES[::2], 2, axis=0)[:91]
-    held = waving(command_rate=30.0)["torso"]
-    np.testing.assert_array_equal(held, waving(every_second)["torso"])
+    hold_commands = waving(command_rate=30.0)["torso"]
+    np.testing.assert_array_equal(hold_commands, waving(every_second)["torso"])
 
 
 def test_joints_have_initial_and_constant_errors():
     still = {"gravity": 0.0, "torque_limit": 1000.0}
     for name, end in (("joint_offset", 1.0), ("initial_pose", 0.0)):
         world = {name: 2.0, "seed": 3.0}
-        off = joint_errors(world, name, 8)
+        off = draw_joint_errors(world, name, 8)
         assert 0.5 < np.degrees(off).std() < 4
         found = Walker(**still, world=world).play(np.zeros((1, 121, 8)))["joint_positions"][0]
         assert found[0] == pytest.approx(off, abs=1e-12)
