@@ -1,4 +1,4 @@
-"""The contracts of plugins: everything that a plugin package imports, besides `gaitsim.errors`."""
+"""The contracts of plugins: the base classes that plugins extend, and the types that they use."""
 
 from gaitsim.contracts.condition import SEED, WORLD_HELP, Condition, check_world
 from gaitsim.contracts.fitness import Fitness

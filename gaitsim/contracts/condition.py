@@ -1,4 +1,4 @@
-"""Conditions of a world, such as friction, which vary between the worlds that a body moves in."""
+"""Conditions that vary between the worlds that a body moves in, such as friction."""
 
 import math
 from collections.abc import Mapping
@@ -8,10 +8,10 @@ from gaitsim.errors import GaitsimError, unknown
 
 WORLD_HELP = (
     "conditions of the body's world by name, such as friction = 0.4; the others are nominal. The "
-    "whole number seed determines everything random in the world"
+    "key seed, a whole number, determines everything random in the world"
 )
 SEED = "seed"
-"""The key of a world that seeds its random choices, such as the sign of each joint's error."""
+"""The key of a world whose value seeds its random choices, such as the sign of a joint's error."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Condition:
     most: float
     help: str
 
-    def texts(self) -> tuple[str, str, str, str]:
-        """Return the nominal value, usual range, unit and description, as tables show them."""
+    def table_cells(self) -> tuple[str, str, str, str]:
+        """Return the nominal value, usual range, unit and description as strings for a table."""
         return f"{self.nominal:g}", f"{self.low:g} to {self.high:g}", self.unit, self.help
 
     def __str__(self) -> str:
@@ -49,17 +49,18 @@ def check_world(world: Mapping[str, float], conditions: Mapping[str, Condition])
     """Validate the option `world` of a body.
 
     Args:
-        world: values by the names of conditions, and optionally `seed`.
+        world: values by name of the condition, and optionally a `seed`.
         conditions: conditions of the body by name.
 
     Raises:
-        GaitsimError: a name is unknown, or a value is outside the range that the body supports.
+        GaitsimError: a name is unknown, a value is outside the range that the body supports, or
+            the seed is invalid.
     """
     for name, value in world.items():
         if name == SEED:
             if not (value == math.floor(value) and 0 <= value < 2**53):
                 raise GaitsimError(
-                    f"the seed {value:g} of a world is not a whole number",
+                    f"the seed of a world is {value:g}",
                     key="world",
                     allowed="a whole number from 0 to 2^53 − 1",
                 )

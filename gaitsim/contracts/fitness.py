@@ -12,7 +12,7 @@ class Fitness(Plugin):
 
     Attributes:
         needs: names of the channels that the function reads.
-        unit: unit of the score and of all its terms as printed, `''` for pure numbers.
+        unit: unit of the score and of all its terms, as printed; `''` for pure numbers.
     """
 
     needs: ClassVar[tuple[str, ...]]
@@ -20,8 +20,8 @@ class Fitness(Plugin):
 
     @abstractmethod
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Return the terms of every individual's score by name, each (population,).
+        """Return the terms of the scores by name, each an array of shape (population,).
 
-        The names must be the same for every motion. An individual with a term that is not finite
-        scores −inf, and the run continues.
+        The names must be the same for every motion. If a term of an individual is not finite, its
+        score is −inf, and the run continues.
         """

@@ -24,14 +24,15 @@ class Channel:
     `contact_names`, and `trials` for each starting position of the same individual.
 
     Args:
-        axes: axes after the population. Each is the name of an axis whose length depends on the
-            body and its options, or a tuple that names the entries of an axis of fixed length.
-        unit: unit as printed, `''` for a pure number or a boolean; if the entries of the last axis
-            have different units, a tuple with the unit of each.
+        axes: axes after the population axis. Each is the name of an axis whose length depends on
+            the body and its options, or a tuple that names the entries of an axis of fixed length.
+        unit: unit as printed; `''` for a pure number or a boolean. If the entries of the last axis
+            have different units, a tuple with the unit of each entry.
         help: description of the channel, one phrase.
 
     Raises:
-        ValueError: `frames` is not the first axis, or the units do not fit the last axis.
+        ValueError: `axes` is not a tuple, `frames` is not its first entry, or the units do not
+            match the last axis.
     """
 
     axes: tuple[str | tuple[str, ...], ...]
@@ -41,7 +42,7 @@ class Channel:
     def __post_init__(self) -> None:
         if not isinstance(self.axes, tuple) or "frames" in self.axes[1:]:
             raise ValueError(
-                f"Channel.axes is {self.axes!r}, expected a tuple with 'frames' only as first entry"
+                f"Channel.axes is {self.axes!r}, expected a tuple; 'frames' must come first"
             )
         if isinstance(self.unit, tuple):
             last = self.axes[-1] if self.axes else ()
@@ -57,11 +58,11 @@ class Channel:
         return self.axes[:1] == ("frames",)
 
     def unit_of(self, entry: int) -> str:
-        """The unit of an entry of the last axis."""
+        """Return the unit of an entry of the last axis."""
         return self.unit if isinstance(self.unit, str) else self.unit[entry]
 
     def fits(self, shape: tuple[int, ...]) -> bool:
-        """Whether an array of this shape, (population, …), has the declared axes."""
+        """Return whether an array of this shape, (population, …), has the declared axes."""
         return len(shape) == len(self.axes) + 1 and all(
             isinstance(axis, str) or len(axis) == length
             for axis, length in zip(self.axes, shape[1:], strict=True)
@@ -69,13 +70,13 @@ class Channel:
 
     @property
     def shape(self) -> str:
-        """The shape in words, such as '(population, frames, [x, y, yaw])'."""
+        """The shape as a string, such as '(population, frames, [x, y, yaw])'."""
         names = ("population", *map(_joined, self.axes))
         return f"({', '.join(names)})" if self.axes else "(population,)"
 
     @property
     def units(self) -> str:
-        """The unit in words, such as '[m, m, rad]'."""
+        """The units as a string, such as '[m, m, rad]'."""
         return _joined(self.unit)
 
     def __str__(self) -> str:
@@ -90,16 +91,16 @@ class Motion(Mapping[str, Array]):
     """The movement of a whole population, as named channels.
 
     A channel is an array whose first axis is the population; `Organism.channels` declares its
-    other axes. Costly channels can be computed by a function, which is called once, when one of
-    its channels is first read.
+    other axes. Channels that are expensive to compute can be given as a function, which is called
+    once, when one of its channels is first read.
 
     Args:
         frame_rate: frames per second, Hz.
-        channels: arrays by name, each (population, …).
+        channels: arrays by name, each of shape (population, …).
         derived: functions that compute channels; each key holds the names of the channels that
             its function returns.
-        failures: reasons why motions failed, such as an unstable simulation, by the index of the
-            individual; these individuals score −inf.
+        failures: reason why a motion failed, such as an unstable simulation, by index of the
+            individual. The score of a failed individual is −inf.
     """
 
     def __init__(
@@ -135,12 +136,12 @@ class Motion(Mapping[str, Array]):
 
 @dataclass(frozen=True, eq=False)
 class Measure:
-    """A quantity that describes to people how a body moved.
+    """A quantity that describes how a body moved; unlike a term, it is not part of the score.
 
     Args:
-        source: a number for each individual, (population,); or a function that returns this array
-            and is called when the values are first read.
-        unit: unit as printed, `''` for a pure number.
+        source: value for each individual, an array of shape (population,); or a function that
+            returns this array and is called when the values are first read.
+        unit: unit as printed; `''` for a pure number.
         help: description of the quantity, one sentence.
     """
 
@@ -150,7 +151,7 @@ class Measure:
 
     @cached_property
     def values(self) -> Array:
-        """A number for each individual, (population,)."""
+        """The value for each individual, (population,)."""
         return self.source() if callable(self.source) else self.source
 
 
@@ -167,9 +168,9 @@ class Skeleton:
         touching: whether each contact touches the ground, (frames, contacts) bool.
         contact_names: name of each contact, such as the name of its leg.
         centre: point whose path is the path of the body, such as its centre of mass, (frames, 3),
-            metres; None takes the mean of the segments' ends.
-        ground: None for level ground at z = 0. For ground that varies along x only, the x,
-            ascending, and the height of each corner of its profile, (corners, 2), metres. For
+            metres; None for the mean of the segments' ends.
+        ground: None for level ground at z = 0. For ground that varies along x only, the corners of
+            its profile in ascending order of x: x and height of each, (corners, 2), metres. For
             ground that varies in x and y, a `Terrain`.
         solids: rigid solids of the body.
         poses: position, metres, and unit quaternion (w, x, y, z) of each solid in the world frame,

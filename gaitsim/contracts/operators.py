@@ -20,33 +20,39 @@ class Selection(Plugin):
         """Choose parents.
 
         Args:
-            scores: (population,), higher is better; may hold −inf, never NaN.
+            scores: score of each individual, (population,); higher is better. May contain −inf, but
+                never NaN.
             pairs: number of pairs to choose.
-            rng: the only source of randomness.
+            rng: only source of randomness.
 
         Returns:
-            Indices of mother and father of each pair, (pairs, 2).
+            Indices of the mother and the father of each pair, (pairs, 2).
         """
 
     def parents_each(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Choose parents in each of several populations, scores (populations, population).
+        """Choose parents in each of several populations.
 
         The default calls `parents` for one population after another. Override it if all of them
         can be handled at once, which speeds up studies.
 
+        Args:
+            scores: score of each individual, (populations, population).
+            pairs: number of pairs to choose in each population.
+            rng: only source of randomness.
+
         Returns:
             Indices into each population, (populations, pairs, 2). For a single population, they
-            equal those of `parents`.
+            must equal the result of `parents`.
         """
         return np.stack([self.parents(row, pairs, rng) for row in scores])
 
     def objection(self, population: int, elites: int, children: int) -> str:
-        """Return why this selection cannot breed populations of this size, or ''.
+        """Return why this selection does not support populations of this size, or ''.
 
         Args:
-            population: individuals in each generation.
+            population: number of individuals in each generation.
             elites: number of individuals copied unchanged into the next generation.
             children: number of children per pair.
         """
@@ -60,7 +66,8 @@ class Crossover(Plugin):
         children: number of children per pair, an option of every crossover. A crossover that
             supports only one number narrows it to `Literal[1]` or `Literal[2]`.
         pair_probability: crossover probability p_c (Holland 1975), an option of every crossover.
-            The breeding step replaces the children of the other pairs with copies of the parents.
+            The breeding step replaces the children of all other pairs with copies of their
+            parents.
         spaces: genome spaces that the crossover supports.
     """
 
@@ -78,12 +85,18 @@ class Crossover(Plugin):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Cross every pair: mothers (pairs, genes) with fathers (pairs, genes).
+        """Cross each mother with the father in the same row.
+
+        Args:
+            mothers: genomes, (pairs, genes).
+            fathers: genomes, (pairs, genes).
+            space: genome space of the parents.
+            rng: only source of randomness.
 
         Returns:
-            A new array (pairs × children, genes) in the dtype of the space: all first children,
-            then all second ones. Genes may exceed their bounds; the breeding step repairs them
-            after mutation.
+            A new array of shape (pairs × children, genes) in the dtype of the space: the first
+            child of every pair, then the second child of every pair. Genes may exceed their
+            bounds; the breeding step repairs them after mutation.
         """
 
 
@@ -98,7 +111,14 @@ class Mutation(Plugin):
 
     @abstractmethod
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Mutate every genome, (population, genes) -> a new array of the same shape and dtype.
+        """Return mutated copies of all genomes.
 
-        Genes may exceed their bounds; the breeding step repairs them.
+        Args:
+            genomes: genomes to mutate, (population, genes).
+            space: genome space of the genomes.
+            rng: only source of randomness.
+
+        Returns:
+            A new array of the same shape and dtype. Genes may exceed their bounds; the breeding
+            step repairs them.
         """

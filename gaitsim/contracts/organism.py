@@ -17,7 +17,7 @@ from gaitsim.contracts.steering import Command, Steered, SteeringPage
 from gaitsim.errors import GaitsimError
 
 Facts = Mapping[str, Mapping[str, str]]
-"""Facts to show to people: values by name, below headings. A value may be ''."""
+"""Facts to display: values by name, grouped under headings. A value may be ''."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class BodyFile:
     Attributes:
         name: name of the body.
         text: content that the option stores in place of the file's path.
-        repairs: one line for each part of the file that the reader dropped, replaced, added or
-            assumed.
+        repairs: lines that list what was dropped, replaced, added or assumed when the file was
+            read.
     """
 
     name: str
@@ -40,16 +40,16 @@ class Organism(Plugin):
     """A body and the encoding that turns a genome into movement.
 
     Attributes:
-        channels: channels of the body's motion by name. A robot can play the channel
-            `joint_angles`, `Channel(("frames", "joints"), "rad", …)`, whose joints
-            `joint_names()` names.
+        channels: channels of the body's motion by name. To be playable on a robot, a body has the
+            channel `joint_angles`, `Channel(("frames", "joints"), "rad", …)`, and returns the
+            names of its joints in `joint_names()`.
         threads: whether `move` and the evaluation release the global interpreter lock most of the
-            time, as compiled kernels can. The work is then shared among threads; otherwise among
-            processes. False is right for a body written in Python.
-        dynamic: whether the body moves by forces, so that it falls without support. A leap is
-            then legitimate; for a body without inertia it is an exploit.
-        twin: preset whose body is the same one in rigid-body physics. Its joints have the same
-            names and zeros, so that it can play this body's gaits. '' for none.
+            time, as compiled kernels can. If so, chunks of a population are evaluated in threads,
+            otherwise in processes. Keep False for a body written in pure Python.
+        dynamic: whether the body is simulated with forces, so that it falls without support. For
+            such a body, a leap is legitimate; for a body without inertia, it is an exploit.
+        twin: preset of the same body in rigid-body physics. Its joints have the same names and
+            zeros, so that it can play this body's gaits. '' for a body without one.
     """
 
     channels: ClassVar[Mapping[str, Channel]]
@@ -63,24 +63,24 @@ class Organism(Plugin):
 
     @abstractmethod
     def move(self, genomes: Genomes) -> Motion:
-        """Move a whole population: (population, genes) -> motion.
+        """Return the motion of a whole population, given its genomes, (population, genes).
 
         The motion of each individual must depend on its own genome alone, bit for bit, because
         populations are split into chunks.
         """
 
     def play(self, joint_angles: Array) -> Motion:
-        """Move a population by given joint angles, such as those of a network or a file.
+        """Return the motion of a population with given joint angles, such as those from a file.
 
         Optional, for bodies with the channel `joint_angles` that can follow given angles.
-        Measures, skeleton and fitness accept the result as they accept that of `move`.
+        `measures`, `skeleton` and fitnesses must accept the motion like one from `move`.
 
         Args:
             joint_angles: (population, frames, joints), radians. The body must not change the
                 array.
 
         Returns:
-            The motion. Its channel `joint_angles` holds the angles as played, within the body's
+            The motion. Its channel `joint_angles` contains the angles as played, within the body's
             limits of angle and speed.
 
         Raises:
@@ -98,26 +98,29 @@ class Organism(Plugin):
 
     @abstractmethod
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Return the geometry of one individual, for drawing; of several trials, the first."""
+        """Return the geometry of one individual, for drawing.
+
+        If the motion has several trials, return the geometry of the first trial.
+        """
 
     def rig(self) -> Rig | None:
         """Return the body as a tree of links that its joint angles move; None by default.
 
-        The page of an atlas moves a body with a rig in 3D by its joint angles instead of stored
-        points. Its segments, solids and feet are the skeleton's segments, solids and contacts, in
-        the same order.
+        The page of an atlas computes the 3D motion of a body with a rig from joint angles, instead
+        of storing points. The rig's segments, solids and feet are the skeleton's segments, solids
+        and contacts, in the same order.
         """
         return None
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Return quantities that describe each motion to people; {} by default."""
+        """Return quantities that describe each motion, by name; {} by default."""
         return {}
 
     def conditions(self) -> Mapping[str, Condition]:
         """Return the conditions that may vary between worlds, by name; {} if none do.
 
         A body with conditions has the option `world: dict[str, float] = option({}, WORLD_HELP)`,
-        validates it with `check_world`, and moves and plays in that world.
+        validates it with `check_world`, and applies it in `move` and `play`.
         """
         return {}
 
@@ -127,7 +130,7 @@ class Organism(Plugin):
 
     @classmethod
     def library(cls) -> Facts:
-        """Return what the package offers for the body's options, such as robots by name."""
+        """Return facts about the bundled values of options, such as the robots of the package."""
         return {}
 
     @classmethod
@@ -139,27 +142,27 @@ class Organism(Plugin):
 
         Args:
             path: path of the file.
-            roots: further folders that the file may refer to.
+            roots: additional folders that the file may refer to.
 
         Raises:
-            GaitsimError: the file cannot be used, or this body reads no files.
+            GaitsimError: the file cannot be used, or this body cannot be read from a file.
         """
-        raise GaitsimError(f"the body {cls.__name__} reads no files", where=str(path))
+        raise GaitsimError(f"the body {cls.__name__} cannot be read from a file", where=str(path))
 
     def joint_names(self) -> tuple[str, ...]:
-        """Return the joints of the channel `joint_angles`; () for a body without the channel."""
+        """Return the names of the joints of `joint_angles`; () for a body without this channel."""
         return ()
 
     def standing_pose(self) -> Array:
         """Return the joint angles in which the body stands at rest, (joints,) rad.
 
         Files for robots start and end in this pose. The default is zero for every joint; override
-        it if the body stands in another pose.
+        it if the body stands in a different pose.
         """
         return np.zeros(len(self.joint_names()))
 
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
-        """Return the joints of each leg by the leg's name; {} for a body without legs.
+        """Return the names of each leg's joints by name of the leg; {} for a body without legs.
 
         A body with legs has a measure of the duty factor of each leg, as
         `gaitsim.legged.stepping_measures` computes it; an atlas uses these measures to distinguish
@@ -178,7 +181,7 @@ class Organism(Plugin):
     def controllers(self) -> Mapping[str, Genomes]:
         """Return the trained controllers of the package: genomes (genes,) by command.
 
-        Controllers suit only the options with which they were trained. Return {} for any other
+        Controllers suit only the options with which they were trained. Return {} for a different
         genome space, such as that of a larger network.
         """
         return {}
@@ -200,9 +203,9 @@ class Organism(Plugin):
     def steering_page(self, controllers: Mapping[str, Genomes]) -> SteeringPage | None:
         """Return the script and data with which a web page simulates the steered body.
 
-        None, the default, if the body cannot be simulated in a page.
+        None (the default) if the body cannot be simulated in a page.
 
         Args:
-            controllers: as for `steer`.
+            controllers: a genome (genes,) for each of `commands()`, by name.
         """
         return None

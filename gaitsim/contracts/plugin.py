@@ -16,14 +16,14 @@ def option(
     le: float | None = None,
     lt: float | None = None,
 ) -> Any:
-    """Declare one option of a plugin: its default, meaning, unit and bounds.
+    """Declare one option of a plugin: its default, description, unit and bounds.
 
-    This one declaration is used to validate experiment files and `--set`, to build forms, and to
+    The declaration is used to validate experiment files and `--set`, to build forms, and to
     document the option.
 
     Args:
-        default: value if none is given.
-        help: what the option does, one sentence.
+        default: value if the option is not set.
+        help: description of the option, a phrase without a full stop.
         unit: SI unit of the option; `''` for a pure number.
         ge: smallest value allowed.
         gt: bound that the value must exceed.
@@ -42,13 +42,13 @@ def option(
 
 
 def folder_of(info: ValidationInfo) -> Path | None:
-    """Return the folder that relative paths in an option start from; None if no file may be read.
+    """Return the folder to which paths in an option are relative; None if no file may be read.
 
-    Call it in the validator of an option that takes the path of a file and keeps the file's
-    content. Paths are relative to the folder of the experiment file, or, for values from the
-    command line or from Python, to the current folder. The experiment of a run, a checkpoint or a
-    champion already contains the content: a path in it is invalid, because opening a run reads no
-    other files.
+    Call it in the validator of an option that takes the path of a file and stores the file's
+    content. In an experiment file, paths are relative to the folder of the file; on the command
+    line and in Python, to the current folder. The experiment of a run, a checkpoint or a champion
+    already contains the content of the file. A path in it is invalid, because opening a run must
+    not read other files.
     """
     if info.context is None:
         return Path()
@@ -66,7 +66,7 @@ class Plugin(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def at(self, generation: int) -> Self:
-        """Return the plugin with its options at `generation`, counted from 1.
+        """Return the plugin with its options in a generation, counted from 1.
 
         Override it for schedules, such as a mutation strength that decays. By default, the
         options are constant.

@@ -1,4 +1,4 @@
-"""Unit quaternions (w, x, y, z)."""
+"""Rotations as unit quaternions (w, x, y, z)."""
 
 import math
 
@@ -29,13 +29,16 @@ def product(one: Floats, other: Floats) -> Floats:
 
 
 def turn_about(axis: Floats, angles: Floats) -> Floats:
-    """Return quaternions (…, 4) of rotations about a unit axis, (3,), by angles (…,) rad."""
+    """Return quaternions (…, 4) of rotations about a unit axis (3,) by angles (…,), rad."""
     half = np.asarray(angles)[..., None] / 2
     return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
 
 
 def turn_about_axis(axis: int, angle: float) -> tuple[float, float, float, float]:
-    """Return the rotation by an angle, rad, about x (0), y (1) or z (2), for `Link.rotation`."""
+    """Return the rotation by an angle in radians about the x (0), y (1) or z (2) axis.
+
+    The result is a tuple, as `Link.rotation` requires.
+    """
     turn = [math.cos(angle / 2), 0.0, 0.0, 0.0]
     turn[1 + axis] = math.sin(angle / 2)
     w, x, y, z = turn

@@ -1,4 +1,4 @@
-"""A body as a kinematic tree: links that are placed by joint angles alone."""
+"""A body as a kinematic tree: links whose positions depend only on the joint angles."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ class Link:
     Args:
         name: name of the link.
         parent: name of the link that carries this one; '' for the trunk.
-        origin: origin of the link's frame, a point on the axis of its joint, in the frame of the
-            parent, (3,) m.
+        origin: origin of the link's frame in the frame of the parent, (3,) m. It lies on the
+            axis of the link's joint.
         rotation: rotation of the link's frame relative to the parent's when the joint angle is
             zero, a quaternion (w, x, y, z). For the trunk, it is relative to the frame of the body:
             x forward, y left, z up.
@@ -36,7 +36,7 @@ class Link:
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedParts:
     """The segments, solids and feet of a rig at given joint angles, in the frame of the body.
 
     Attributes:
@@ -99,7 +99,9 @@ class Rig:
         ):
             shape = None if array is None else np.shape(array)
             if shape != expected or (array is not None and not np.isfinite(array).all()):
-                raise SkeletonError(f"Rig.{name} has shape {shape}, expected {expected}, finite")
+                raise SkeletonError(
+                    f"Rig.{name} has shape {shape}, expected finite numbers of shape {expected}"
+                )
         known = {link.name for link in self.links}
         for name, links, count in (
             ("segment_links", self.segment_links, len(self.names)),
@@ -145,42 +147,47 @@ class Rig:
         if not seen:
             raise SkeletonError("Rig.links is empty, expected at least the trunk")
 
-    def place(self, angles: Floats) -> Placed:
-        """Return the positions of all parts at given joint angles, (…, joints) rad."""
-        places, turns = self._placed_links(np.asarray(angles, np.float64))
+    def place(self, angles: Floats) -> PlacedParts:
+        """Return the positions of all parts at given joint angles, (…, joints), rad.
+
+        Raises:
+            ValueError: the number of angles is not the number of joints.
+        """
+        origins, rotations = self._link_frames(np.asarray(angles, np.float64))
         index = {link.name: number for number, link in enumerate(self.links)}
 
-        def of(links: Iterable[str], points: Floats) -> tuple[Floats, Floats]:
+        def transform(links: Iterable[str], points: Floats) -> tuple[Floats, Floats]:
+            """Return points of links in the frame of the body, and the links' rotations."""
             at = [index[name] for name in links]
-            apart = (1,) * (points.ndim - 2)
-            turn = turns[..., at, :].reshape(*turns.shape[:-2], len(at), *apart, 4)
-            place = places[..., at, :].reshape(*places.shape[:-2], len(at), *apart, 3)
-            return place + rotated(turn, points), turn
+            ones = (1,) * (points.ndim - 2)
+            turns = rotations[..., at, :].reshape(*rotations.shape[:-2], len(at), *ones, 4)
+            places = origins[..., at, :].reshape(*origins.shape[:-2], len(at), *ones, 3)
+            return places + rotated(turns, points), turns
 
         solids = np.zeros((0, 7)) if self.solid_poses is None else self.solid_poses
-        middles, carried = of(self.solid_links, solids[:, :3])
-        return Placed(
-            of(self.segment_links, self.segments)[0],
-            np.concatenate([middles, product(carried, solids[:, 3:])], axis=-1),
-            of(self.foot_links, np.zeros((0, 3)) if self.feet is None else self.feet)[0],
+        middles, turns = transform(self.solid_links, solids[:, :3])
+        return PlacedParts(
+            transform(self.segment_links, self.segments)[0],
+            np.concatenate([middles, product(turns, solids[:, 3:])], axis=-1),
+            transform(self.foot_links, np.zeros((0, 3)) if self.feet is None else self.feet)[0],
         )
 
-    def _placed_links(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return origins (…, links, 3) m and rotations (…, links, 4) in the frame of the body."""
+    def _link_frames(self, angles: Floats) -> tuple[Floats, Floats]:
+        """Return origins (…, links, 3), m, and rotations (…, links, 4) in the frame of the body."""
         if angles.shape[-1:] != (len(self.joints),):
-            raise ValueError(f"angles of shape {angles.shape}, expected (…, {len(self.joints)})")
+            raise ValueError(f"angles have shape {angles.shape}, expected (…, {len(self.joints)})")
         places = np.empty((*angles.shape[:-1], len(self.links), 3))
         turns = np.empty((*angles.shape[:-1], len(self.links), 4))
         index: dict[str, int] = {}
         for number, link in enumerate(self.links):
             place, turn = np.array(link.origin), np.array(link.rotation)
             if link.parent:
-                above = index[link.parent]
-                place = places[..., above, :] + rotated(turns[..., above, :], place)
-                turn = product(turns[..., above, :], turn)
+                parent = index[link.parent]
+                place = places[..., parent, :] + rotated(turns[..., parent, :], place)
+                turn = product(turns[..., parent, :], turn)
             if link.joint:
-                by = turn_about(np.array(link.axis), angles[..., self.joints.index(link.joint)])
-                turn = product(turn, by)
+                angle = angles[..., self.joints.index(link.joint)]
+                turn = product(turn, turn_about(np.array(link.axis), angle))
             places[..., number, :], turns[..., number, :] = place, turn
             index[link.name] = number
         return places, turns

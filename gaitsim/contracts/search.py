@@ -16,7 +16,7 @@ State = Mapping[str, Array]
 """Everything that a search remembers, as named arrays of float64, int64, uint8 or bool.
 
 A checkpoint stores it, so it must suffice to continue the search bit for bit. Names and dtypes
-stay those that `Search.initial` returns; shapes may change, as those of an archive do.
+must stay as `Search.initial` returned them; shapes may change, as an archive's do when it grows.
 """
 
 STATE_DTYPES = ("<f8", "<i8", "|u1", "|b1")
@@ -28,11 +28,11 @@ class Results:
     """An evaluated population.
 
     Attributes:
-        genomes: (population, genes); for several populations, (populations, population, genes).
-        scores: score of each genome, higher is better; −inf for an individual that failed, never
-            NaN.
-        values: terms and measures that `Search.reads` names, each in the shape of `scores`. They
-            may be NaN for individuals that failed.
+        genomes: evaluated genomes, (population, genes); for several populations,
+            (populations, population, genes).
+        scores: score of each genome; higher is better. −inf for a failed individual, never NaN.
+        values: terms and measures that `Search.reads` names, each of the same shape as `scores`.
+            They may be NaN for failed individuals.
     """
 
     genomes: Genomes
@@ -45,15 +45,15 @@ class Members:
     """The individuals that a search keeps: a Pareto front, or the elites of an archive.
 
     Attributes:
-        genomes: (members, genes).
-        scores: (members,).
-        values: objectives or axes by name, each (members,).
+        genomes: genome of each member, (members, genes).
+        scores: score of each member, (members,).
+        values: values of the objectives or axes by name, each of shape (members,).
         cells: index of each member's cell, int64: (members, axes) in a grid, (members, 1) in a
             tessellation; None for a front.
-        borders: borders of the cells along each axis, ascending, (cells + 1,) each; for a
-            tessellation, the two ends of the axis. None for a front.
-        centroids: centre of each Voronoi cell in the units of the axes, (cells, axes). Distances
-            to it are measured in shares of the lengths of the axes. None for a grid or a front.
+        borders: borders of the cells along each axis by name, ascending, each of shape
+            (cells + 1,); for a tessellation, the two ends of the axis. None for a front.
+        centroids: centre of each Voronoi cell in the units of the axes, (cells, axes). In
+            distances to a centre, each axis is scaled to length 1. None for a grid or a front.
     """
 
     genomes: Genomes
@@ -65,19 +65,19 @@ class Members:
 
 
 class Operators(Protocol):
-    """The operators of the experiment at this generation, each with its own random stream.
+    """The operators of the experiment in this generation, each with its own random stream.
 
-    Each also accepts several populations at once, as one more axis in front.
+    All methods also accept several populations at once, as an additional first axis.
     """
 
     def parents(self, scores: NDArray[np.float64], children: int) -> NDArray[np.intp]:
-        """Select parents for a number of children: scores (population,) -> indices (pairs, 2)."""
+        """Select parents for a number of children: indices (pairs, 2) into the scores."""
 
     def cross(self, genomes: Genomes, parents: NDArray[np.intp], children: int) -> Genomes:
-        """Cross the parents, indices (pairs, 2) into the genomes -> (children, genes)."""
+        """Return children, (children, genes), of parents, indices (pairs, 2) into the genomes."""
 
     def mutate(self, genomes: Genomes) -> Genomes:
-        """Mutate and repair every genome, (population, genes) -> a new array."""
+        """Return mutated and repaired copies of all genomes, (population, genes)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +91,8 @@ class Context:
         rng: only source of randomness; each call in each generation gets its own stream.
         start: genome around which the first generation is drawn, (genes,); None for a random
             first generation.
-        populations: shape in front of `population` if the search handles several populations at
-            once; () for a single population.
+        populations: shape of the axes before the population axis if the search handles several
+            populations at once; () for a single population.
         operators: selection, crossover and mutation of the experiment, if the search declares
             that it uses them.
     """
@@ -120,17 +120,18 @@ class Search(Plugin):
         initial ─▶ state ─▶ ask ─▶ genomes ─▶ evaluated elsewhere ─▶ tell ─▶ state ─▶ ask …
 
     The plugin itself keeps no state. Each `ask` returns the `Context.population` genomes of one
-    generation. A search with larger populations of its own, such as CMA-ES after a restart, spreads
-    them over several generations.
+    generation. A search that needs larger populations, such as CMA-ES after a restart, spreads each
+    of them over several generations.
 
     Attributes:
         spaces: genome spaces that the search supports.
         operators: kinds of operators that the search uses; each is a section of the experiment.
-        several: whether `ask` handles several populations at once, as `Context.populations`
-            describes, with an empty state. Islands require it.
-        keeps: what `members` returns: a Pareto 'front', an 'archive', or '' for nothing. A search
-            that keeps a front has an option `objectives`, 'max' or 'min' by name, in the order of
-            `Members.values`; its members are sorted by the first objective.
+        several: whether `ask` can handle several populations at once (see `Context.populations`)
+            with an empty state. Islands require it.
+        keeps: kind of result of `members`: a Pareto 'front', an 'archive', or '' for None. A search
+            that keeps a front has an option `objectives` with 'max' or 'min' for each objective
+            by name, in the order of `Members.values`; its members are sorted by the first
+            objective.
     """
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
@@ -156,8 +157,8 @@ class Search(Plugin):
 
         Args:
             state: state after the previous generation; its arrays must not be changed.
-            last: previous generation, which every checkpoint stores beside the state; None for
-                the first generation.
+            last: evaluated previous generation, which every checkpoint stores together with the
+                state; None in the first generation.
             context: space, sizes, randomness and operators.
 
         Returns:
@@ -165,13 +166,13 @@ class Search(Plugin):
         """
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Return the state, given the results of the genomes that `ask` returned."""
+        """Return the state, updated with the results of the genomes that `ask` returned."""
         return state
 
     def figures(self, state: State) -> Mapping[str, float]:
         """Return numbers about the search for the history, such as coverage.
 
-        The names must be the same in every generation, and readable, such as 'step size'.
+        The names are shown to users, such as 'step size', and must be the same in every generation.
         """
         return {}
 
@@ -180,7 +181,7 @@ class Search(Plugin):
         return None
 
     def remembered(self, state: State) -> Genomes | None:
-        """Return the genomes whose scores the state holds, (genomes, genes); None for none.
+        """Return the genomes whose scores the state contains, (genomes, genes); None by default.
 
         gaitsim re-evaluates them between `ask` and `tell` when the body, the fitness or the worlds
         of a run change, and when worlds are redrawn.
@@ -194,7 +195,7 @@ class Search(Plugin):
     def mismatch(self, state: State, context: Context) -> str:
         """Return why a state does not fit this search with its options, or ''.
 
-        Called when a run is resumed, possibly with different options. The names and dtypes of the
-        state have already been checked.
+        Called when a run is resumed, possibly with different options, after the names and dtypes
+        of the state have been checked.
         """
         return ""

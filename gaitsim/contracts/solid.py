@@ -1,4 +1,4 @@
-"""Rigid solids, with which bodies are drawn."""
+"""Rigid solids for drawing bodies."""
 
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
@@ -17,19 +17,20 @@ class SkeletonError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A rigid convex solid in its own frame; `Skeleton.poses` places it in the world.
+    """A rigid convex solid in its own frame; `Skeleton.poses` gives its place in the world.
 
     Args:
         name: name of the part of the body. A name that begins with L or R, for left or right, and
             a number, such as 'L1 tibia', gets the colour of that side.
         shape: one of box, sphere, capsule, cylinder, ellipsoid, mesh.
         size: lengths in metres, as in MuJoCo. Box: half lengths along x, y and z. Sphere: radius.
-            Capsule and cylinder: radius, and half length along z without a capsule's round ends.
+            Capsule and cylinder: radius, and half length along z, without the round ends of a
+            capsule.
             Ellipsoid: three radii. Mesh: ().
         vertices: points of a mesh, (points, 3), metres; the solid is their convex hull.
 
     Raises:
-        SkeletonError: the shape is unknown, or size and vertices do not suit it.
+        SkeletonError: the shape is unknown, or `size` or `vertices` do not match it.
     """
 
     name: str

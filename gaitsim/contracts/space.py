@@ -9,11 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 Genomes = NDArray[Any]
-"""(population, genes), in the dtype of the genome space."""
+"""Genomes of shape (population, genes), in the dtype of the genome space."""
 
 
 class GenomeSpace(ABC):
-    """A set of genomes, all of one length and dtype."""
+    """A set of valid genomes, all of the same length and dtype.
+
+    Attributes:
+        name: name of the kind of space, such as 'real'.
+        dtype: dtype of the genomes.
+        labels: name of each gene.
+    """
 
     name: ClassVar[str]
     dtype: ClassVar[np.dtype[Any]]
@@ -21,12 +27,12 @@ class GenomeSpace(ABC):
 
     @property
     def genes(self) -> int:
-        """Number of genes in a genome."""
+        """The number of genes in a genome."""
         return len(self.labels)
 
     @abstractmethod
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
-        """Draw `count` fresh genomes, (count, genes)."""
+        """Return `count` random genomes, (count, genes)."""
 
     @abstractmethod
     def repair(self, genomes: Genomes) -> Genomes:
@@ -34,7 +40,7 @@ class GenomeSpace(ABC):
 
     @abstractmethod
     def contains(self, genomes: Genomes) -> bool:
-        """Return whether shape, dtype and every gene are valid."""
+        """Return whether the shape, the dtype and every gene are valid."""
 
     @abstractmethod
     def diversity(self, genomes: Genomes) -> float:
@@ -52,11 +58,10 @@ class RealSpace(GenomeSpace):
         lower: smallest value of each gene, (genes,) float64.
         upper: largest value of each gene, (genes,) float64; finite, above `lower`.
         labels: name of each gene; () for 'gene 1', 'gene 2' and so on.
-        initial_sigma: standard deviation of the initial population around the middle of
-            the bounds, in the unit of the gene, (genes,); None draws uniformly
-            between the bounds.
-        periodic: whether each gene is an angle of a cycle, (genes,) bool. A value beyond one
-            bound of such a gene wraps around to the other. None if no gene is periodic.
+        initial_sigma: standard deviation of the initial population around the middle of the bounds,
+            in the unit of the gene, (genes,); None for a uniform distribution between the bounds.
+        periodic: whether each gene is periodic, such as a phase, (genes,) bool. A value beyond one
+            bound of such a gene wraps around to the other bound. None if no gene is periodic.
 
     Raises:
         ValueError: the shapes differ, or the bounds are not finite and ascending.
@@ -93,11 +98,11 @@ class RealSpace(GenomeSpace):
 
     @property
     def width(self) -> NDArray[np.float64]:
-        """Distance between the bounds of each gene, (genes,)."""
+        """The distance between the bounds of each gene, (genes,)."""
         return self.upper - self.lower
 
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
-        """Draw `count` fresh genomes, (count, genes): Gaussian if `initial_sigma` is given."""
+        """Return `count` random genomes, (count, genes): Gaussian if `initial_sigma` is given."""
         if self.initial_sigma is None:
             return rng.uniform(self.lower, self.upper, (count, self.genes))
         middle = (self.lower + self.upper) / 2
@@ -114,13 +119,13 @@ class RealSpace(GenomeSpace):
         return np.where(self.periodic & outside, np.minimum(wrapped, self.upper), clipped)
 
     def contains(self, genomes: Genomes) -> bool:
-        """Return whether shape and dtype are valid and every gene is within its bounds."""
+        """Return whether the shape and dtype are valid and every gene is within its bounds."""
         return self._has_form(genomes) and bool(
             ((genomes >= self.lower) & (genomes <= self.upper)).all()
         )
 
     def diversity(self, genomes: Genomes) -> float:
-        """Return the mean over genes of the standard deviation as a share of the gene's range."""
+        """Return the standard deviation of a gene relative to its range, averaged over genes."""
         return float(np.mean(np.std(genomes, axis=0) / self.width))
 
 
@@ -141,8 +146,8 @@ class BitSpace(GenomeSpace):
     dtype: ClassVar[np.dtype[Any]] = np.dtype(np.uint8)
 
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
-        """Draw `count` fresh genomes of fair bits, repaired, (count, genes)."""
-        # Same bits as rng.integers, in a third of the time.
+        """Return `count` repaired genomes of random, equally likely bits, (count, genes)."""
+        # The same bits as from rng.integers, in a third of the time.
         drawn = np.frombuffer(rng.bytes(count * self.genes), np.uint8) >> 7
         return self.repair(drawn.reshape(count, self.genes))
 
@@ -151,12 +156,12 @@ class BitSpace(GenomeSpace):
         return genomes if self.repair_bits is None else self.repair_bits(genomes)
 
     def contains(self, genomes: Genomes) -> bool:
-        """Return whether shape and dtype are valid, all genes are bits, and repair changes none."""
+        """Return whether the genomes are valid bits, which `repair` does not change."""
         if not (self._has_form(genomes) and (genomes <= 1).all()):
             return False
         repaired = self.repair(genomes)
         return repaired is genomes or bool((repaired == genomes).all())
 
     def diversity(self, genomes: Genomes) -> float:
-        """Return the mean standard deviation of the bits, 0.5 for fair bits."""
+        """Return the mean standard deviation of the bits: about 0.5 for random bits."""
         return float(np.mean(np.std(genomes, axis=0)))

@@ -1,4 +1,4 @@
-"""The contract of a body that a person steers: keys choose the controller that moves it."""
+"""The contract of a body that a person steers: each key selects a controller."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -48,14 +48,16 @@ class Steered(ABC):
     def advance(self, command: str, frames: int) -> Motion:
         """Simulate the next frames under a command.
 
-        Equal sequences of commands must give the same bits, however they are split into calls.
+        Equal sequences of commands must give bit-identical motions, however they are split into
+        calls.
 
         Args:
             command: name of one of the body's commands.
             frames: number of frames, at least 1.
 
         Returns:
-            The motion of a population of one in these frames, without the frame before them.
+            The motion of a population of one individual in these frames, without the frame before
+            them.
             `Organism.skeleton` and `Organism.measures` must accept it.
 
         Raises:
@@ -65,12 +67,12 @@ class Steered(ABC):
 
 @dataclass(frozen=True)
 class SteeringPage:
-    """A script and its data, with which a web page simulates a steered body on its own.
+    """A script and its data, with which a web page simulates a steered body without gaitsim.
 
     The script runs in its own scope and calls
     `gaitsim.registerSteering(function (data) { return { frameRate, commands, advance } })`.
-    `advance(command, frames)` simulates that many frames and returns `{ends, centre, facts}` of
-    the last one: `ends` is a `Float64Array` with both ends of each segment, in the order of
+    `advance(command, frames)` simulates that many frames and returns `{ends, centre, facts}` for
+    the last frame: `ends` is a `Float64Array` with both ends of each segment, in the order of
     `Skeleton.segments`, metres; `centre` is `[x, y, z]`, metres; `facts` are numbers by name, such
     as an altitude. It may also return `shares`, the weight of each controller in the movement, and
     `failed`, which ends the simulation.

@@ -12,10 +12,10 @@ Heights = NDArray[np.float64]
 class Terrain:
     """Ground made of triangles between the corners of a square lattice.
 
-    Beyond the lattice, the height is that of the nearest point of its edge.
+    Outside the lattice, the height is the height of the nearest point on its edge.
 
     Attributes:
-        heights: height of each corner, (rows, columns) m; y ascends with the row, x with the
+        heights: height of each corner, (rows, columns), m; y increases with the row, x with the
             column.
         spacing: distance between neighbouring corners, m.
         corner: x and y of the first corner, m.
@@ -33,9 +33,9 @@ class Terrain:
         return np.asarray(x + self.spacing * columns), np.asarray(y + self.spacing * rows)
 
     def height(self, points: NDArray[np.floating]) -> Heights:
-        """Return the height of the ground below each point, (…, 2 or more) m -> (…,) m.
+        """Return the height of the ground, (…,) m, below points, (…, 2 or more) m.
 
-        Only x and y of the points matter. Each square is cut into triangles along the diagonal
+        Only x and y of the points matter. Each square is divided into triangles along the diagonal
         from its first corner, as in MuJoCo.
         """
         last = np.array(self.heights.shape[::-1]) - 1

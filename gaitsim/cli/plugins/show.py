@@ -60,7 +60,7 @@ def _show(kind: str, name: str) -> None:
             console.print()
             print_table(
                 ["condition", "nominal", "usual range", "unit", "meaning"],
-                [(name, *one.texts()) for name, one in conditions.items()],
+                [(name, *one.table_cells()) for name, one in conditions.items()],
             )
         if facts := plugin.library():
             console.print()
