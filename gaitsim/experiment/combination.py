@@ -187,7 +187,9 @@ def check_reality(reality: Organism, entry: Entry, organism: Organism, problems:
     if space_of(entry, reality).labels != space_of(entry, organism).labels:
         key = f"{TRANSFERABILITY}.reality"
         problems.report(
-            key, "the body in reality has different genes", "options that do not change the genome"
+            key,
+            f"the options in {key} change the genome",
+            "options of the body that do not change the genome",
         )
 
 

@@ -24,7 +24,8 @@ def read_note(run: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not a text file in UTF-8"
         raise RunError(
-            f"cannot read {path}: {reason}", remedy="remove it, or write the note again"
+            f"cannot read {path}: {reason}",
+            remedy="delete the file, or write the note again with 'gaitsim note'",
         ) from None
 
 

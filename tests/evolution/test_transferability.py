@@ -140,7 +140,7 @@ def test_an_experiment_with_reality_is_read_as_it_was_written():
         ("transferability.reality", {"world": {"frction": 1}}, "friction"),
         ("transferability.reality", {"legs": 3}, "2 or 4"),
         ("transferability.reality", {"legg": 4}, "unknown key"),
-        ("transferability.reality", {"legs": 4}, "different genes"),
+        ("transferability.reality", {"legs": 4}, "change the genome"),
         ("transferability.reality", "bullet", "a table"),
         ("transferability.every", 0, "≥ 1"),
         ("search.objectives", {"score": "max", "forward": "max"}, "does not read"),
