@@ -34,7 +34,7 @@ app = group(
         "compare": "Compare experiments statistically, over repeats with equal numbers of "
         "evaluations.",
         "differences": "Compare runs: their curves, results and differing options.",
-        "share": "Print the champion as a challenge code, a text that others can verify.",
+        "share": "Print the champion as a challenge code, which others can verify.",
         "gallery": "Create a site from a folder of runs: a card for each run, and a page that "
         "plays its champion.",
         "verify": "Reproduce generations of a run, or the score of a challenge code, bit for bit.",

@@ -75,7 +75,7 @@ def _token(given: str | None) -> str:
         raise GaitsimError(
             "the token is empty",
             where="--token or GAITSIM_TOKEN",
-            allowed="a text that is hard to guess",
+            allowed="a string that is hard to guess",
             remedy="leave it out to get a random token at each start",
         )
     return given

@@ -81,7 +81,7 @@ def verify(
     if os.path.isfile(run):  # noqa: PTH113
         raise GaitsimError(
             f"the file {run} does not hold a challenge code",
-            allowed=f"a text that begins with {PREFIX}, or the name or folder of a run",
+            allowed=f"a code that begins with {PREFIX}, or the name or folder of a run",
         )
     opened = RunSnapshot(find_run(run))
     chosen = parse_generations(generations)

@@ -144,10 +144,10 @@ def check_transferability(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> Transferability:
-    """Report tests in reality that the search does not read, or that it reads but are missing.
+    """Report tests in reality that the search does not use, or that it uses but are missing.
 
     Returns:
-        The options; without reality if an override chose a search that does not read the tests.
+        The options; without reality if an override chose a search that does not use the tests.
     """
     search: Search | None = plugins.get("search")
     if search is None:
@@ -161,7 +161,7 @@ def check_transferability(
     if reads and not options.reality:
         problems.report(
             f"{TRANSFERABILITY}.reality",
-            f"the search reads {TRANSFERABILITY!r}, but the experiment has no reality",
+            f"the search uses {TRANSFERABILITY!r}, but the experiment has no reality",
             "options of the body, such as { world = { friction = 0.3 } }",
             f"add a section [{TRANSFERABILITY}] with reality = {{ … }}",
         )
@@ -171,8 +171,8 @@ def check_transferability(
             return NO_REALITY
         problems.report(
             given[0] if given else TRANSFERABILITY,
-            f"the search {entries['search'].name!r} does not read {TRANSFERABILITY!r}",
-            f'a search that does, such as nsga-2 with objectives.{TRANSFERABILITY} = "max"',
+            f"the search {entries['search'].name!r} does not use {TRANSFERABILITY!r}",
+            f'a search that uses it, such as nsga-2 with objectives.{TRANSFERABILITY} = "max"',
             f"add this objective, or remove the section [{TRANSFERABILITY}]",
         )
     return options

@@ -44,16 +44,16 @@ class Evolution(BaseModel):
     )
     target_score: float | None = option(None, "stop once the best score reaches this")
     max_evaluations: int | None = option(
-        None, "stop before more individuals than this are evaluated", ge=1
+        None, "stop before the number of evaluations exceeds this", ge=1
     )
     stagnation: int | None = option(
-        None, "stop after this many generations without a new best score", ge=1
+        None, "stop after this many generations without an improvement of the best score", ge=1
     )
     fitness_threshold: float | None = option(
         None, "save a champion once the best score exceeds this; none saves no champions"
     )
     delta_fitness: float = option(
-        0.1, "step with which the threshold then rises to the best score", gt=0
+        0.1, "size of the steps in which the threshold then rises to the best score", gt=0
     )
 
 

@@ -32,7 +32,7 @@ from gaitsim.toml import literal
 _Scalar = TypeVar("_Scalar", int, str)
 _Model = TypeVar("_Model", bound=BaseModel)
 
-_NAMES: dict[type, str] = {int: "a whole number", str: "a text in quotes"}
+_NAMES: dict[type, str] = {int: "a whole number", str: "a string in quotes"}
 NOT_IN_NAMES = frozenset('/\\:*?"<>|')
 LONGEST_DESCRIPTION = 1000  # characters
 LONGEST_TEXT = 1_000_000  # bytes of an option, so that the stored experiment stays readable

@@ -20,7 +20,7 @@ NOT_SET = "none"
 _TYPES = {
     int: "a whole number",
     float: "a number",
-    str: "a text",
+    str: "a string",
     bool: "true or false",
     Any: "anything",
 }

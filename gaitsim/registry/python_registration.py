@@ -142,7 +142,7 @@ def _code_of(kind: str, thing: Any) -> CodeType:
     elif (code := _code(thing)) is None:
         what = f"{thing!r:.80} has no Python code"
     elif inspect.iscoroutinefunction(thing) or inspect.isgeneratorfunction(thing):
-        what = f"{name} is a generator function or a coroutine, which does not return an array"
+        what = f"{name} is an async or generator function, which cannot return an array"
     else:
         return code
     raise GaitsimError(

@@ -69,7 +69,7 @@ def decode(text: str) -> bytes:
     if head is None:
         raise GaitsimError(
             "the text is not a challenge code",
-            allowed=f"a text that begins with {PREFIX}, as printed by 'gaitsim share RUN'",
+            allowed=f"a string that begins with {PREFIX}, as printed by 'gaitsim share RUN'",
             remedy=COPY,
         )
     if int(head[1]) != FORMAT:

@@ -133,7 +133,7 @@ def test_a_broken_contract_ends_the_run_which_can_be_resumed(gaitsim, puppet_fil
 
 def install_working_release(folder):
     """Replace the package by a working one with the same version."""
-    (folder / "odd_package.py").write_text(ODD + "\n# mended\n")
+    (folder / "odd_package.py").write_text(ODD + "\n# repaired\n")
     forget()
 
 

@@ -24,7 +24,7 @@ def here(experiment):
 
 
 def in_turn(experiment):
-    """As `Evaluator.map`, in this thread; it counts the tasks and their generations."""
+    """Return a stand-in for `Evaluator.map` that runs in this thread and counts its tasks."""
 
     def parallel_map(function, tasks):
         parallel_map.calls.append((len(tasks), tasks[0].last - tasks[0].first + 1))

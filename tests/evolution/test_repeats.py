@@ -44,7 +44,7 @@ def test_each_repeat_keeps_its_own_elite(name: str) -> None:
 
 
 def test_children_come_from_parents_of_their_own_repeat() -> None:
-    """With crossover alone, no gene appears that the repeat did not have."""
+    """Crossover alone never creates a gene that its repeat did not have."""
     experiment = small("millipede-crossover")
     space = experiment.space()
     genomes = np.zeros((5, 9, space.genes), dtype=np.uint8)

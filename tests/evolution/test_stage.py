@@ -29,12 +29,12 @@ def test_a_reevaluated_generation_keeps_its_genomes(puppet):
     experiment, other = puppet(), puppet("fitness.price=1")
     last = next(evolve(experiment, partial(evaluate, experiment)))
     last = replace(last, progress=BEFORE)
-    anew = reevaluate(other, last, partial(evaluate, other))
-    assert anew.genomes is last.genomes
-    assert np.array_equal(anew.scores, evaluate(other, last.genomes).scores)
-    assert not np.array_equal(anew.scores, last.scores)
-    assert anew.progress == BEFORE
-    following = next(evolve(other, partial(evaluate, other), anew))
+    reevaluated = reevaluate(other, last, partial(evaluate, other))
+    assert reevaluated.genomes is last.genomes
+    assert np.array_equal(reevaluated.scores, evaluate(other, last.genomes).scores)
+    assert not np.array_equal(reevaluated.scores, last.scores)
+    assert reevaluated.progress == BEFORE
+    following = next(evolve(other, partial(evaluate, other), reevaluated))
     assert (following.number, following.progress.stage) == (2, 2)
     assert following.progress.evaluations == 66
 

@@ -144,7 +144,7 @@ def test_a_date_is_not_a_string(problem, custom, install, working, value):
     text = custom(organism="x", fitness="far").replace('"x"', f'"x"\nlabel = {value}')
     found = problem(text=text)
     assert found.where == "x.toml, key organism.label"
-    assert found.allowed == "a text"
+    assert found.allowed == "a string"
 
 
 def test_an_option_of_several_types_is_reported_once(problem, custom, install, working):

@@ -162,7 +162,7 @@ CRASHERS = [
 def test_files_that_crashed_scipy_are_rejected(crasher, tmp_path):
     path = tmp_path / "gait.mat"
     path.write_bytes(b"MATLAB".ljust(124) + b"\0\1IM" + bytes.fromhex(crasher)[:80])
-    with pytest.raises(GaitsimError, match="bestGait is neither a real matrix nor a text"):
+    with pytest.raises(GaitsimError, match="bestGait is neither a real matrix nor text"):
         read_gait(path)
 
 
@@ -186,7 +186,7 @@ def test_the_length_of_names_is_limited(version, tmp_path):
     for names in ("a" * 60_000, np.array(["a" * 60_000] * 2, dtype=object)):
         if isinstance(names, str) or version == "5":
             path.write_bytes(matlab(version, jointNames=names))
-            with pytest.raises(GaitsimError, match="a text has more than 50,000"):
+            with pytest.raises(GaitsimError, match="a string has more than 50,000"):
                 read_gait(path)
 
 

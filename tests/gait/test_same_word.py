@@ -14,7 +14,7 @@ from gaitsim.render.plots.stability import stability_figure
 
 BODIES = ["spider", "walker", "millipede", "fly"]
 PLACES = {"slip ratio": ("slip", "ratio"), "least margin": ("stability", "least")}
-"""Where JSON holds what is not in its `travel`."""
+"""Places in the JSON output of quantities that are not in its `travel`."""
 
 
 @pytest.mark.parametrize("preset", BODIES)

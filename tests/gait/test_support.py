@@ -88,9 +88,9 @@ def test_the_spiders_own_margin_is_the_same():
         for index in range(6):
             own = motion["margin"][index].astype(float)
             margin = stability_margin(organism.skeleton(motion, index))
-            # It measures in the plane that the feet rest on, the skeleton is level. So the two
-            # differ by what a centre 0.1 m above the ground moves sideways when it is tilted;
-            # and outside a corner it takes the distance from the edges' lines.
+            # The body measures in the plane on which its feet rest, the skeleton in a level plane:
+            # tilting moves a centre 0.1 m above the ground sideways. Beyond a corner, the body
+            # measures the distance from the lines through the edges.
             tilt = 0.12 * motion["slope"][index] + 0.001
             within = own > 0
             assert within.any()

@@ -79,7 +79,7 @@ def test_a_gait_of_one_hertz_is_hardly_rough():
 
 
 def test_distance_beyond_the_target_speed_does_not_pay():
-    """At 0.2 m/s, 2 m are covered in 10 s."""
+    """A robot at 0.2 m/s covers 2 m in 10 s."""
     scores = {
         x: sum(v[0] for v in Travel(target_speed=0.2).terms(motion(torso=straight(x))).values())
         for x in (1.5, 2.0, 3.0)

@@ -102,7 +102,7 @@ REFUSED = EXECUTING | {
     "a bad key among good ones": PROTO + b"}(\x8c\x01aNK\x01Nu.",
     "a key without value": PROTO + b"}(\x8c\x01aN\x8c\x01bu.",
     "text that is half a surrogate pair": value_of(b"\x8c\x03\xed\xa0\x80"),
-    "text that is no UTF-8": value_of(b"\x8c\x01\xff"),
+    "text that is not UTF-8": value_of(b"\x8c\x01\xff"),
     "a list": PROTO + b"].",
     "no value": PROTO + b".",
     "two values": PROTO + b"}}.",

@@ -62,7 +62,7 @@ def test_the_optimum_is_found(score, genes, population, budget):
 def test_the_memory_stores_weighted_means_of_successful_trials():
     # Gains of 1 and 3 have weights of 1/4 and 3/4.
     # F: (0.04/4 + 3 × 0.36/4) / (0.2/4 + 3 × 0.6/4) = 0.56; CR of SHADE: 0.1/4 + 3 × 0.5/4 = 0.4.
-    # The third trial is no better, so it is ignored.
+    # The third trial does not improve on its target, so it is ignored.
     genomes = context().random(4)
     state = {
         **SEARCH.initial(context()),

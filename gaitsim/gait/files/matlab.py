@@ -18,7 +18,7 @@ Fields = dict[str, NDArray[Any]]
 Variables = Iterator[tuple[str, NDArray[Any]]]
 
 VARIABLES = 1000  # limit for variables in a file, and for texts in a cell array
-_LONGEST = 50_000  # bytes of a text
+_LONGEST = 50_000  # bytes of a string
 _DAMAGED = "it is cut off, or damaged"
 _HEADER = 128  # bytes before the first variable of version 5
 _HEAD = 512  # bytes of a packed variable that hold its name
@@ -43,7 +43,7 @@ def read_matlab(data: bytes, names: Collection[str], largest: int) -> Fields:
 
     Raises:
         ValueError: the data are not a MATLAB file of version 4 to 7, or a variable is neither a
-            real matrix nor a text.
+            real matrix nor text.
     """
     try:
         return dict(_variables(data, names, largest))
@@ -52,7 +52,7 @@ def read_matlab(data: bytes, names: Collection[str], largest: int) -> Fields:
 
 
 def _variables(data: bytes, names: Collection[str], largest: int) -> Variables:
-    if 0 in data[:4]:  # version 5 starts with a text
+    if 0 in data[:4]:  # version 5 starts with text
         return _version_4(memoryview(data), names)
     if data[126:128] not in (b"IM", b"MI"):
         raise ValueError("it has no MATLAB header")
@@ -138,7 +138,7 @@ def _matrix(body: memoryview, order: str) -> NDArray[Any]:
         text = _decode(content, stored, order)
         return _rows(np.array(list(text)), rows, columns)
     if kind not in _REAL or flags & _COMPLEX or stored not in _NUMBERS:
-        raise ValueError(f"{name} is neither a real matrix nor a text")
+        raise ValueError(f"{name} is neither a real matrix nor text")
     values = np.frombuffer(content, order + _NUMBERS[stored])
     return values.reshape(rows, columns, order="F")
 
@@ -154,7 +154,7 @@ def _text(body: memoryview, order: str) -> str:
 
 def _decode(content: memoryview, stored: int, order: str) -> str:
     if len(content) > _LONGEST:
-        raise ValueError(f"a text has more than {_LONGEST:,} bytes")
+        raise ValueError(f"a string has more than {_LONGEST:,} bytes")
     wide = "" if _TEXTS[stored] == "utf-8" else {"<": "-le", ">": "-be"}[order]
     return str(content, _TEXTS[stored] + wide)
 
@@ -185,10 +185,10 @@ def _version_4(data: memoryview, names: Collection[str]) -> Variables:
         if name not in names:
             continue
         if imaginary or kind == 2:
-            raise ValueError(f"{name} is neither a real matrix nor a text")
+            raise ValueError(f"{name} is neither a real matrix nor text")
         values = np.frombuffer(data[begin : begin + size], stored)
         if kind == 1 and len(values) > _LONGEST:
-            raise ValueError(f"a text has more than {_LONGEST:,} letters")
+            raise ValueError(f"a string has more than {_LONGEST:,} letters")
         if kind == 1:
             yield name, _rows(np.array([chr(int(code)) for code in values]), rows, columns)
         else:

@@ -47,7 +47,7 @@ class Field(Vertical):
         super().__init__()
         self.option = option
         self._choices = options.choices(option.field)
-        self.set_class(options.allowed(option.field) == "a text", "-text")
+        self.set_class(options.allowed(option.field) == "a string", "-text")
 
     def compose(self) -> ComposeResult:
         option = self.option
@@ -80,7 +80,7 @@ class Field(Vertical):
         takes = (
             "" if self._choices else options.type_and_bounds(field)
         )  # the unit is beside the input
-        if takes == "a text" and options.meaning(field):
+        if takes == "a string" and options.meaning(field):
             takes = ""
         parts = [part for part in (options.meaning(field), takes) if part]
         return Text(visible(" · ".join(parts)))
