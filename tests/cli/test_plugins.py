@@ -53,6 +53,7 @@ def test_invalid_input_writes_nothing(gaitsim, arguments, says):
     assert [path.name for path in Path().iterdir()] == ["there"]
 
 
+@pytest.mark.slow
 def test_a_plugin_a_package_and_a_folder_are_checked(gaitsim, install, working):
     install("fake", working, FIVE)
     for reference, count in (("x", 5), ("fake", 5), ("rank", 1)):

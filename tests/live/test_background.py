@@ -72,6 +72,7 @@ def connect():
         one.close()
 
 
+@pytest.mark.slow
 def test_two_clients_receive_the_same_and_both_send_commands(new_run, connect):
     path = new_run("run", *SLOW, generations=100_000)
     start_detached(path, paused=True)
@@ -112,6 +113,7 @@ def test_three_parallel_runs_equal_plain_runs(new_run, monkeypatch):
         assert fingerprint(path) == plain_fingerprint(new_run, 15, *SLOW, f"seed={seed}")
 
 
+@pytest.mark.slow
 def test_a_killed_process_loses_at_most_a_generation_and_its_socket_is_replaced(new_run):
     path, drawn = new_run("run", *SLOW, generations=100_000), random.Random(2)
     for _ in range(3):

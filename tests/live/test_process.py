@@ -40,6 +40,7 @@ async def final_snapshot(process):
     return await process.wait_ended()
 
 
+@pytest.mark.slow
 def test_random_pauses_steps_and_stops_do_not_change_the_run(new_run, uninterrupted, wait):
     path, drawn = new_run("run", *SLOW, generations=15), random.Random(1)
 

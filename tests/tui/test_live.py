@@ -233,6 +233,7 @@ class TestSteering:
         live(run, test)
         assert RunSnapshot(run).fingerprint() == whole(make, gaitsim, generations=150)
 
+    @pytest.mark.slow
     def test_the_footer_of_a_finished_run_offers_only_available_actions(self, make):
         async def test(screen, pilot):
             await pilot.press("space")
@@ -467,6 +468,7 @@ class TestLeaving:
 
         live(run, test, resume=True)
 
+    @pytest.mark.slow
     def test_quitting_asks_about_live_runs(self, make):
         run = make(0, SLOW, generations=100_000)
 
@@ -536,6 +538,7 @@ class TestProblems:
 
         live(run, test)
 
+    @pytest.mark.slow
     def test_the_error_of_a_broken_plugin_is_shown(self, make, install, monkeypatch):
         source = (
             "import gaitsim_puppets as puppets\n"
@@ -554,6 +557,7 @@ class TestProblems:
 
         live(make(0, "organism.plugin=spoilt"), test, resume=True)
 
+    @pytest.mark.slow
     def test_a_failed_resume_keeps_the_shown_generation(self, make):
         run = make(3)
         lines_shown = set()

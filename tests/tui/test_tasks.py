@@ -283,6 +283,7 @@ class TestExports:
             *(() if angles else ("imitate",)),
         }  # no archive
 
+    @pytest.mark.slow
     def test_the_form_runs_its_command_and_opens_the_file(self, walk, drive, monkeypatch):
         path = walk("two words")
         monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ())
@@ -465,6 +466,7 @@ class TestExports:
 
         drive(test)
 
+    @pytest.mark.slow
     def test_a_failure_is_reported_and_its_message_kept(self, here, drive):
         async def test(driver):
             driver.app.start_task(["export", "no [b]where"])
