@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.hardware.exporting import Exported, export_individual, file_name
-from gaitsim.hardware.options import ENDINGS, TAKES, Options, refuse_options
+from gaitsim.hardware.options import ACCEPTED_FLAGS, ENDINGS, Options, check_accepted_flags
 from gaitsim.individual import Individual
 from gaitsim.render.notebook import RunViews
 from gaitsim.runs.snapshot import RunSnapshot
@@ -109,7 +109,7 @@ def _write_events(subject: Subject, path: Path, _: Options) -> Exported:
 
 FORMATS: Mapping[str, Format] = {
     **{
-        name: Format("gait", ending, "individual", partial(_write_gait, name), TAKES[name])
+        name: Format("gait", ending, "individual", partial(_write_gait, name), ACCEPTED_FLAGS[name])
         for name, ending in ENDINGS.items()
     },
     "html": Format("page", ".html", "individuals", _write_page),
@@ -129,7 +129,7 @@ def check_flags(format: str, given: Iterable[str]) -> None:
     Raises:
         GaitsimError: a flag is not accepted by this format.
     """
-    refuse_options(format, given, {name: one.flags for name, one in FORMATS.items()})
+    check_accepted_flags(format, given, {name: one.flags for name, one in FORMATS.items()})
 
 
 def default_name(format: str, subject: Subject) -> str:

@@ -21,7 +21,7 @@ from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.exporting import BY_ENDING, FORMATS, Subject, check_flags, default_name
 from gaitsim.gait.files.writer import check_folder
-from gaitsim.hardware.exporting import template_of
+from gaitsim.hardware.exporting import export_template
 from gaitsim.hardware.options import Options
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -140,7 +140,7 @@ def export(
                 where="--calibration-template",
                 allowed="--format arduino, dynamixel or feetech; also --generation or --member",
             )
-        template_of(
+        export_template(
             opened.individual(parse_individual(generation, member)), chosen, calibration_template
         )
         report_files(calibration_template)
@@ -163,7 +163,7 @@ def export(
     report_files(path)
     for text in done.notices:
         notice(text)
-    echo(f"{path}: {done.fact}")
+    echo(f"{path}: {done.summary}")
 
 
 def _format(format: ExportFormat | None, out: Path | None) -> str:

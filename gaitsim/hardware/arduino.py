@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.gait.files.writer import check_parent
 from gaitsim.hardware.calibration import Calibration
-from gaitsim.hardware.keyframes import DECIMALS, Keyframes, beyond_range
+from gaitsim.hardware.keyframes import DECIMALS, Keyframes, range_error
 from gaitsim.runs.files.atomic import write_bytes, writing
 
 FLASH = 32_767  # bytes, the longest array on an AVR, which addresses it with 16 bits
-JOINTS = 255
-LONGEST_NAME = 63  # characters of a sketch's name
+MAX_JOINTS = 255
+MAX_NAME = 63  # characters
 RAMP_SPEED = 60.0  # °/s, mean speed of the ramps between standing and the gait
-RAMP_SHARE = 0.5  # of a servo's speed: the middle of a ramp is 1.5 times as fast as its mean
+RAMP_SHARE = 0.5  # share of a servo's speed: a ramp reaches 1.5 times its mean speed
 _HEADER = """\
 // The gait for {name}.ino: servo pulses in microseconds. Written by gaitsim.
 #pragma once
@@ -26,7 +26,7 @@ _HEADER = """\
 const uint8_t JOINTS = {joints};
 const uint8_t BOARDS = {boards};
 const uint16_t KEYFRAMES = {keyframes};
-const uint16_t LOOP_FROM = {loop};  // the keyframe that follows the last one{loop_comment}
+const uint16_t LOOP_FROM = {loop};  // keyframe that follows the last one{loop_comment}
 const uint32_t KEYFRAME_US = {interval};  // time between keyframes
 
 // Joints: {names}
@@ -62,18 +62,18 @@ class Sketch:
     boards: int
 
 
-def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: str) -> Sketch:
-    """Return a sketch that plays keyframes.
+def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, title: str) -> Sketch:
+    """Create a sketch that plays keyframes.
 
     Args:
         keyframes: keyframes of the gait.
         calibration: calibration of its joints, each with a channel.
         name: name of the sketch.
-        title: title of the gait, one line of text.
+        title: title of the gait, one line.
 
     Raises:
         GaitsimError: the gait does not fit into the flash or has too many joints, or its standing
-            pose is beyond the limits.
+            pose is beyond the limits of the servos.
     """
     count, joints = keyframes.degrees.shape
     flash = count * joints * 2
@@ -85,8 +85,8 @@ def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: 
             allowed=f"{FLASH:,} bytes",
             remedy=f"use fewer keyframes, with --keyframe-ms {interval:.0f}",
         )
-    if joints > JOINTS:
-        raise GaitsimError(f"the gait has {joints} joints", allowed=f"at most {JOINTS}")
+    if joints > MAX_JOINTS:
+        raise GaitsimError(f"the gait has {joints} joints", allowed=f"at most {MAX_JOINTS}")
     _check_standing(keyframes, calibration)
     servos = [*calibration.joints.values()]
     boards = 1 + max(servo.board for servo in servos)
@@ -99,33 +99,33 @@ def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: 
         loop=keyframes.loop_from if looped else "KEYFRAMES",
         loop_comment="" if looped else ": none, the gait is played once",
         interval=round(keyframes.interval * 1e6),
-        names=", ".join(_comment(name) for name in keyframes.joint_names),
-        board=_list([servo.board for servo in servos]),
-        channel=_list([servo.channel for servo in servos]),
-        standing=_list(_whole(calibration.pulses(keyframes.standing))),
+        names=", ".join(_escape_comment(name) for name in keyframes.joint_names),
+        board=_join([servo.board for servo in servos]),
+        channel=_join([servo.channel for servo in servos]),
+        standing=_join(_rounded(calibration.pulses(keyframes.standing))),
         # Rounding a limit to 0.01° changes its pulse by less than 1 µs.
-        lowest=_list(_whole(calibration.pulses(calibration.low))),
-        highest=_list(_whole(calibration.pulses(calibration.high))),
-        ramp=_list(_whole(_ramps(calibration))),
+        lowest=_join(_rounded(calibration.pulses(calibration.low))),
+        highest=_join(_rounded(calibration.pulses(calibration.high))),
+        ramp=_join(_rounded(_ramp_speeds(calibration))),
         rows="\n".join(
-            f"  {{{_list(row)}}}," for row in _whole(calibration.pulses(keyframes.degrees))
+            f"  {{{_join(row)}}}," for row in _rounded(calibration.pulses(keyframes.degrees))
         ),
     )
     addresses = [f"0x{0x40 + board:02x}" for board in range(boards)]
     program = (files("gaitsim.hardware") / "sketch.ino").read_text(encoding="utf-8")
     text = f"PCA9685 board{'s' * (boards > 1)} {', '.join(addresses)}"
-    made = [f"  Adafruit_PWMServoDriver({address})," for address in addresses]
-    for mark, put in (
+    drivers = [f"  Adafruit_PWMServoDriver({address})," for address in addresses]
+    for placeholder, value in (
         ("@BOARDS_TEXT@", text),
-        ("@BOARDS@", "\n".join(made)),
-        ("@TITLE@", _comment(title)),  # last, as a title may contain the other marks
+        ("@BOARDS@", "\n".join(drivers)),
+        ("@TITLE@", _escape_comment(title)),  # last, as a title may contain other placeholders
     ):
-        program = program.replace(mark, put)
+        program = program.replace(placeholder, value)
     return Sketch(name, program, header, flash, boards)
 
 
 def write_sketch(sketch: Sketch, folder: Path) -> None:
-    """Write the sketch as a folder with two files, replacing those of an earlier sketch.
+    """Write the two files of a sketch to a folder, and replace those of an earlier sketch.
 
     Raises:
         RunError: the folder or a file cannot be written.
@@ -134,7 +134,7 @@ def write_sketch(sketch: Sketch, folder: Path) -> None:
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise RunError(
             f"cannot write {folder}: it is not a folder",
-            remedy="choose a new folder with --out",
+            remedy="choose a different folder with --out",
         )
     with writing(folder):
         folder.mkdir(exist_ok=True)
@@ -143,45 +143,47 @@ def write_sketch(sketch: Sketch, folder: Path) -> None:
 
 
 def sketch_name(folder: Path) -> str:
-    """Return the name of the sketch in a folder, which the Arduino IDE requires to be the same.
+    """Return the name of the sketch in a folder.
+
+    The Arduino IDE requires the sketch and its folder to have the same name.
 
     Raises:
         GaitsimError: the folder's name is not allowed for a sketch.
     """
     name = folder.name
-    if not (name.isascii() and name.replace("_", "").isalnum() and len(name) <= LONGEST_NAME):
+    if not (name.isascii() and name.replace("_", "").isalnum() and len(name) <= MAX_NAME):
         raise GaitsimError(
-            f"invalid name {name!r} of an Arduino sketch",
+            f"invalid name {name!r} for an Arduino sketch",
             where="--out",
-            allowed=f"letters, digits and _, at most {LONGEST_NAME}",
+            allowed=f"at most {MAX_NAME} letters, digits and underscores",
         )
     return name
 
 
 def _check_standing(keyframes: Keyframes, calibration: Calibration) -> None:
-    """Check that the standing pose, in which a sketch starts, is within the limits."""
+    """Raise an error if the standing pose, in which a sketch starts, is beyond the limits."""
     standing = np.round(keyframes.standing, DECIMALS)
     excess = calibration.excess(standing)
     joint = int(excess.argmax())
     if excess[joint] > 0:
-        raise beyond_range(calibration, joint, standing[joint], "in the standing pose")
+        raise range_error(calibration, joint, standing[joint], "in the standing pose")
 
 
-def _ramps(calibration: Calibration) -> NDArray[np.float64]:
+def _ramp_speeds(calibration: Calibration) -> NDArray[np.float64]:
     """Return the mean speed of each servo in ramps, µs/s."""
-    degrees = np.minimum(RAMP_SPEED, calibration.fastest * RAMP_SHARE)
+    degrees = np.minimum(RAMP_SPEED, calibration.max_speeds * RAMP_SHARE)
     pulses: NDArray[np.float64] = calibration.pulses(degrees) - calibration.pulses(0 * degrees)
     return np.maximum(pulses, 1)
 
 
-def _whole(values: NDArray[np.float64]) -> NDArray[np.int64]:
+def _rounded(values: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.rint(values).astype(np.int64)
 
 
-def _list(values: object) -> str:
+def _join(values: object) -> str:
     return ", ".join(str(value) for value in np.asarray(values).tolist())
 
 
-def _comment(text: str) -> str:
-    """Return a text without characters that could end its comment."""
+def _escape_comment(text: str) -> str:
+    """Replace the characters of a text that could end its comment."""
     return "".join(char if char.isprintable() and char != "\\" else "?" for char in text)

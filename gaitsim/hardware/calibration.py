@@ -18,10 +18,10 @@ Floats = NDArray[np.float64]
 
 CHANNELS = 16  # outputs of a PCA9685 board
 BOARDS = 16  # addresses 0x40 to 0x4f
-REACH = 90.0  # °, angle to either side of the centre at which a joint's pulses are specified
+HALF_RANGE = 90.0  # °, largest angle from the centre by default; `pulse` is given for ±90°
 PULSE = (600, 2400)  # µs at −90° and 90°, typical of hobby servos
 BUSES: Mapping[str, str] = {"arduino": "pwm", "dynamixel": "dynamixel", "feetech": "feetech"}
-USUAL: Mapping[str, str] = {"dynamixel": "xl430-w250", "feetech": "sts3215"}
+DEFAULT_SERVOS: Mapping[str, str] = {"dynamixel": "xl430-w250", "feetech": "sts3215"}
 
 
 class Joint(BaseModel):
@@ -38,8 +38,8 @@ class Joint(BaseModel):
     offset: float = option(
         0.0, "angle of the servo when the joint is at zero", unit="°", ge=-360, le=360
     )
-    min: float = option(-REACH, "smallest angle of the servo", unit="°", ge=-360, le=360)
-    max: float = option(REACH, "largest angle of the servo", unit="°", ge=-360, le=360)
+    min: float = option(-HALF_RANGE, "smallest angle of the servo", unit="°", ge=-360, le=360)
+    max: float = option(HALF_RANGE, "largest angle of the servo", unit="°", ge=-360, le=360)
     pulse: tuple[int, int] = option(PULSE, "pulses at −90° and at 90° of the servo", unit="µs")
     servo: str = option("", f"model of the servo, with known ticks and speed: {', '.join(SERVOS)}")
     speed: float | None = option(
@@ -48,7 +48,7 @@ class Joint(BaseModel):
 
     @field_validator("servo")
     @classmethod
-    def _known(cls, name: str) -> str:
+    def _check_servo(cls, name: str) -> str:
         if name and name not in SERVOS:
             hint = nearest(name, [*SERVOS])
             raise ValueError(
@@ -58,18 +58,18 @@ class Joint(BaseModel):
 
     @field_validator("pulse")
     @classmethod
-    def _ordered(cls, pulse: tuple[int, int]) -> tuple[int, int]:
+    def _check_pulse(cls, pulse: tuple[int, int]) -> tuple[int, int]:
         if not 100 <= pulse[0] < pulse[1] <= 3500:
             raise ValueError("expected two pulses from 100 to 3500 µs, the shorter first")
         return pulse
 
     @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check_range(self) -> Self:
         if not self.min < self.max:
             raise ValueError(f"min {self.min:g} is not less than max {self.max:g}")
         servo = self.model
-        if servo and not (-self._reach(servo)[0] <= self.min and self.max <= self._reach(servo)[1]):
-            low, high = self._reach(servo)
+        if servo and not (-self._range(servo)[0] <= self.min and self.max <= self._range(servo)[1]):
+            low, high = self._range(servo)
             raise ValueError(
                 f"{self.min:g}° to {self.max:g}° exceeds the range of the servo {servo.name}, "
                 f"{-low:.2f}° to {high:.2f}°"
@@ -82,14 +82,14 @@ class Joint(BaseModel):
         return SERVOS.get(self.servo)
 
     @property
-    def fastest(self) -> float:
+    def max_speed(self) -> float:
         """Largest speed of the servo, °/s; infinite if it is unknown."""
         if self.speed is not None:
             return self.speed
         return math.degrees(self.model.no_load_speed) if self.model else math.inf
 
     @staticmethod
-    def _reach(servo: Servo) -> tuple[float, float]:
+    def _range(servo: Servo) -> tuple[float, float]:
         """Return the range of a servo to either side of its centre, °."""
         half = math.degrees(servo.travel / 2)
         high = math.degrees(servo.tick * (servo.ticks - 1)) - half if servo.ticks else half
@@ -103,54 +103,57 @@ class Calibration:
     Attributes:
         joints: servo of each joint by the joint's name, in the order of the gait.
         source: file of the calibration; '' for a default.
-        limited_by: place where a user sets the ranges, for messages.
+        limited_by: phrase that names the place where a user sets the ranges, for messages.
     """
 
     joints: Mapping[str, Joint]
     source: str = ""
-    limited_by: str = "in a calibration, which --calibration-template writes"
+    limited_by: str = "in a calibration file (--calibration-template writes one)"
 
     def servo_angles(self, angles: Floats) -> Floats:
         """Convert joint angles, (…, joints) rad, to servo angles, °."""
-        turned: Floats = np.degrees(angles) * self._all("direction") + self._all("offset")
+        turned: Floats = np.degrees(angles) * self._values("direction") + self._values("offset")
         return turned
 
     @cached_property
     def low(self) -> Floats:
         """Smallest angle of each servo, (joints,) °."""
-        return self._all("min")
+        return self._values("min")
 
     @cached_property
     def high(self) -> Floats:
         """Largest angle of each servo, (joints,) °."""
-        return self._all("max")
+        return self._values("max")
 
     @cached_property
-    def fastest(self) -> Floats:
+    def max_speeds(self) -> Floats:
         """Largest speed of each servo, (joints,) °/s; infinite if it is unknown."""
-        return self._all("fastest")
+        return self._values("max_speed")
 
     def excess(self, degrees: Floats) -> Floats:
-        """Return how far servo angles exceed their ranges, (…, joints) °; at most 0 inside."""
+        """Return how far servo angles exceed their ranges, (…, joints) °; not above 0 inside."""
         return np.maximum(self.low - degrees, degrees - self.high)
 
     def pulses(self, degrees: Floats) -> Floats:
         """Convert servo angles, (…, joints) °, to pulses, µs."""
         short, long = np.array([joint.pulse for joint in self.joints.values()], np.float64).T
-        pulses: Floats = short + (degrees + REACH) / (2 * REACH) * (long - short)
+        pulses: Floats = short + (degrees + HALF_RANGE) / (2 * HALF_RANGE) * (long - short)
         return pulses
 
     def ticks(self, degrees: Floats) -> NDArray[np.int64]:
-        """Convert angles of servos on a bus, (…, joints) °, to the nearest goal positions."""
+        """Convert angles of servos on a bus, (…, joints) °, to the nearest goal positions.
+
+        Positions beyond a servo's range are clipped.
+        """
         servos = [joint.model for joint in self.joints.values()]
         tick = np.array([servo.tick for servo in servos if servo])
         centre = np.array([servo.centre_tick for servo in servos if servo])
-        most = np.array([servo.ticks for servo in servos if servo]) - 1
+        last = np.array([servo.ticks for servo in servos if servo]) - 1
         positions = np.rint(centre + np.radians(degrees) / tick).astype(np.int64)
-        held: NDArray[np.int64] = np.clip(positions, 0, most)
-        return held
+        clipped: NDArray[np.int64] = np.clip(positions, 0, last)
+        return clipped
 
-    def _all(self, name: str) -> Floats:
+    def _values(self, name: str) -> Floats:
         return np.array([getattr(joint, name) for joint in self.joints.values()], np.float64)
 
 
@@ -161,14 +164,14 @@ def default_calibration(
 
     Args:
         format: 'arduino', 'dynamixel' or 'feetech'.
-        joints: names of the joints in the order of their channels, from 0, or ids, from 1.
+        joints: names of the joints, in the order of their channels (from 0) or ids (from 1).
         standing: joint angles in the standing pose, (joints,) rad.
-        servo: name of the simulated robot's servo, which is used if the format can drive it.
+        servo: name of the simulated robot's servo. It is used if the format can drive it.
     """
     known = SERVOS.get(servo)
-    name = servo if known and known.bus == BUSES[format] else USUAL.get(format, "")
+    name = servo if known and known.bus == BUSES[format] else DEFAULT_SERVOS.get(format, "")
     found = SERVOS.get(name)
-    low, high = (-Joint._reach(found)[0], Joint._reach(found)[1]) if found else (-REACH, REACH)
+    below, above = Joint._range(found) if found else (HALF_RANGE, HALF_RANGE)
     on_board = format == "arduino"
     return Calibration(
         {
@@ -177,8 +180,8 @@ def default_calibration(
                 channel=index % CHANNELS if on_board else None,
                 id=None if on_board else index + 1,
                 offset=round(-angle, 2) + 0.0,
-                min=_inward(low),
-                max=_inward(high),
+                min=_truncated(-below),
+                max=_truncated(above),
                 servo=name,
             )
             for index, (joint, angle) in enumerate(
@@ -188,7 +191,8 @@ def default_calibration(
     )
 
 
-def _inward(bound: float) -> float:
+def _truncated(bound: float) -> float:
+    """Round a bound towards 0, to 0.01°."""
     return math.trunc(bound * 100) / 100
 
 
@@ -206,6 +210,6 @@ def uniform_calibration(
             where="--min, --max, --centre",
             allowed="min < max, and the centre between them",
         )
-    # These degrees depend on the user's controller, so they are not validated.
+    # The angles depend on the user's controller, so they are not validated.
     joint = Joint.model_construct(offset=centre, min=low, max=high)
     return Calibration(dict.fromkeys(joints, joint), limited_by="with --min and --max")

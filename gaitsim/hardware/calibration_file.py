@@ -1,4 +1,4 @@
-"""Read a calibration file, and report all its problems at once."""
+"""Read calibration files, and report all problems of a file at once."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ from gaitsim.legged import SERVOS
 
 SCHEMA = 1
 NOUN = "calibration"
-_MOST_NAMED = 4
+_MAX_NAMES = 4
 
 
 def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibration:
@@ -45,7 +45,7 @@ def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibrat
         problems.report("schema", f"{toml.literal(data['schema'])} is not allowed", str(SCHEMA))
     given = data.get("joints", {})
     if not isinstance(given, dict):
-        problems.report("joints", "it is not a table", '[joints."name"] for each joint')
+        problems.report("joints", "joints is not a table", '[joints."name"] for each joint')
         given = {}
     found = _joints(given, joints, problems)
     if not problems.found:
@@ -58,29 +58,29 @@ def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibrat
 def _joints(
     given: Mapping[str, Any], joints: Sequence[str], problems: Problems
 ) -> dict[str, Joint]:
-    foreign = [name for name in given if name not in joints]
+    extra = [name for name in given if name not in joints]
     missing = [name for name in joints if name not in given]
-    if foreign:
+    if extra:
         problems.report(
             "joints",
-            f"the gait does not have {_some(foreign)}",
+            f"the gait does not have the joint{'s' * (len(extra) > 1)} {_list_names(extra)}",
             f"the joints of the gait: {', '.join(joints)}",
-            nearest(foreign[0], missing),
+            nearest(extra[0], missing),
         )
     if missing:
         problems.report(
             "joints",
-            f"{_some(missing)} {'is' if len(missing) == 1 else 'are'} missing",
+            f"{_list_names(missing)} {'is' if len(missing) == 1 else 'are'} missing",
             "all joints of the gait",
-            "create a new file with --calibration-template and copy from it",
+            "create a new file with --calibration-template and copy the joints from it",
         )
     found = {}
     for name, section in given.items():
-        if name in foreign:
+        if name in extra:
             continue
         key = f"joints.{json.dumps(name, ensure_ascii=False)}"
         if not isinstance(section, dict):
-            problems.report(key, "it is not a table", f"[{key}], followed by its keys")
+            problems.report(key, f"{key} is not a table", f"[{key}], followed by its keys")
             continue
         try:
             found[name] = Joint.model_validate(section)
@@ -94,32 +94,34 @@ def _check_format(found: Mapping[str, Joint], format: str, problems: Problems) -
     bus = BUSES.get(format)
     if bus is None:
         return
-    place = "channel" if bus == "pwm" else "id"
+    kind = "channel" if bus == "pwm" else "id"
     taken: dict[tuple[int, int | None], str] = {}
     for name, joint in found.items():
-        key = f"joints.{json.dumps(name, ensure_ascii=False)}.{place}"
-        own = (joint.board, joint.channel) if bus == "pwm" else (0, joint.id)
-        if own[1] is None:
+        section = f"joints.{json.dumps(name, ensure_ascii=False)}"
+        key = f"{section}.{kind}"
+        address = (joint.board, joint.channel) if bus == "pwm" else (0, joint.id)
+        if address[1] is None:
             problems.report(key, f"{key} is required for --format {format}")
-        elif own in taken:
-            on = f" of board {own[0]}" if bus == "pwm" else ""
+        elif address in taken:
+            board = f" of board {address[0]}" if bus == "pwm" else ""
             problems.report(
                 key,
-                f"{taken[own]} and {name} have the same {place} {own[1]}{on}",
-                f"a different {place} for each joint",
+                f"{taken[address]} and {name} have the same {kind} {address[1]}{board}",
+                f"a different {kind} for each joint",
             )
-        taken.setdefault(own, name)
+        taken.setdefault(address, name)
         servo = joint.model
         if (servo is None and bus != "pwm") or (servo and servo.bus != bus):
             problems.report(
-                f"joints.{json.dumps(name, ensure_ascii=False)}.servo",
-                f"--format {format} cannot drive "
-                f"{f'the servo {servo.name}' if servo else 'an unknown servo'}",
+                f"{section}.servo",
+                f"--format {format} cannot drive the servo {servo.name}"
+                if servo
+                else f"--format {format} needs the model of the servo of {name}",
                 ", ".join(one.name for one in SERVOS.values() if one.bus == bus),
             )
 
 
-def _some(names: Iterable[str]) -> str:
+def _list_names(names: Iterable[str]) -> str:
     found = [toml.literal(name) for name in names]
-    more = len(found) - _MOST_NAMED
-    return ", ".join(found[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+    more = len(found) - _MAX_NAMES
+    return ", ".join(found[:_MAX_NAMES]) + (f" and {more} more" if more > 0 else "")

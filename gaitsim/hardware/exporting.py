@@ -11,10 +11,10 @@ from gaitsim.choices import GaitFormat, RosFormat
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait, gait_of, write_gait
 from gaitsim.gait.individual_analysis import frames_before_fall
-from gaitsim.hardware.arduino import FLASH, LONGEST_NAME, sketch_name, sketch_of, write_sketch
+from gaitsim.hardware.arduino import FLASH, MAX_NAME, create_sketch, sketch_name, write_sketch
 from gaitsim.hardware.calibration import (
     BUSES,
-    REACH,
+    HALF_RANGE,
     Calibration,
     default_calibration,
     uniform_calibration,
@@ -26,7 +26,7 @@ from gaitsim.hardware.options import ENDINGS, Options, check_options
 from gaitsim.hardware.rosbag import check_installed, write_bag
 from gaitsim.hardware.tables import write_degrees, write_ticks
 from gaitsim.hardware.template import write_template
-from gaitsim.hardware.trajectory import ARGUMENT, trajectory_of, write_goal
+from gaitsim.hardware.trajectory import MAX_ARGUMENT, trajectory_of, write_goal
 from gaitsim.individual import Individual
 
 
@@ -35,11 +35,11 @@ class Exported:
     """The result of an export.
 
     Attributes:
-        fact: content of the file, one line.
+        summary: description of the exported content, one line.
         notices: notices for the user.
     """
 
-    fact: str
+    summary: str
     notices: tuple[str, ...] = ()
 
 
@@ -57,7 +57,7 @@ def file_name(individual: Individual, format: str) -> str:
     """Return the default file name for an individual's gait."""
     name = f"gait-{individual.stem}"
     if format == "arduino":
-        name = re.sub(r"[^0-9A-Za-z]+", "_", name)[:LONGEST_NAME]
+        name = re.sub(r"[^0-9A-Za-z]+", "_", name)[:MAX_NAME]
     return f"{name}{ENDINGS[format]}"
 
 
@@ -70,11 +70,11 @@ def export_individual(
         individual: individual of a run or from a file.
         format: 'mat', 'csv', 'npz', 'servo', 'arduino', 'dynamixel', 'feetech', 'ros2' or
             'rosbag2'.
-        path: the file, or the folder of a sketch or bag.
-        options: options of the formats for robots.
+        path: path of the file, or of the folder of a sketch or bag.
+        options: options of the formats for robots; None for the defaults.
 
     Raises:
-        GaitsimError: the body has no joint angles, the format does not take an option, the
+        GaitsimError: the body has no joint angles, the format does not accept an option, the
             calibration has problems, or the gait exceeds the limits of the servos.
         RunError: the file cannot be written.
     """
@@ -85,19 +85,19 @@ def export_individual(
     if format in get_args(GaitFormat):
         write_gait(gait, path, format)
         return Exported(f"{frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
-    fall = _fall(individual, frames)
+    fall = _fall_notices(individual, frames)
     if format in get_args(RosFormat):
         found = _ros(gait, format, path, options)
         return replace(found, notices=(*fall, *found.notices))
     if format == "servo" and options.calibration is None:
         centre = options.centre or 0.0
-        low = centre - REACH if options.low is None else options.low
-        high = centre + REACH if options.high is None else options.high
+        low = centre - HALF_RANGE if options.low is None else options.low
+        high = centre + HALF_RANGE if options.high is None else options.high
         assumed: tuple[str, ...] = ()
         calibration = uniform_calibration(gait.joint_names, centre, low, high)
     else:
         calibration, assumed = _calibration(
-            gait, format, options.calibration, _servo_of(individual)
+            gait, format, options.calibration, _simulated_servo(individual)
         )
     if format == "arduino":
         found = _arduino(gait, calibration, path, options, individual.title)
@@ -106,8 +106,8 @@ def export_individual(
     return replace(found, notices=(*fall, *assumed, *found.notices))
 
 
-def _fall(individual: Individual, frames: int) -> tuple[str, ...]:
-    """Return a warning if the body falls in the simulation."""
+def _fall_notices(individual: Individual, frames: int) -> tuple[str, ...]:
+    """Return a notice if the body falls in the simulation; () otherwise."""
     upright = frames_before_fall(individual)
     if upright >= frames:
         return ()
@@ -115,17 +115,16 @@ def _fall(individual: Individual, frames: int) -> tuple[str, ...]:
     return (f"in the simulation, the body falls after {seconds:.1f} s of this gait",)
 
 
-def template_of(individual: Individual, format: str, path: Path) -> None:
+def export_template(individual: Individual, format: str, path: Path) -> None:
     """Write a calibration template for the gait of an individual.
 
     Args:
         individual: individual with the robot's body.
         format: 'arduino', 'dynamixel' or 'feetech'.
-        path: the file, which must not exist.
+        path: path of the new file.
 
     Raises:
-        GaitsimError: the body has no joint angles, the format takes no calibration, or the file
-            exists.
+        GaitsimError: the body has no joint angles, the format has no template, or the file exists.
         RunError: the file cannot be written.
     """
     if format not in BUSES:
@@ -136,12 +135,12 @@ def template_of(individual: Individual, format: str, path: Path) -> None:
         )
     gait = gait_of(individual)
     calibration = default_calibration(
-        format, gait.joint_names, gait.standing, _servo_of(individual)
+        format, gait.joint_names, gait.standing, _simulated_servo(individual)
     )
     write_template(gait, calibration, format, path)
 
 
-def _servo_of(individual: Individual) -> str:
+def _simulated_servo(individual: Individual) -> str:
     """Return the name of the robot's simulated servo; '' for other bodies."""
     return str(getattr(individual.experiment.organism, "servo", ""))
 
@@ -153,12 +152,12 @@ def _calibration(
         return read_calibration(path, format, gait.joint_names), ()
     found = default_calibration(format, gait.joint_names, gait.standing, servo)
     name = next(iter(found.joints.values())).servo
-    place = "channels from 0" if format == "arduino" else "ids from 1"
+    addresses = "channels from 0" if format == "arduino" else "ids from 1"
     speed = "" if name else "; their speed is unknown and was not checked"
     return found, (
-        f"no calibration: assumed {place} in the order of the joints, and {name or 'hobby'} servos "
-        f"that are centred in the standing pose{speed}. Create a calibration with "
-        f"--calibration-template FILE before a robot plays this file",
+        f"no calibration: assumed {addresses} in the order of the joints, and {name or 'hobby'} "
+        f"servos that are centred in the standing pose{speed}. Create a calibration with "
+        f"--calibration-template FILE before you play this file on a robot",
     )
 
 
@@ -166,19 +165,19 @@ def _ros(gait: Gait, format: str, path: Path, options: Options) -> Exported:
     trajectory = trajectory_of(gait, options.keyframe_ms, options.playback)
     points, joints = trajectory.positions.shape
     seconds = trajectory.nanoseconds[-1] / 1e9
-    fact = f"{points} points × {joints} joints in {seconds:g} s, radians"
+    summary = f"{points} points × {joints} joints in {seconds:g} s, radians"
     if format == "rosbag2":
         write_bag(trajectory, path)
-        return Exported(fact)
+        return Exported(summary)
     size = write_goal(trajectory, path)
-    if size < ARGUMENT:
-        return Exported(fact)
+    if size < MAX_ARGUMENT:
+        return Exported(summary)
     return Exported(
-        fact,
+        summary,
         (
-            f"the file is too long for a command-line argument: {size:,} bytes, of which Linux "
-            f"allows {ARGUMENT:,}. Pass it with --stdin (ROS 2 Jazzy or newer), or use fewer "
-            "points with --keyframe-ms",
+            f"the file is too long for a command-line argument: it has {size:,} bytes, and Linux "
+            f"allows fewer than {MAX_ARGUMENT:,}. Pass it with --stdin (ROS 2 Jazzy or newer), or "
+            "use fewer points with --keyframe-ms",
         ),
     )
 
@@ -189,19 +188,20 @@ def _arduino(
     name = sketch_name(path)
     loop = find_loop(gait.angles, gait.frame_rate)
     keyframes = _keyframes(gait, calibration, options, loop)
-    sketch = sketch_of(keyframes, calibration, name, title)
+    sketch = create_sketch(keyframes, calibration, name, title)
     write_sketch(sketch, path)
     count, joints = keyframes.degrees.shape
     if loop is None:
-        played = "played once, as no part of it repeats"
+        played = "played once, as no part of the gait repeats"
     else:
-        period = loop.period / (options.playback)
-        played = f"a loop of {period:.3f} s that repeats to {np.degrees(loop.error):.2f}°"
+        period = loop.period / options.playback
+        played = f"a loop of {period:.3f} s that repeats to within {np.degrees(loop.error):.2f}°"
     return Exported(
         f"{count} keyframes × {joints} joints every {keyframes.interval * 1000:.3g} ms, {played}; "
-        f"{sketch.flash:,} bytes of flash, of at most {FLASH:,}, for {sketch.boards} "
-        f"PCA9685 board{'s' * (sketch.boards > 1)}; at most {keyframes.off:.2f}° from the gait",
-        _clipped(keyframes),
+        f"{sketch.flash:,} bytes of flash (at most {FLASH:,}), for {sketch.boards} "
+        f"PCA9685 board{'s' * (sketch.boards > 1)}; at most {keyframes.deviation:.2f}° from the "
+        "gait",
+        _clipping_notices(keyframes),
     )
 
 
@@ -218,8 +218,8 @@ def _table(
     count, joints = keyframes.degrees.shape
     return Exported(
         f"{count} keyframes × {joints} joints in {keyframes.milliseconds[-1] / 1000:g} s, {unit}; "
-        f"at most {keyframes.off:.2f}° from the gait",
-        _clipped(keyframes),
+        f"at most {keyframes.deviation:.2f}° from the gait",
+        _clipping_notices(keyframes),
     )
 
 
@@ -231,7 +231,7 @@ def _keyframes(
     )
 
 
-def _clipped(keyframes: Keyframes) -> tuple[str, ...]:
+def _clipping_notices(keyframes: Keyframes) -> tuple[str, ...]:
     if not keyframes.clipped:
         return ()
     return (

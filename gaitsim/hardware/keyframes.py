@@ -14,8 +14,8 @@ from gaitsim.hardware.loop import Loop
 Floats = NDArray[np.float64]
 
 DECIMALS = 2  # of angles in °; the steps of a hobby servo are ten times as wide
-ALMOST = 1e-6  # relative tolerance of speeds for rounding errors
-SLOWEST = 0.01  # lowest speed of playback; its inverse is the highest
+SPEED_TOLERANCE = 1e-6  # relative, for rounding errors
+MIN_SPEED = 0.01  # lowest speed of playback; its inverse is the highest
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,9 @@ class Keyframes:
         standing: angle of each servo in the standing pose, (joints,) °.
         joint_names: name of each joint.
         clipped: number of angles that were clipped to the limits.
-        off: largest deviation from the gait of the straight lines between keyframes, °.
-        loop_from: keyframe that follows the last one; None for a gait that is played once.
+        deviation: largest deviation of the linearly interpolated keyframes from the gait, °.
+        loop_from: index of the keyframe that follows the last one; None for a gait that is played
+            once.
     """
 
     seconds: Floats
@@ -37,7 +38,7 @@ class Keyframes:
     standing: Floats
     joint_names: tuple[str, ...]
     clipped: int
-    off: float
+    deviation: float
     loop_from: int | None = None
 
     @property
@@ -51,14 +52,14 @@ class Keyframes:
         return float(self.seconds[1] - self.seconds[0])
 
     @property
-    def fastest(self) -> Floats:
-        """Largest speed of each servo, (joints,) °/s."""
+    def peak_speeds(self) -> Floats:
+        """Largest speed of each servo in the gait, (joints,) °/s."""
         return np.asarray(np.abs(self._steps).max(axis=0) / self.interval)
 
     @property
     def _steps(self) -> Floats:
-        again = [] if self.loop_from is None else [self.degrees[self.loop_from]]
-        return np.diff(np.array([*self.degrees, *again]), axis=0)
+        following = [] if self.loop_from is None else [self.degrees[self.loop_from]]
+        return np.diff(np.array([*self.degrees, *following]), axis=0)
 
 
 def keyframes_of(
@@ -73,11 +74,11 @@ def keyframes_of(
     """Return the keyframes of a gait, within the limits of its servos.
 
     Args:
-        gait: the joint angles.
+        gait: joint angles of the gait.
         calibration: calibration of the joints, in the same order.
-        keyframe_ms: time between keyframes in playback; None for one keyframe per frame. A loop
-            uses the nearest time that divides its period.
-        speed: speed of playback; 1 is that of the simulation.
+        keyframe_ms: time between keyframes in playback, ms; None for one keyframe per frame. A
+            loop uses the nearest time that divides its period.
+        speed: speed of playback; 1 is the speed of the simulation.
         clip: whether to clip angles beyond the limits instead of raising an error.
         loop: part of the gait that repeats; None plays the whole gait once.
 
@@ -87,20 +88,20 @@ def keyframes_of(
     check_playback(speed)
     frames = np.arange(len(gait.angles)) / gait.frame_rate
     turned = calibration.servo_angles(gait.angles)
-    wished = 1 / gait.frame_rate if keyframe_ms is None else keyframe_ms / 1000 * speed
+    interval = 1 / gait.frame_rate if keyframe_ms is None else keyframe_ms / 1000 * speed
     if loop is None:
-        times = frames if keyframe_ms is None else np.arange(0, frames[-1] + 5e-10, wished)
-        degrees, loop_from = interpolated(times, frames, turned), None
+        times = frames if keyframe_ms is None else np.arange(0, frames[-1] + 5e-10, interval)
+        degrees, loop_from = interpolate(times, frames, turned), None
     else:
-        times, degrees, loop_from = _cycle(loop, frames, turned, wished)
+        times, degrees, loop_from = _loop_keyframes(loop, frames, turned, interval)
     if len(times) < 2 or times[1] / speed < 0.001 - 1e-9:
         raise GaitsimError(
             f"a gait of {frames[-1] / speed * 1000:g} ms gives "
             + ("only one keyframe" if len(times) < 2 else "keyframes less than 1 ms apart"),
             where="" if keyframe_ms is None else f"--keyframe-ms {keyframe_ms}",
-            allowed="two keyframes or more, at least 1 ms apart",
+            allowed="at least two keyframes, at least 1 ms apart",
         )
-    # Round before the check: a hundredth of a degree beyond a limit does no harm.
+    # Rounding comes before the check: a hundredth of a degree beyond a limit does no harm.
     sent = np.round(degrees, DECIMALS) + 0.0  # no −0.0
     standing = calibration.servo_angles(gait.standing)
     excess = calibration.excess(sent)
@@ -108,24 +109,23 @@ def keyframes_of(
     if beyond.any() and not clip:
         frame, joint = map(int, np.unravel_index(np.argmax(excess), excess.shape))
         joints = int(beyond.any(axis=0).sum())
-        raise beyond_range(
+        raise range_error(
             calibration,
             joint,
             sent[frame, joint],
             f"at {times[frame] / speed * 1000:.0f} ms (frame {times[frame] * gait.frame_rate:.0f})",
-            f"; {joints - 1} more joint{'s' * (joints > 2)} would, too" if joints > 1 else "",
+            f"; so would {joints - 1} more joint{'s' * (joints > 2)}" if joints > 1 else "",
         )
-    held = np.clip(sent, calibration.low, calibration.high)
-    last = times[-1] if loop is None else loop.start
-    inside = frames <= last
-    off = np.abs(interpolated(frames, times, held) - turned)[inside].max() if inside.any() else 0.0
+    clipped = np.clip(sent, calibration.low, calibration.high)
+    compared = frames <= (times[-1] if loop is None else loop.start)
+    deviations = np.abs(interpolate(frames, times, clipped) - turned)[compared]
     found = Keyframes(
         times / speed,
-        held,
+        clipped,
         np.clip(standing, calibration.low, calibration.high) if clip else standing,
         gait.joint_names,
         int(beyond.sum()),
-        float(off),
+        float(deviations.max(initial=0.0)),
         loop_from,
     )
     _check_speed(found, calibration, speed, gait.frame_rate)
@@ -138,25 +138,31 @@ def check_playback(speed: float) -> None:
     Raises:
         GaitsimError: the speed is out of range.
     """
-    if not SLOWEST <= speed <= 1 / SLOWEST:
+    if not MIN_SPEED <= speed <= 1 / MIN_SPEED:
         raise GaitsimError(
             f"invalid speed of playback {speed:g}",
             where="--speed",
-            allowed=f"{SLOWEST:g} to {1 / SLOWEST:g}; 1 is the simulated speed, 0.5 is half of it",
+            allowed=f"{MIN_SPEED:g} to {1 / MIN_SPEED:g}; 1 is the simulated speed, 0.5 half of it",
         )
 
 
-def interpolated(times: NDArray[Any], known: NDArray[Any], angles: Floats) -> Floats:
-    """Interpolate linearly from the angles at times `known` to `times`, (times, joints)."""
+def interpolate(times: NDArray[Any], known: NDArray[Any], angles: Floats) -> Floats:
+    """Return the angles at `times`, (times, joints), interpolated linearly.
+
+    Args:
+        times: times of the result, (times,).
+        known: times of `angles`, (frames,), increasing.
+        angles: known angles, (frames, joints).
+    """
     return np.stack([np.interp(times, known, column) for column in angles.T], axis=1)
 
 
-def beyond_range(
+def range_error(
     calibration: Calibration, joint: int, degrees: float, when: str, others: str = ""
 ) -> GaitsimError:
     """Return the error for an angle beyond a servo's range."""
     return GaitsimError(
-        f"{[*calibration.joints][joint]} would turn to {degrees:.{DECIMALS}f}° {when}, beyond the "
+        f"{[*calibration.joints][joint]} would turn to {degrees:.{DECIMALS}f}° {when}, beyond its "
         f"servo's range{others}",
         where=calibration.source,
         allowed=f"{calibration.low[joint]:g}° to {calibration.high[joint]:g}°",
@@ -165,16 +171,21 @@ def beyond_range(
     )
 
 
-def _cycle(loop: Loop, frames: Floats, turned: Floats, wished: float) -> tuple[Floats, Floats, int]:
-    """Return times and angles up to the end of a loop, and the keyframe at its start."""
-    count = max(round(loop.period / wished), 2)
+def _loop_keyframes(
+    loop: Loop, frames: Floats, turned: Floats, interval: float
+) -> tuple[Floats, Floats, int]:
+    """Return times and angles up to the end of a loop, and the index of the loop's first keyframe.
+
+    The difference between two successive cycles is spread over the loop, so that the robot does
+    not jerk when the loop starts again.
+    """
+    count = max(round(loop.period / interval), 2)
     interval = loop.period / count
     first = int(np.ceil(loop.start / interval - 1e-9))
     if (first + count) * interval > frames[-1] + 1e-9:  # the gait ends before the loop does
         first = max(int((frames[-1] + 1e-9) / interval) - count, 0)
     times = np.arange(first + count + 1, dtype=np.float64) * interval
-    degrees = interpolated(times, frames, turned)
-    # Spread the difference between two cycles over the whole cycle, to avoid a jump.
+    degrees = interpolate(times, frames, turned)
     jump = degrees[first] - degrees[-1]
     degrees[first:] += np.linspace(0, 1, count + 1)[:, None] * jump
     return times[:-1], degrees[:-1], first
@@ -184,8 +195,8 @@ def _check_speed(
     found: Keyframes, calibration: Calibration, speed: float, frame_rate: float
 ) -> None:
     """Raise an error if a servo cannot follow the gait."""
-    share = found.fastest / calibration.fastest
-    if share.max() <= 1 + ALMOST:
+    share = found.peak_speeds / calibration.max_speeds
+    if share.max() <= 1 + SPEED_TOLERANCE:
         return
     joint = int(share.argmax())
     keyframe = int(np.abs(found._steps[:, joint]).argmax())
@@ -194,10 +205,10 @@ def _check_speed(
     named = f"the servo {servo} can" if servo else "the calibration allows"
     slower = np.floor(speed / share.max() * 100) / 100
     raise GaitsimError(
-        f"{found.joint_names[joint]} would turn at {found.fastest[joint]:.0f}°/s at "
+        f"{found.joint_names[joint]} would turn at {found.peak_speeds[joint]:.0f}°/s at "
         f"{seconds * 1000:.0f} ms (frame {seconds * speed * frame_rate:.0f}), faster than {named}",
         where=calibration.source,
-        allowed=f"up to {calibration.fastest[joint]:.0f}°/s",
-        remedy=f"play it slower, with --speed {max(slower, SLOWEST):g}, and check the result; or "
-        "evolve it with slower servos",
+        allowed=f"up to {calibration.max_speeds[joint]:.0f}°/s",
+        remedy=f"export with --speed {max(slower, MIN_SPEED):g} and check the result, or evolve "
+        "the gait with slower servos",
     )

@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 TOLERANCE = np.radians(1.0)  # rad, largest difference between a cycle and the next
-SET_OFF = np.radians(0.1)  # rad, or twice the difference of cycles; more is the initial transient
-LONGEST = 0.5  # share of the gait, as every cycle must occur twice
-WATCHED = 0.25  # smallest share of the gait that is compared with the next cycle
-STILL = np.radians(1.0)  # rad; the gait stands still if all joints turn less
+MAX_PERIOD = 0.5  # share of the gait, as every cycle must occur twice
+MIN_COMPARED = 0.25  # smallest share of the gait that is compared with the next cycle
+MIN_MOTION = np.radians(1.0)  # rad; if all joints turn less, the robot stands still
+# rad; the initial transient ends with the last difference above this and above twice the smallest
+# error of the loop
+TRANSIENT = np.radians(0.1)
 
 
 @dataclass(frozen=True)
@@ -36,16 +38,16 @@ def find_loop(angles: Floats, frame_rate: float) -> Loop | None:
     number of frames, as a cubic spline interpolates the angles.
 
     Args:
-        angles: (frames, joints) rad.
+        angles: joint angles, (frames, joints) rad.
         frame_rate: frames per second, Hz.
     """
     from scipy.interpolate import CubicSpline
     from scipy.optimize import minimize_scalar
 
     frames = len(angles)
-    if frames < 8 or np.ptp(angles[frames // 2 :], axis=0).max() < STILL:
+    if frames < 8 or np.ptp(angles[frames // 2 :], axis=0).max() < MIN_MOTION:
         return None
-    coarse = _differences(angles)
+    by_lag = _differences(angles)
     spline = CubicSpline(np.arange(frames), angles)
 
     def differences(lag: float, first: int) -> Floats:
@@ -53,33 +55,36 @@ def find_loop(angles: Floats, frame_rate: float) -> Loop | None:
         return np.asarray(np.abs(spline(times + lag) - angles[first : first + len(times)]).max(1))
 
     def worst(lag: float) -> float:
-        return float(differences(lag, _first(frames, lag)).max())
+        return float(differences(lag, _first_compared(frames, lag)).max())
 
-    inner = coarse[1:-1]
-    lows = 1 + np.flatnonzero((inner <= coarse[:-2]) & (inner < coarse[2:]))
-    for low in lows[coarse[lows] < coarse.max() / 2]:
-        near = int(low) + 2
-        bounds = near - 1, min(near + 1.0, LONGEST * (frames - 1))
+    inner = by_lag[1:-1]
+    minima = 1 + np.flatnonzero((inner <= by_lag[:-2]) & (inner < by_lag[2:]))
+    for minimum in minima[by_lag[minima] < by_lag.max() / 2]:
+        nearest = int(minimum) + 2
+        bounds = nearest - 1, min(nearest + 1.0, MAX_PERIOD * (frames - 1))
         found = minimize_scalar(worst, bounds=bounds, options={"xatol": 1e-4})
         lag = float(found.x)
-        least = worst(lag)
-        if least <= TOLERANCE:
-            apart = differences(lag, 0)
-            start = int(np.flatnonzero(apart > max(2 * least, SET_OFF)).max(initial=-1)) + 1
-            return Loop(start / frame_rate, lag / frame_rate, float(apart[start:].max()))
+        error = worst(lag)
+        if error <= TOLERANCE:
+            errors = differences(lag, 0)
+            start = int(np.flatnonzero(errors > max(2 * error, TRANSIENT)).max(initial=-1)) + 1
+            return Loop(start / frame_rate, lag / frame_rate, float(errors[start:].max()))
     return None
 
 
-def _first(frames: int, lag: float) -> int:
+def _first_compared(frames: int, lag: float) -> int:
     """Return the first frame that is compared with the frame one cycle later."""
-    return max(int(frames - 1 - lag - max(lag, WATCHED * frames)), 0)
+    return max(int(frames - 1 - lag - max(lag, MIN_COMPARED * frames)), 0)
 
 
 def _differences(angles: Floats) -> Floats:
-    """Return the largest difference after lags of 2, 3, … frames at the end of the gait, rad."""
+    """Return the largest difference between frames that are 2, 3, … frames apart, rad.
+
+    Only the last part of the gait is compared, as its beginning may be a transient.
+    """
     frames = len(angles)
     found = []
-    for lag in range(2, int(LONGEST * (frames - 1)) + 1):
-        first = _first(frames, lag)
+    for lag in range(2, int(MAX_PERIOD * (frames - 1)) + 1):
+        first = _first_compared(frames, lag)
         found.append(np.abs(angles[first + lag :] - angles[first : frames - lag]).max())
     return np.array(found)

@@ -1,4 +1,4 @@
-"""Export formats and the options that each of them takes."""
+"""Formats of gait exports, and the options that each of them accepts."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -25,11 +25,12 @@ class Options:
     """The options of an export.
 
     Attributes:
-        calibration: a TOML file; None for servos that are centred in the standing pose.
-        keyframe_ms: time between keyframes; None for one keyframe per frame.
+        calibration: TOML file of the calibration; None for servos that are centred in the standing
+            pose.
+        keyframe_ms: time between keyframes, ms; None for one keyframe per frame.
         speed: speed of playback; None for 1, the simulated speed.
         clip: whether to clip angles beyond the limits instead of raising an error.
-        centre: angle of the servos in a servo table when a joint is at zero, °; None for 0.
+        centre: angle of a servo in a servo table when its joint is at zero, °; None for 0.
         low: smallest angle in a servo table, °; None for 90° below the centre.
         high: largest angle in a servo table, °; None for 90° above the centre.
     """
@@ -44,11 +45,11 @@ class Options:
 
     @property
     def playback(self) -> float:
-        """The speed of playback."""
+        """Speed of playback, 1 by default."""
         return 1.0 if self.speed is None else self.speed
 
     def flags(self) -> list[str]:
-        """Return the command-line flags of all options that are set."""
+        """Return the command-line flags of the options that are set."""
         given = {
             "--calibration": self.calibration,
             "--keyframe-ms": self.keyframe_ms,
@@ -62,49 +63,50 @@ class Options:
 
 
 _SERVO = ("--calibration", "--keyframe-ms", "--speed", "--clip")
-TAKES: Mapping[str, tuple[str, ...]] = {
+ACCEPTED_FLAGS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(get_args(GaitFormat), ()),
     **dict.fromkeys(get_args(RosFormat), ("--keyframe-ms", "--speed")),
     **dict.fromkeys(get_args(ServoFormat), _SERVO),
     "servo": (*_SERVO, "--centre", "--min", "--max"),
 }
-"""The flags that each format takes."""
+"""Flags that each format accepts."""
 
 
-def refuse_options(
-    format: str, given: Iterable[str], takes: Mapping[str, tuple[str, ...]] = TAKES
+def check_accepted_flags(
+    format: str, given: Iterable[str], accepted: Mapping[str, tuple[str, ...]] = ACCEPTED_FLAGS
 ) -> None:
-    """Raise an error for flags that a format does not take.
+    """Raise an error for flags that a format does not accept.
 
     Args:
-        format: a key of `takes`.
+        format: a key of `accepted`.
         given: flags, as on the command line.
-        takes: flags that each format takes.
+        accepted: flags that each format accepts.
 
     Raises:
-        GaitsimError: the format does not take a flag.
+        GaitsimError: the format does not accept a flag.
     """
-    idle = [name for name in given if name not in takes[format]]
-    if idle:
-        takers = [other for other, taken in takes.items() if set(idle) <= set(taken)]
+    rejected = [name for name in given if name not in accepted[format]]
+    if rejected:
+        formats = [name for name, flags in accepted.items() if set(rejected) <= set(flags)]
+        options = "this option" if len(rejected) == 1 else "these options"
         raise GaitsimError(
-            f"the format {format} does not take {' and '.join(idle)}",
+            f"the format {format} does not take {' and '.join(rejected)}",
             where="--format",
-            allowed=f"{', '.join(takers) or 'no format'}, for these options",
+            allowed=f"{', '.join(formats) or 'no format'}, for {options}",
         )
 
 
 def check_options(format: str, options: Options) -> None:
-    """Raise an error for options that a format does not take or that conflict.
+    """Raise an error for options that a format does not accept or that conflict.
 
     Raises:
-        GaitsimError: the format does not take an option, or options conflict.
+        GaitsimError: the format does not accept an option, or options conflict.
     """
-    refuse_options(format, options.flags())
+    check_accepted_flags(format, options.flags())
     uniform = [name for name in options.flags() if name in ("--centre", "--min", "--max")]
     if options.calibration and uniform:
         raise GaitsimError(
             f"--calibration sets the ranges of the servos, so it cannot be combined with "
             f"{' and '.join(uniform)}",
-            remedy="omit one of the two",
+            remedy=f"set the ranges in the calibration, and leave out {' and '.join(uniform)}",
         )

@@ -2,8 +2,8 @@
 //
 // Plays the gait in gait.h on servos at @BOARDS_TEXT@. Written by gaitsim.
 //
-// Before the first start: hang up the robot so that its feet do not touch anything, set a low
-// current limit on the supply, and be ready to cut the power. The first command is the standing
+// Before the first start: suspend the robot so that its feet touch nothing, set a low current
+// limit on the power supply, and be ready to cut the power. The first command is the standing
 // pose, to which hobby servos turn at full speed from any position.
 //
 // Connect the power supply of the servos to the boards' V+ terminal, never through the Arduino,
@@ -19,7 +19,7 @@
 #include "gait.h"
 
 const uint8_t BUTTON = 2;
-const uint32_t OSCILLATOR = 25000000;  // Hz; real boards differ by a few per cent: measure a pulse
+const uint32_t OSCILLATOR = 25000000;  // Hz; differs by a few percent between boards: measure a pulse
 const uint8_t FREQUENCY = 50;          // pulses per second
 const uint8_t STEP_MS = 20;            // time between commands
 const uint8_t RISE_STEPS = 3;          // steps between the first commands of two servos
@@ -32,7 +32,7 @@ Adafruit_PWMServoDriver boards[BOARDS] = {
 const uint8_t OFF = 0, RISING = 1, STANDING_STILL = 2, STARTING = 3, PLAYING = 4, STOPPING = 5;
 uint8_t state = OFF;
 uint8_t risen = 0;         // number of servos that have received their first command
-uint8_t waited = 0;        // steps since the last first command
+uint8_t steps_waited = 0;  // steps since a servo last received its first command
 float now_us[JOINTS];      // current pulse of each servo
 float from_us[JOINTS];     // pulse of each servo at the start of a ramp
 float ramp_seconds = 0;
@@ -64,7 +64,7 @@ void switch_off() {
 }
 
 // Starts a ramp from the current pulses to the gait's first keyframe, or to standing.
-void begin_ramp(bool to_gait) {
+void start_ramp(bool to_gait) {
   ramp_seconds = RAMP_SECONDS;
   ramp_done = 0;
   for (uint8_t joint = 0; joint < JOINTS; joint++) {
@@ -75,19 +75,19 @@ void begin_ramp(bool to_gait) {
   state = to_gait ? STARTING : STOPPING;
 }
 
-void go() {
+void start() {
   if (state == OFF) {
     risen = 0;
-    waited = RISE_STEPS;
+    steps_waited = RISE_STEPS;
     state = RISING;
   } else if (state == STANDING_STILL) {
-    begin_ramp(true);
+    start_ramp(true);
   }
 }
 
 void stop_softly() {
   if (state == STARTING || state == PLAYING) {
-    begin_ramp(false);
+    start_ramp(false);
   } else if (state == RISING) {
     switch_off();
   }
@@ -96,14 +96,14 @@ void stop_softly() {
 void read_commands() {
   while (Serial.available() > 0) {
     const char command = Serial.read();
-    if (command == 'g') go();
+    if (command == 'g') start();
     if (command == 's') stop_softly();
     if (command == 'x') switch_off();
   }
   const bool pressed = digitalRead(BUTTON) == LOW;
   if (pressed && !was_pressed) {
     if (state == OFF || state == STANDING_STILL) {
-      go();
+      start();
     } else {
       stop_softly();
     }
@@ -111,12 +111,12 @@ void read_commands() {
   was_pressed = pressed;
 }
 
-// Moves one servo after the other, as all servos together would draw too much current.
+// Moves the servos one by one, as all of them together would draw too much current.
 void rise() {
-  if (waited++ < RISE_STEPS) return;
-  waited = 1;
+  if (steps_waited++ < RISE_STEPS) return;
+  steps_waited = 1;
   if (risen == JOINTS) {
-    begin_ramp(true);
+    start_ramp(true);
     return;
   }
   drive(risen, standing_us(risen));
@@ -146,7 +146,7 @@ void play() {
     }
   } else if (keyframe >= KEYFRAMES - 1UL) {  // played once
     for (uint8_t joint = 0; joint < JOINTS; joint++) drive(joint, frame_us(KEYFRAMES - 1, joint));
-    begin_ramp(false);
+    start_ramp(false);
     return;
   }
   const uint16_t next = keyframe + 1 < KEYFRAMES ? keyframe + 1 : LOOP_FROM;
@@ -165,7 +165,7 @@ void setup() {
     boards[board].setOscillatorFrequency(OSCILLATOR);
     boards[board].setPWMFreq(FREQUENCY);
   }
-  Wire.setClock(400000);  // at 100 kHz, commands to more than 30 servos take longer than a step
+  Wire.setClock(400000);  // at 100 kHz, commands for more than 30 servos take longer than a step
   switch_off();
   Serial.println(F("g: stand and walk, s: stop softly, x: servos off"));
 }

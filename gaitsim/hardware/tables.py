@@ -12,7 +12,9 @@ from gaitsim.runs.files.atomic import write_bytes
 
 
 def write_degrees(keyframes: Keyframes, path: Path) -> None:
-    """Write keyframes atomically as CSV: a column `time_ms`, then degrees, one column per joint.
+    """Write servo angles as CSV, atomically.
+
+    The columns are `time_ms`, then one for each joint, in degrees.
 
     Raises:
         RunError: the file cannot be written.
@@ -22,7 +24,7 @@ def write_degrees(keyframes: Keyframes, path: Path) -> None:
 
 
 def write_ticks(keyframes: Keyframes, calibration: Calibration, path: Path) -> None:
-    """Write the goal positions of servos on a bus atomically as CSV.
+    """Write the goal positions of servos on a bus as CSV, atomically.
 
     The columns are `time_ms`, then one for each servo, named after its id.
 

@@ -13,26 +13,26 @@ from gaitsim.hardware.calibration_file import SCHEMA
 from gaitsim.legged import SERVOS
 from gaitsim.runs.files.atomic import write_bytes
 
-_PLACES = {
+_ADDRESS_KEYS = {
     "arduino": "board, channel  PCA9685 board (0 at 0x40, 1 at 0x41, …) and its output, 0 to 15",
     "dynamixel": "id              id of the servo on its bus, 0 to 252",
     "feetech": "id              id of the servo on its bus, 0 to 252",
 }
-_HEAD = """\
+_HEADER = """\
 # Calibration of a robot for `gaitsim export --format {format} --calibration FILE`.
 #
 # Angles are in degrees from the servo's centre: servo = direction × joint + offset.
 # With the values below, the servos are centred when the robot stands: centre them, then attach the
-# horns. Hang up the robot, check one joint after the other, and correct the values that differ.
+# horns. Suspend the robot, check the joints one by one, and correct the values that differ.
 #
-#   {place}
+#   {address}
 #   direction       1, or -1 if the servo turns opposite to the joint
 #   offset          angle of the servo when the joint is at zero, °
 #   min, max        range in which the servo can turn without touching anything, °
 {pulse}#   servo           model of the servo: {servos}
 #   speed           largest speed, °/s; by default the model's speed without load
 #
-# See "From simulation to your robot" in the docs for instructions step by step.
+# See "From simulation to your robot" in the docs for step-by-step instructions.
 
 schema = {schema}
 """
@@ -41,13 +41,13 @@ _PULSE = (
 )
 
 
-def template(gait: Gait, calibration: Calibration, format: str) -> str:
-    """Return a commented calibration, with the range of each joint in the gait."""
+def format_template(gait: Gait, calibration: Calibration, format: str) -> str:
+    """Return a commented calibration file that states the range of each joint in the gait."""
     on_board = format == "arduino"
     parts = [
-        _HEAD.format(
+        _HEADER.format(
             format=format,
-            place=_PLACES[format],
+            address=_ADDRESS_KEYS[format],
             pulse=_PULSE if on_board else "",
             servos=", ".join(name for name, servo in SERVOS.items() if servo.bus == BUSES[format])
             + (", or empty for others" if on_board else ""),
@@ -80,7 +80,7 @@ def write_template(gait: Gait, calibration: Calibration, format: str, path: Path
     """Write a calibration template for users to fill in.
 
     Raises:
-        GaitsimError: the file exists, and may hold a calibration.
+        GaitsimError: the file exists.
         RunError: the file cannot be written.
     """
     check_folder(path)
@@ -88,6 +88,6 @@ def write_template(gait: Gait, calibration: Calibration, format: str, path: Path
         raise GaitsimError(
             f"the file {path} already exists",
             where="--calibration-template",
-            allowed="the name of a new file, as existing calibrations are not overwritten",
+            allowed="a new file, so that no calibration is overwritten",
         )
-    write_bytes(path, template(gait, calibration, format).encode())
+    write_bytes(path, format_template(gait, calibration, format).encode())

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait, check_folder
-from gaitsim.hardware.keyframes import check_playback, interpolated
+from gaitsim.hardware.keyframes import check_playback, interpolate
 from gaitsim.runs.files.atomic import write_bytes
 
 Floats = NDArray[np.float64]
 
-RAMP = 2.0  # s, shortest time from the robot's pose to the gait, and from the gait to standing
+MIN_RAMP = 2.0  # s, shortest time from the robot's pose to the gait, and from the gait to standing
 RAMP_SPEED = 0.5  # rad/s, mean speed of the fastest joint in a longer ramp
-ARGUMENT = 131_072  # bytes, longest command-line argument on Linux, including the final zero
+MAX_ARGUMENT = 131_072  # bytes of a command-line argument on Linux, including the final zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +26,11 @@ class Trajectory:
     Attributes:
         joint_names: name of each joint.
         nanoseconds: time from the start to each point, (points,) int64. The first is above 0, so
-            that a controller moves there from the robot's current pose.
-        positions: (points, joints) rad: the gait, then the standing pose.
-        velocities: (points, joints) rad/s; 0 in the first and last point of the gait and in
-            standing, as the splines of the ramps would overshoot otherwise.
+            that the controller has time to move there from the robot's current pose.
+        positions: joint angles of the gait, then of the standing pose, (points, joints) rad.
+        velocities: velocities of the joints, (points, joints) rad/s. They are 0 in the first and
+            last points of the gait and in the standing pose; otherwise the splines of the ramps
+            would overshoot.
     """
 
     joint_names: tuple[str, ...]
@@ -45,9 +46,9 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
     `joint_trajectory_controller` pass smoothly through the points.
 
     Args:
-        gait: the joint angles.
-        keyframe_ms: time between points; None for one point per frame.
-        speed: speed of playback; 1 is that of the simulation.
+        gait: joint angles of the gait.
+        keyframe_ms: time between points, ms; None for one point per frame.
+        speed: speed of playback; 1 is the speed of the simulation.
 
     Raises:
         GaitsimError: the speed is out of range, or the gait has fewer than two points.
@@ -57,7 +58,7 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
     positions = gait.angles
     if keyframe_ms is not None:
         known, seconds = seconds, np.arange(0, seconds[-1] + 5e-10, keyframe_ms / 1000)
-        positions = interpolated(seconds, known, gait.angles)
+        positions = interpolate(seconds, known, gait.angles)
     if len(seconds) < 2:
         raise GaitsimError(
             "the gait is shorter than the time between points",
@@ -65,8 +66,8 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
         )
     velocities = np.gradient(positions, float(seconds[1]), axis=0)
     velocities[[0, -1]] = 0.0
-    seconds += _ramp(positions[0], gait.standing)
-    end = seconds[-1] + _ramp(positions[-1], gait.standing)
+    seconds += _ramp_duration(positions[0], gait.standing)
+    end = seconds[-1] + _ramp_duration(positions[-1], gait.standing)
     return Trajectory(
         gait.joint_names,
         np.rint(np.append(seconds, end) * 1e9).astype(np.int64),
@@ -75,7 +76,7 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
     )
 
 
-def goal_text(trajectory: Trajectory) -> str:
+def format_goal(trajectory: Trajectory) -> str:
     """Return the goal of a `control_msgs/action/FollowJointTrajectory` as YAML."""
     lines = ["trajectory:", "  joint_names:"]
     # A JSON string is valid YAML, whatever characters a name contains.
@@ -86,29 +87,29 @@ def goal_text(trajectory: Trajectory) -> str:
     ):
         seconds, nanoseconds = divmod(time, 10**9)
         lines += [
-            f"  - positions: [{_numbers(position, 10)}]",
-            f"    velocities: [{_numbers(velocity, 6)}]",
+            f"  - positions: [{_format_numbers(position, 10)}]",
+            f"    velocities: [{_format_numbers(velocity, 6)}]",
             f"    time_from_start: {{sec: {seconds}, nanosec: {nanoseconds}}}",
         ]
     return "\n".join(lines) + "\n"
 
 
 def write_goal(trajectory: Trajectory, path: Path) -> int:
-    """Write the goal as YAML atomically, and return its size in bytes.
+    """Write the goal of a trajectory as YAML, atomically, and return its size in bytes.
 
     Raises:
         RunError: the file cannot be written.
     """
     check_folder(path)
-    data = goal_text(trajectory).encode()
+    data = format_goal(trajectory).encode()
     write_bytes(path, data)
     return len(data)
 
 
-def _numbers(values: Floats, decimals: int) -> str:
+def _format_numbers(values: Floats, decimals: int) -> str:
     return ", ".join(f"{value:.{decimals}f}" for value in (np.round(values, decimals) + 0.0))
 
 
-def _ramp(pose: Floats, standing: Floats) -> float:
-    """Return the time for a ramp from one pose to the other, s."""
-    return max(RAMP, float(np.abs(pose - standing).max()) / RAMP_SPEED)
+def _ramp_duration(pose: Floats, standing: Floats) -> float:
+    """Return the duration of a ramp between two poses, s."""
+    return max(MIN_RAMP, float(np.abs(pose - standing).max()) / RAMP_SPEED)

@@ -84,7 +84,7 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
         (("--format", "arduino", "--centre", 0), "does not take --centre"),
         (
             ("--format", "arduino", "--out", "my gait"),
-            "invalid name 'my gait' of an Arduino",
+            "invalid name 'my gait' for an Arduino",
         ),
         (("--format", "arduino", "--calibration", "missing.toml"), "--calibration-template"),
         (("--format", "servo", "--calibration", "x", "--min", 0), "cannot be combined with --min"),

@@ -1,4 +1,4 @@
-"""Sketches, compiled with stubs of Arduino's headers, send the gait to their boards."""
+"""Arduino sketches, compiled with stubs of the Arduino headers and run."""
 
 import shutil
 import subprocess
@@ -10,7 +10,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait
-from gaitsim.hardware.arduino import sketch_name, sketch_of, write_sketch
+from gaitsim.hardware.arduino import create_sketch, sketch_name, write_sketch
 from gaitsim.hardware.calibration import Calibration, Joint
 from gaitsim.hardware.keyframes import keyframes_of
 from gaitsim.hardware.loop import find_loop
@@ -23,7 +23,7 @@ JOINTS = 18  # two boards
 
 
 def walking(seconds=6.0, rate=50.0, period=0.73):
-    """A gait that sets off from standing for half a second, then repeats."""
+    """A gait that starts from the standing pose within half a second, then repeats."""
     times = np.arange(round(seconds * rate) + 1) / rate
     delays, sizes = np.linspace(0, 2, JOINTS), np.linspace(0.1, 0.5, JOINTS)
     rest = np.linspace(-0.3, 0.3, JOINTS)
@@ -33,7 +33,7 @@ def walking(seconds=6.0, rate=50.0, period=0.73):
 
 
 def calibrated(gait, speed=400.0):
-    """Servos in an order, with directions, offsets and pulses of their own."""
+    """A calibration with a different order, direction, offset and pulses for each servo."""
     return Calibration(
         {
             name: Joint(
@@ -51,12 +51,12 @@ def calibrated(gait, speed=400.0):
 
 @pytest.fixture
 def play(tmp_path):
-    """Play a sketch; return the pulses of each joint after each step, and when, s."""
+    """Play a sketch; return the time of each step, s, and the pulses of all joints then, µs."""
     if COMPILER is None:
         pytest.skip("no C++ compiler")
 
     def played(keyframes, calibration, seconds, *commands):
-        write_sketch(sketch_of(keyframes, calibration, "walk", "a gait"), tmp_path / "walk")
+        write_sketch(create_sketch(keyframes, calibration, "walk", "a gait"), tmp_path / "walk")
         flags = ["-std=c++17", "-Wall", "-Wextra", "-Werror", f"-I{STUBS}"]
         sketch = f'-DSKETCH="{tmp_path / "walk" / "walk.ino"}"'
         program = tmp_path / "play"
@@ -79,7 +79,7 @@ def play(tmp_path):
 
 
 def gait_pulses(gait, calibration, times):
-    """The pulses of a gait at some of its times, from the equations in the docs, µs."""
+    """Return the pulses of a gait at the given times, from the equations in the docs, µs."""
     frames = np.arange(len(gait.angles)) / gait.frame_rate
     found = []
     for index, joint in enumerate(calibration.joints.values()):
@@ -95,19 +95,19 @@ def test_the_sketch_stands_ramps_up_loops_and_stops_softly(play):
     keyframes = keyframes_of(gait, calibration, 10, loop=loop)
     times, pulses = play(keyframes, calibration, 20, 1, "g", 14, "s")
     assert np.isnan(pulses[times < 1]).all()
-    # It stands up one servo after the other, in the standing pose and nothing else.
+    # The servos move to the standing pose one by one.
     standing = gait_pulses(gait, calibration, [0.0])[0]
     rising = pulses[(times >= 1) & np.isnan(pulses).any(axis=1)]
     assert (np.diff(np.isfinite(rising).sum(axis=1)) == 1).all()
     risen = int(np.flatnonzero(np.isfinite(pulses).all(axis=1))[0])
     assert pulses[risen] == pytest.approx(standing, abs=TICK)
-    # As the gait begins in standing, the ramp before it stays there.
-    begun = int(np.flatnonzero((np.abs(pulses[risen:] - standing) > 3 * TICK).any(axis=1))[0])
-    begun += risen
-    assert times[begun] - times[risen] >= 1.5
-    # 10 s of loops equal the gait, which lasts 6 s and would have gone on.
+    # As the gait starts in the standing pose, the ramp before it does not move.
+    started = int(np.flatnonzero((np.abs(pulses[risen:] - standing) > 3 * TICK).any(axis=1))[0])
+    started += risen
+    assert times[started] - times[risen] >= 1.5
+    # 10 s of playback equal the gait as it would continue after its 6 s.
     long = walking(13.0)
-    start = times[begun] - next(
+    start = times[started] - next(
         time
         for time in np.arange(0, 1, STEP)
         if (np.abs(gait_pulses(long, calibration, [time]) - standing) > 3 * TICK).any()
@@ -115,9 +115,9 @@ def test_the_sketch_stands_ramps_up_loops_and_stops_softly(play):
     walked = (times >= start) & (times < 14)
     expected = gait_pulses(long, calibration, times[walked] - start)
     assert walked.sum() > 400
-    # A tick of the board and a microsecond of the table; lines between keyframes cut corners.
+    # Errors: a tick of the board, a microsecond of the table, and the linear interpolation.
     assert np.abs(pulses[walked] - expected).max() <= TICK + 1.5
-    # No step is faster than the servos, and the robot stands in the end.
+    # No step is faster than the servos, and the robot stands at the end.
     steps = np.abs(np.diff(pulses[risen:], axis=0)) / np.diff(times[risen:])[:, None]
     scale = np.array([np.diff(joint.pulse)[0] / 180 for joint in calibration.joints.values()])
     assert ((steps - TICK / STEP) / scale).max() <= 400
@@ -125,14 +125,14 @@ def test_the_sketch_stands_ramps_up_loops_and_stops_softly(play):
     assert times[-1] < 18
 
 
-def test_a_gait_that_does_not_repeat_is_played_once_and_every_pulse_equals_it(play):
+def test_a_gait_that_does_not_repeat_is_played_once_with_the_pulses_of_each_frame(play):
     gait = walking(3.0)
     noise = np.cumsum(np.random.default_rng(1).normal(0, 0.01, gait.angles.shape), axis=0)
     gait = Gait(gait.angles + noise, gait.joint_names, gait.frame_rate, 1, 0.0, gait.standing)
     assert find_loop(gait.angles, gait.frame_rate) is None
     calibration = calibrated(gait, speed=900.0)
     keyframes = keyframes_of(gait, calibration)
-    # By the button, which begins and does not end it.
+    # Started with the button, which is not pressed a second time.
     _, pulses = play(keyframes, calibration, 12, 0.5, "b")
     expected = gait_pulses(gait, calibration, np.arange(len(gait.angles)) / gait.frame_rate)
     first = next(
@@ -151,9 +151,9 @@ def test_a_standing_pose_beyond_the_limits_is_refused():
     gait = replace(gait, rest=gait.standing + 2)
     calibration = calibrated(gait)
     with pytest.raises(GaitsimError, match="in the standing pose"):
-        sketch_of(keyframes_of(gait, calibration), calibration, "walk", "a gait")
-    held = keyframes_of(gait, calibration, clip=True)
-    assert sketch_of(held, calibration, "walk", "a gait").flash
+        create_sketch(keyframes_of(gait, calibration), calibration, "walk", "a gait")
+    clipped = keyframes_of(gait, calibration, clip=True)
+    assert create_sketch(clipped, calibration, "walk", "a gait").flash
 
 
 def test_servos_are_switched_off_at_once(play):
@@ -165,15 +165,15 @@ def test_servos_are_switched_off_at_once(play):
     assert np.isnan(pulses[times >= 5]).all()
 
 
-def test_what_does_not_fit_into_the_flash_is_refused_with_an_interval_that_does(tmp_path):
+def test_a_gait_too_large_for_the_flash_is_refused_with_an_interval_that_fits(tmp_path):
     gait = walking(30.0)
     calibration = calibrated(gait)
     with pytest.raises(GaitsimError, match=r"54,036 bytes") as error:
-        sketch_of(keyframes_of(gait, calibration), calibration, "walk", "a gait")
+        create_sketch(keyframes_of(gait, calibration), calibration, "walk", "a gait")
     interval = int(error.value.remedy.rpartition(" ")[2])
-    sketch = sketch_of(keyframes_of(gait, calibration, interval), calibration, "walk", "a gait")
+    sketch = create_sketch(keyframes_of(gait, calibration, interval), calibration, "walk", "a gait")
     assert 30_000 < sketch.flash <= 32_767
-    with pytest.raises(GaitsimError, match="invalid name 'my gait' of an Arduino sketch"):
+    with pytest.raises(GaitsimError, match="invalid name 'my gait' for an Arduino sketch"):
         sketch_name(tmp_path / "my gait")
 
 
@@ -186,7 +186,7 @@ def test_the_period_is_found_between_frames(period):
     assert np.degrees(loop.error) < 1
 
 
-def test_what_stands_still_or_only_turns_has_no_period():
+def test_a_still_gait_and_a_steady_rotation_have_no_period():
     times = np.linspace(0, 5, 151)[:, None]
     assert find_loop(np.zeros((151, 3)), 30.0) is None
     assert find_loop(np.hstack([times, -times]) * 0.1, 30.0) is None

@@ -1,4 +1,4 @@
-"""Calibrations: written, read, refused; goal positions of servo buses."""
+"""Calibration files: templates, reading, errors; goal positions of servo buses."""
 
 import csv
 import os
@@ -12,7 +12,7 @@ from gaitsim.hardware.calibration import default_calibration
 from gaitsim.hardware.calibration_file import read_calibration
 from gaitsim.hardware.keyframes import keyframes_of
 from gaitsim.hardware.tables import write_ticks
-from gaitsim.hardware.template import template, write_template
+from gaitsim.hardware.template import format_template, write_template
 
 NAMES = ("L1 coxa", 'a "quoted" \\ joint', "knie µ")
 REST = np.array([0.0, 0.5, -1.0])
@@ -30,7 +30,7 @@ def file(tmp_path):
     """Write a template for a format, with replacements; return its path."""
 
     def write(format="arduino", **changes):
-        text = template(STEPS, default_calibration(format, NAMES, REST), format)
+        text = format_template(STEPS, default_calibration(format, NAMES, REST), format)
         for old, new in changes.items():
             line = old.replace("_", " ")
             assert line in text
@@ -49,7 +49,7 @@ def test_a_template_reads_back_as_the_default(file, format):
         read_calibration(file(format), format, NAMES),
     )
     assert read.joints == made.joints
-    # As the robot stands, servos are at their centre.
+    # In the standing pose, the servos are at their centre.
     assert made.servo_angles(REST) == pytest.approx(np.zeros(3), abs=0.0051)
 
 
@@ -61,7 +61,7 @@ def test_a_template_never_replaces_a_file(tmp_path):
     assert path.read_text() == "measured"
 
 
-def test_an_order_of_its_own_changes_nothing(tmp_path):
+def test_the_order_of_the_joints_in_the_file_does_not_matter(tmp_path):
     sections = [f'[joints.{name}]\nid = {id}\nservo = "ax-12a"\ndirection = -1\n'
                 for id, name in ((7, "b"), (3, "a"))]  # fmt: skip
     path = tmp_path / "robot.toml"
@@ -79,7 +79,7 @@ def test_an_order_of_its_own_changes_nothing(tmp_path):
         ("sts3215", "feetech", (0, 4095), 11.378),
     ],
 )
-def test_goal_positions_by_the_data_sheets(tmp_path, servo, format, ends, degree):
+def test_goal_positions_match_the_data_sheets(tmp_path, servo, format, ends, degree):
     made = default_calibration(format, NAMES, 0 * REST, servo)
     low, high = next(iter(made.joints.values())).min, next(iter(made.joints.values())).max
     rows = gait([low, 0, 10], [high, 0, 20], [0, 1, 30], rate=0.1)
@@ -105,16 +105,16 @@ def test_a_gait_beyond_a_limit_is_refused_with_joint_frame_and_value(file):
     assert keyframes_of(STEPS, limited, clip=True).degrees[2, 0] == 15
 
 
-def test_a_speed_that_the_servo_cannot_reach_is_refused_with_one_that_it_can(file):
+def test_a_gait_too_fast_for_a_servo_is_refused_with_a_speed_that_it_reaches(file):
     named = read_calibration(file(**{'servo_=_""': 'servo = "mg995"'}), "arduino", NAMES)
-    quick = gait([0, 10, -50], [0, 10, -50], [50, 10, -50])  # 500°/s; an MG995 turns 353
+    quick = gait([0, 10, -50], [0, 10, -50], [50, 10, -50])  # 500°/s; an MG995 reaches 353
     with pytest.raises(GaitsimError) as error:
         keyframes_of(quick, named)
     error.match(r"L1 coxa would turn at 500°/s at 100 ms \(frame 1\), faster than the servo mg995")
     error.match("up to 353°/s")
-    speed = float(error.value.remedy.split("--speed ")[1].split(",")[0])
+    speed = float(error.value.remedy.split("--speed ")[1].split()[0])
     assert speed == 0.7
-    assert keyframes_of(quick, named, speed=speed).fastest[0] < 353
+    assert keyframes_of(quick, named, speed=speed).peak_speeds[0] < 353
     with pytest.raises(GaitsimError):
         keyframes_of(quick, named, speed=speed + 0.01)
     own = read_calibration(file(**{'servo_=_""': "speed = 499.0"}), "arduino", NAMES)
@@ -123,7 +123,7 @@ def test_a_speed_that_the_servo_cannot_reach_is_refused_with_one_that_it_can(fil
 
 
 @pytest.mark.parametrize(
-    ("changes", "says"),
+    ("changes", "message"),
     [
         ({"channel_=_1": "channel = 0"}, "have the same channel 0 of board 0"),
         ({"channel_=_1": "channel = 99"}, "99 is not allowed"),
@@ -136,38 +136,38 @@ def test_a_speed_that_the_servo_cannot_reach_is_refused_with_one_that_it_can(fil
         ({'servo_=_""': 'servo = "mg995"\nmin_ = 1'}, "unknown key"),
         ({"max_=_90.0": 'max = 120\nservo = "mg995"', 'servo_=_""': ""}, "of the servo mg995"),
         ({"pulse_=_[600,_2400]": "pulse = [2400, 600]"}, "the shorter first"),
-        ({'[joints."L1_coxa"]': '[joints."L1 koxa"]'}, "the gait does not have"),
+        ({'[joints."L1_coxa"]': '[joints."L1 koxa"]'}, "the gait does not have the joint"),
         ({'[joints."L1_coxa"]': '[joints."L1 koxa"]'}, "is missing"),
         ({"schema_=_1": "schema = 2"}, "2 is not allowed"),
         ({"schema_=_1": "joints = 3", '[joints."L1_coxa"]': "[other]"}, "not valid TOML"),
         ({"schema_=_1": "]"}, "line 17"),
     ],
 )  # fmt: skip
-def test_a_bad_calibration_is_refused(file, changes, says):
+def test_an_invalid_calibration_is_refused(file, changes, message):
     with pytest.raises(GaitsimError) as error:
         read_calibration(file(**changes), "arduino", NAMES)
-    assert says in str(error.value)
+    assert message in str(error.value)
     assert "robot.toml" in str(error.value)
 
 
-def test_two_servos_of_one_id_and_a_servo_of_another_bus(file):
+def test_equal_ids_and_servos_of_a_different_bus_are_refused(file):
     with pytest.raises(GaitsimError, match="have the same id 1"):
         read_calibration(file("dynamixel", **{"id_=_2": "id = 1"}), "dynamixel", NAMES)
     with pytest.raises(GaitsimError, match="--format feetech cannot drive the servo xl430-w250"):
         read_calibration(file("dynamixel"), "feetech", NAMES)
 
 
-def test_files_that_are_none(tmp_path):
+def test_files_that_are_not_text_files_are_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with (tmp_path / "long").open("wb") as long:
         long.truncate(2**30)
     (tmp_path / "bytes").write_bytes(b"\xff\xfe\x00")
-    for name, says in (
+    for name, message in (
         ("pipe", "not a regular file"),
         ("long", "too large"),
         ("bytes", "not a text file"),
         ("missing", "No such file"),
         (".", "Is a directory"),
     ):
-        with pytest.raises(GaitsimError, match=says):
+        with pytest.raises(GaitsimError, match=message):
             read_calibration(tmp_path / name, "arduino", NAMES)

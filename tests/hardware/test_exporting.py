@@ -14,7 +14,7 @@ from gaitsim.individual import Individual
 
 @pytest.fixture
 def walker():
-    """A walker that is commanded these angles, (frames, joints) rad."""
+    """Return a walker that plays the given angles, (frames, joints) rad."""
 
     def moved(angles):
         experiment = gs.load_experiment("walker")
@@ -23,7 +23,7 @@ def walker():
     return moved
 
 
-def test_a_fall_in_the_simulation_is_said(walker, tmp_path):
+def test_a_notice_reports_a_fall_in_the_simulation(walker, tmp_path):
     folded = np.linspace(0, 1.2, 60)[:, None] * np.array([1.0, -1.0, 1.0, -1.0])
     fallen = gs.export(walker(np.vstack([folded, *[folded[-1:]] * 60])), tmp_path / "a", "ros2")
     assert any("falls after" in notice for notice in fallen.notices)
@@ -38,15 +38,15 @@ def test_a_robot_stands_with_its_servos_at_their_centre(tmp_path):
     moved = experiment.organism.move(genome[None])
     individual = Individual.of_motion(experiment, moved, Path("x.csv"))
     done = gs.export(individual, tmp_path / "walk", "arduino")
-    assert "a loop of" in done.fact
+    assert "a loop of" in done.summary
     header = (tmp_path / "walk" / "gait.h").read_text()
     assert "STANDING[JOINTS] PROGMEM = {" + ", ".join(["1500"] * 12) + "}" in header
-    # The preset's own servo is one of the bus, whose centre is 2048.
+    # The servo of the preset is a bus servo, whose centre is 2048.
     gs.export(individual, tmp_path / "x.csv", "feetech")
     assert (tmp_path / "x.csv").read_text().splitlines()[1] == "0" + ",2048" * 12
 
 
-def test_another_format_or_option_is_refused(walker, tmp_path):
+def test_unknown_formats_and_options_are_refused(walker, tmp_path):
     individual = walker(np.zeros((20, 4)))
     with pytest.raises(GaitsimError, match="unknown format 'arduno'"):
         gs.export(individual, tmp_path / "x", "arduno")

@@ -1,4 +1,4 @@
-"""ROS 2 trajectories, read back by readers that gaitsim does not write with."""
+"""ROS 2 trajectories and bags, read back with independent readers."""
 
 import sqlite3
 import struct
@@ -20,7 +20,7 @@ FRAMES = 61
 def gait():
     times = np.arange(FRAMES)[:, None] / 30
     angles = np.sin(2 * np.pi * times + np.arange(3)) / 3
-    # The memory order of a body whose channels are computed joint by joint.
+    # In Fortran order, as for a body that computes its channels joint by joint.
     return Gait(np.asfortranarray(angles), NAMES, 30.0, 1, 0.0, REST)
 
 
@@ -32,7 +32,7 @@ def test_the_goal_reads_back_as_the_gait(gait, tmp_path):
     path = tmp_path / "goal.yaml"
     assert write_goal(trajectory_of(gait), path) == path.stat().st_size
     goal = yaml.safe_load(path.read_text())
-    # A goal of control_msgs/action/FollowJointTrajectory; what is left out has its default.
+    # A goal of control_msgs/action/FollowJointTrajectory; omitted fields have their defaults.
     assert goal.keys() == {"trajectory"}
     assert goal["trajectory"].keys() == {"joint_names", "points"}
     assert tuple(goal["trajectory"]["joint_names"]) == NAMES
@@ -56,7 +56,7 @@ def test_velocities_are_the_slopes_and_the_ends_are_at_rest(gait):
     assert not found.velocities[[0, -2, -1]].any()
 
 
-def test_a_slower_gait_of_fewer_points(gait):
+def test_playback_speed_and_keyframe_time_set_the_points(gait):
     found = trajectory_of(gait, 200, 0.5)
     seconds = found.nanoseconds / 1e9
     assert np.diff(seconds[:-1]) == pytest.approx(0.2)
@@ -68,7 +68,7 @@ def test_a_slower_gait_of_fewer_points(gait):
 
 
 class Cdr:
-    """A reader of the OMG's CDR, little-endian, with alignments from after its four-byte head."""
+    """A reader of OMG CDR, little-endian, with alignments relative to the end of the header."""
 
     def __init__(self, data):
         assert data[:4] == b"\0\1\0\0"
@@ -137,7 +137,7 @@ def test_the_bag_reads_back_as_the_gait(gait, tmp_path):
         assert np.abs(np.array(state.doubles()) - position).max() < 1e-9
 
 
-def test_a_bag_reads_back_by_the_types_of_ros(gait, tmp_path):
+def test_a_bag_reads_back_with_the_ros_types(gait, tmp_path):
     reading = pytest.importorskip("rosbags.highlevel")
     from rosbags.typesys import Stores, get_typestore
 
@@ -157,7 +157,7 @@ def test_a_bag_reads_back_by_the_types_of_ros(gait, tmp_path):
     assert np.abs(positions[:-1] - gait.angles).max() < 1e-9
 
 
-def test_something_else_of_that_name_is_left_alone(gait, tmp_path):
+def test_a_folder_that_is_not_a_bag_is_not_replaced(gait, tmp_path):
     pytest.importorskip("rosbags")
     from gaitsim.hardware.rosbag import write_bag
 

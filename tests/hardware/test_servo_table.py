@@ -1,3 +1,5 @@
+"""Servo tables: keyframes, ranges and playback."""
+
 import csv
 from dataclasses import replace
 
@@ -16,13 +18,13 @@ HALF_TURN = (0, -90, 90)
 
 
 def gait(degrees, frame_rate=10.0):
-    """(frames,) degrees of the joint 'a', and twice as much of 'b'."""
+    """A gait of two joints: 'a' has the given angles, (frames,) °, and 'b' twice as large ones."""
     angles = np.radians(np.array([[angle, 2 * angle] for angle in degrees], dtype=float))
     return Gait(angles, ("a", "b"), frame_rate, 1, 0.0)
 
 
 def table_of(given, servos, keyframe_ms=None, **options):
-    """The keyframes for servos of a centre and a range, degrees."""
+    """Keyframes for servos with a centre, a minimum and a maximum, °."""
     calibration = uniform_calibration(given.joint_names, *servos)
     return keyframes_of(given, calibration, keyframe_ms, **options)
 
@@ -33,7 +35,7 @@ def read(path):
     return header, rows
 
 
-def test_every_frame_in_milliseconds_and_degrees(tmp_path):
+def test_the_table_has_each_frame_in_milliseconds_and_degrees(tmp_path):
     table = table_of(gait([0, 30, -12.344]), HALF_TURN)
     write_degrees(table, tmp_path / "x.csv")
     header, rows = read(tmp_path / "x.csv")
@@ -44,21 +46,21 @@ def test_every_frame_in_milliseconds_and_degrees(tmp_path):
         ["200", "-12.34", "-24.69"],
     ]
     assert b"\r" not in (tmp_path / "x.csv").read_bytes()
-    assert table.off <= 0.005 + 1e-9
+    assert table.deviation <= 0.005 + 1e-9
 
 
 def test_keyframes_lie_on_straight_lines_between_frames():
     table = table_of(gait([0, 10, 0, 10]), HALF_TURN, 50)
     assert table.milliseconds.tolist() == [0, 50, 100, 150, 200, 250, 300]
     assert table.degrees[:, 0].tolist() == [0, 5, 10, 5, 0, 5, 10]
-    assert table.off == pytest.approx(0, abs=1e-9)
+    assert table.deviation == pytest.approx(0, abs=1e-9)
 
 
-def test_the_error_of_thinning_is_reported():
+def test_the_deviation_of_fewer_keyframes_is_reported():
     table = table_of(gait([0, 10, 0, 10, 0]), HALF_TURN, 200)
     assert table.milliseconds.tolist() == [0, 200, 400]
     assert table.degrees[:, 0].tolist() == [0, 0, 0]
-    assert table.off == pytest.approx(20)  # of b
+    assert table.deviation == pytest.approx(20)  # joint b
 
 
 def test_the_last_frame_counts_at_odd_frame_rates():
@@ -68,43 +70,43 @@ def test_the_last_frame_counts_at_odd_frame_rates():
         assert table.milliseconds[-1] == int(1000 * round(rate) / rate) // 20 * 20
 
 
-def test_the_centre_stands_for_the_pose_at_rest():
+def test_a_joint_at_zero_is_at_the_centre():
     table = table_of(gait([0, -20]), (90, 0, 180))
     assert table.degrees.tolist() == [[90, 90], [70, 50]]
 
 
-def test_what_leaves_the_range_is_refused_with_joint_and_time():
+def test_angles_beyond_the_range_are_refused_with_joint_and_time():
     with pytest.raises(GaitsimError) as error:
         table_of(gait([0, 10, -45, 20]), (90, 30, 150))
     error.match(r"b would turn to 0.00° at 200 ms \(frame 2\)")
     error.match("30° to 150°")
-    with pytest.raises(GaitsimError, match="1 more joint would"):
+    with pytest.raises(GaitsimError, match="so would 1 more joint"):
         table_of(gait([0, 10, -75, 20]), (90, 30, 150))
 
 
-def test_it_is_held_to_the_range_on_request():
+def test_angles_are_clipped_to_the_range_on_request():
     table = table_of(gait([0, 10, -45, 20]), (90, 30, 150), clip=True)
     assert table.clipped == 1
     assert table.degrees[2].tolist() == [45, 30]
-    assert table.off == pytest.approx(30, abs=0.01)
+    assert table.deviation == pytest.approx(30, abs=0.01)
 
 
-def test_the_bounds_themselves_are_within():
+def test_the_bounds_belong_to_the_range():
     limits = (0, -60, 60)
     assert table_of(gait([30, -30]), limits).degrees.tolist() == [[30, 60], [-30, -60]]
-    # Rounding to what is written comes before the check.
+    # Angles are rounded before the check.
     assert table_of(gait([30.002, -30]), limits).clipped == 0
 
 
 @pytest.mark.parametrize(
     "bounds", [(0, 10, -10), (0, 5, 5), (200, 0, 180), (0, -np.inf, 90), (np.nan, -90, 90)]
 )
-def test_a_range_that_is_none_is_refused(bounds):
+def test_invalid_ranges_are_refused(bounds):
     with pytest.raises(GaitsimError, match="invalid servo range"):
         uniform_calibration(("a",), *bounds)
 
 
-def test_a_gait_without_two_keyframes_is_refused():
+def test_too_few_or_too_close_keyframes_are_refused():
     with pytest.raises(GaitsimError, match="gives only one keyframe"):
         table_of(gait([0, 10]), HALF_TURN, 101)
     with pytest.raises(GaitsimError, match="at least 1 ms apart"):
@@ -116,7 +118,7 @@ def test_a_gait_without_two_keyframes_is_refused():
     st.sampled_from([10.0, 30.0, 60.0, 1000 / 7]),
     st.one_of(st.none(), st.integers(1, 30)),
 )
-def test_rows_follow_each_other_and_stay_in_range(degrees, rate, keyframe_ms):
+def test_times_increase_and_angles_stay_in_range(degrees, rate, keyframe_ms):
     if keyframe_ms and keyframe_ms > 1000 / rate:
         keyframe_ms = None
     table = table_of(gait(degrees, rate), HALF_TURN, keyframe_ms)
@@ -127,7 +129,7 @@ def test_rows_follow_each_other_and_stay_in_range(degrees, rate, keyframe_ms):
     assert not np.signbit(table.degrees[table.degrees == 0]).any()
 
 
-def test_a_file_that_cannot_be_written(tmp_path):
+def test_an_unwritable_file_is_one_error(tmp_path):
     table = table_of(gait([0, 1]), HALF_TURN)
     with pytest.raises(RunError, match="there is no folder"):
         write_degrees(table, tmp_path / "missing" / "x.csv")

@@ -1,4 +1,4 @@
-// A board that prints what it is sent: milliseconds, address, channel, ticks.
+// A board that prints each command: milliseconds, address, channel, ticks.
 #pragma once
 #include <Arduino.h>
 

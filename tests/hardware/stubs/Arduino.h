@@ -1,4 +1,4 @@
-// What the sketch uses of Arduino, with a clock that the test turns.
+// The parts of Arduino that the sketch uses, with a clock that the test sets.
 #pragma once
 #include <math.h>
 #include <stdint.h>
