@@ -12,7 +12,8 @@ To run it in the tests of a package:
         for report in check_package(Path(__file__).parents[1]):
             assert report.ok, report
 
-Each plugin is examined in a child process, so that endless loops, exits and output do no harm.
+Each plugin is examined in a child process, so that endless loops, exits and output cannot harm the
+caller.
 `gaitsim plugins check` runs the same check from the command line.
 """
 
@@ -23,10 +24,10 @@ from typing import Any
 
 from gaitsim.registry import find
 from gaitsim.testing.report import Finding, Report
-from gaitsim.testing.rules.packages import Chosen, chosen, rivals
-from gaitsim.testing.sandbox import SECONDS, watch
+from gaitsim.testing.rules.packages import PluginSelection, check_unique_name, select_plugins
+from gaitsim.testing.sandbox import SECONDS, examine_in_processes
 
-__all__ = ["SECONDS", "Finding", "Report", "check", "check_chosen", "check_package"]
+__all__ = ["SECONDS", "Finding", "Report", "check", "check_package", "check_plugins"]
 
 
 def check(
@@ -39,32 +40,34 @@ def check(
             'experiments'.
         name: name of the plugin or preset.
         options: options that differ from the defaults.
-        seconds: timeout.
+        seconds: timeout, s.
 
     Raises:
         PluginError: the plugin does not exist, or several packages register the name.
+        GaitsimError: `seconds` is not a valid timeout.
     """
-    (report,) = watch([find(kind, name)], options, seconds=seconds)
+    (report,) = examine_in_processes([find(kind, name)], options, seconds=seconds)
     return report
 
 
 def check_package(reference: str | Path | None, *, seconds: float = SECONDS) -> list[Report]:
-    """Check everything that a package registers.
+    """Check all plugins and presets of a package.
 
     Args:
         reference: name of an installed plugin or package, or folder of a package, which need not
-            be installed; None for everything installed.
-        seconds: timeout per plugin.
+            be installed; None for all installed plugins and presets.
+        seconds: timeout per plugin, s.
 
     Raises:
-        GaitsimError: the name is unknown, or the folder has no package with plugins.
+        GaitsimError: the name is unknown, or the folder does not contain a package with plugins.
     """
-    with chosen(reference) as found:
-        return list(check_chosen(found, seconds=seconds))
+    with select_plugins(reference) as found:
+        return list(check_plugins(found, seconds=seconds))
 
 
-def check_chosen(found: Chosen, *, seconds: float = SECONDS) -> Iterator[Report]:
+def check_plugins(found: PluginSelection, *, seconds: float = SECONDS) -> Iterator[Report]:
     """Check plugins one after another; yield each report as soon as it is ready."""
-    for report in watch(found.entries, seconds=seconds, path=found.path):
-        rival = rivals(report.entry)
-        yield replace(report, findings=(rival, *report.findings)) if rival else report
+    for report in examine_in_processes(found.entries, seconds=seconds, path=found.path):
+        duplicate = check_unique_name(report.entry)
+        findings = (duplicate, *report.findings) if duplicate else report.findings
+        yield replace(report, findings=findings)

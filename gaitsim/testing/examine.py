@@ -15,18 +15,18 @@ from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Se
 from gaitsim.errors import ContractError, ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, load_entry, plugin_errors
-from gaitsim.testing.report import Finding, Report, advice, error, reported
+from gaitsim.testing.report import Finding, Report, advice, any_error, error
 from gaitsim.testing.rules.bits import digest
-from gaitsim.testing.rules.bodies import body_rules, moved_by, some_genomes
-from gaitsim.testing.rules.common import fitting
-from gaitsim.testing.rules.declared import declared, rebuilt, round_trip
+from gaitsim.testing.rules.bodies import body_rules, sample_genomes, sample_motion
+from gaitsim.testing.rules.common import supported_spaces
+from gaitsim.testing.rules.declared import build_plugin, check_declarations, check_round_trip
 from gaitsim.testing.rules.fitnesses import fitness_rules
 from gaitsim.testing.rules.operators import operator_rules
-from gaitsim.testing.rules.partners import partner
+from gaitsim.testing.rules.partners import find_body
 from gaitsim.testing.rules.presets import preset_rules, two_generations
 from gaitsim.testing.rules.searches import search_rules
 from gaitsim.testing.rules.selections import selection_rules
-from gaitsim.testing.rules.trials import parts, trial, with_stand_ins
+from gaitsim.testing.rules.trials import make_trial, result_arrays, with_placeholders
 
 SLOW_IMPORT = 3.0  # seconds, without the libraries that gaitsim itself imports
 
@@ -36,36 +36,36 @@ OnStatus = Callable[[str], None]
 def examine(
     entry: Entry, options: Mapping[str, Any], on_status: OnStatus = lambda text: None
 ) -> Report:
-    """Check a plugin against every rule of its kind.
+    """Check a plugin or preset against all rules of its kind.
 
     Args:
-        entry: entry of the plugin.
+        entry: entry of the plugin or preset.
         options: options that differ from the defaults.
-        on_status: called with the name of each step before it starts, for the message about a
-            timeout.
+        on_status: function that is called with the description of each step before it starts, so
+            that the message about a timeout can name the step.
     """
     findings: list[Finding] = []
     figures: dict[str, float] = {}
-    found = ""
+    digest_found = ""
     try:
         for finding in _rules(entry, options, figures, on_status):
             findings.append(finding)
         if all(finding.level == "advice" for finding in findings):
             on_status("computing everything a second time")
             with plugin_errors(entry, "computing everything a second time"):
-                found = outcome(entry, options)
+                digest_found = digest_results(entry, options)
     except GaitsimError as problem:
-        findings.append(_finding(entry, problem))
-    return Report(entry, tuple(findings), figures, found)
+        findings.append(_failure(entry, problem))
+    return Report(entry, tuple(findings), figures, digest_found)
 
 
-def _finding(entry: Entry, problem: GaitsimError) -> Finding:
+def _failure(entry: Entry, problem: GaitsimError) -> Finding:
     actual, fix, cause = problem.what, problem.remedy, problem.__cause__
     if isinstance(problem, ExperimentError):
         actual = str(problem)
     elif isinstance(problem, ContractError):  # its remedy is for users, not for plugin authors
         fix = f"see gaitsim.contracts.{entry.kind.capitalize()}"
-    place = _place(entry, cause) if cause is not None else ""
+    place = _location(entry, cause) if cause is not None else ""
     if place:
         actual, fix = f"{actual} ({place})", "correct the code at this line"
     elif isinstance(cause, ModuleNotFoundError):
@@ -73,8 +73,8 @@ def _finding(entry: Entry, problem: GaitsimError) -> Finding:
     return error("failure", problem.allowed or "no exception", actual, fix)
 
 
-def _place(entry: Entry, cause: BaseException) -> str:
-    """Return the file and line of the plugin's package that raised an exception; '' if unknown."""
+def _location(entry: Entry, cause: BaseException) -> str:
+    """Return the file and line of the plugin's package that raised an exception, or ''."""
     package = entry.target.partition(":")[0].partition(".")[0]
     place = ""
     for frame, line in walk_tb(cause.__traceback__):
@@ -91,39 +91,39 @@ def _rules(
         yield from preset_rules(entry)
         return
     on_status("importing the plugin")
-    yield from _imported(entry, figures)
+    yield from _check_import(entry, figures)
     model = load_entry(entry)
-    before = _global_randomness()
+    before = _global_random_state()
     with plugin_errors(entry, "declaring its options"):
-        wrong = yield from reported(declared(model))
+        failed = yield from any_error(check_declarations(model))
     on_status("validating its options")
-    options = with_stand_ins(model, options)
+    options = with_placeholders(model, options)
     with plugin_errors(entry, "validating its options"):
-        # Without options, as from Python, which does not validate defaults; otherwise as from a
-        # file.
-        plugin = rebuilt(model, options) if options else model()
+        # Options are validated as in a file. Without options, the plugin is created as in Python,
+        # which does not validate defaults.
+        plugin = build_plugin(model, options) if options else model()
     with plugin_errors(entry, "writing its options"):
-        wrong |= yield from reported(round_trip(entry.kind, plugin))
-    if wrong:
+        failed |= yield from any_error(check_round_trip(entry.kind, plugin))
+    if failed:
         return
-    yield from _of_kind(entry, plugin, figures, on_status)
-    if _global_randomness() != before:
+    yield from _rules_of_kind(entry, plugin, figures, on_status)
+    if _global_random_state() != before:
         yield error(
             "randomness",
-            "no use of the global random generators, because runs must be reproducible",
+            "random numbers only from given generators, because runs must be reproducible",
             "the plugin draws from 'random' or 'numpy.random'",
             "draw from the argument 'rng', or from np.random.default_rng(seed)",
         )
 
 
-def _imported(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
-    begun = time.perf_counter()
+def _check_import(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
+    start = time.perf_counter()
     with plugin_errors(entry, "being imported"):
         module = entry.target.partition(":")[0]
         new = module not in sys.modules
         import_module(module)
     if new:
-        figures["import_seconds"] = time.perf_counter() - begun
+        figures["import_seconds"] = time.perf_counter() - start
         if figures["import_seconds"] > SLOW_IMPORT:
             yield advice(
                 "import time",
@@ -133,7 +133,7 @@ def _imported(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
             )
 
 
-def _of_kind(
+def _rules_of_kind(
     entry: Entry, plugin: Plugin, figures: dict[str, float], on_status: OnStatus
 ) -> Iterator[Finding]:
     rules: Iterator[Finding]
@@ -156,13 +156,13 @@ def _of_kind(
         yield from rules
 
 
-def _global_randomness() -> str:
-    """Return a digest of the state of the global generators."""
+def _global_random_state() -> str:
+    """Return a digest of the state of the global random generators."""
     state = np.random.get_state(legacy=False)  # noqa: NPY002 - to detect its use
     return digest([repr(random.getstate()), repr(state)])
 
 
-def outcome(entry: Entry, options: Mapping[str, Any]) -> str:
+def digest_results(entry: Entry, options: Mapping[str, Any]) -> str:
     """Return a digest of the results of a plugin, for comparison with another process.
 
     Raises:
@@ -173,31 +173,31 @@ def outcome(entry: Entry, options: Mapping[str, Any]) -> str:
         return digest(two_generations(parse_experiment(experiment.to_toml(), entry.name)))
     try:
         model = load_entry(entry)
-        plugin = rebuilt(model, with_stand_ins(model, options))
+        plugin = build_plugin(model, with_placeholders(model, options))
     except ValidationError as problem:
         raise GaitsimError(str(problem)) from None
-    return digest(_computed(entry, plugin))
+    return digest(_compute(entry, plugin))
 
 
-def _computed(entry: Entry, plugin: Plugin) -> object:
+def _compute(entry: Entry, plugin: Plugin) -> object:
     rng = np.random.default_rng(11)
     if isinstance(plugin, Organism):
-        motion = moved_by(entry, plugin)
+        motion = sample_motion(entry, plugin)
         return [motion, plugin.skeleton(motion, 0)]
     if isinstance(plugin, Fitness):
-        found = partner(entry, plugin)
-        return plugin.terms(moved_by(*found)) if found else []
+        found = find_body(entry, plugin)
+        return plugin.terms(sample_motion(*found)) if found else []
     if isinstance(plugin, Search):
-        trials = filter(None, (trial(plugin, space) for _, space in fitting(plugin)))
-        return [[state, parts(last)] for each in trials for state, last in each.run(3)]
+        trials = filter(None, (make_trial(plugin, space) for _, space in supported_spaces(plugin)))
+        return [[state, result_arrays(last)] for each in trials for state, last in each.run(3)]
     if isinstance(plugin, Selection):
         return plugin.parents(np.sin(np.arange(30.0)), 20, rng)
     assert isinstance(plugin, Crossover | Mutation)
-    made = []
-    for _, space in fitting(plugin):
-        genomes = some_genomes(space, 8)
+    children = []
+    for _, space in supported_spaces(plugin):
+        genomes = sample_genomes(space, 8)
         if isinstance(plugin, Crossover):
-            made.append(plugin.cross(genomes, genomes[::-1].copy(), space, rng))
+            children.append(plugin.cross(genomes, genomes[::-1].copy(), space, rng))
         else:
-            made.append(plugin.mutate(genomes, space, rng))
-    return made
+            children.append(plugin.mutate(genomes, space, rng))
+    return children

@@ -1,4 +1,4 @@
-"""The findings of a check: expected and actual behaviour of the plugin, and how to fix it."""
+"""The report of a check: a list of findings, each with a suggested fix."""
 
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -12,7 +12,7 @@ Level = Literal["error", "advice"]
 
 @dataclass(frozen=True)
 class Finding:
-    """An error or an advice.
+    """An error, or a piece of advice.
 
     Attributes:
         level: 'error' for a violation of the contract, 'advice' for a possible improvement.
@@ -41,13 +41,13 @@ error = partial(Finding, "error")
 advice = partial(Finding, "advice")
 
 
-def reported(findings: Iterable[Finding]) -> Generator[Finding, None, bool]:
+def any_error(findings: Iterable[Finding]) -> Generator[Finding, None, bool]:
     """Yield the findings; return whether any is an error, so that later rules can be skipped."""
-    wrong = False
+    found = False
     for finding in findings:
-        wrong |= finding.level == "error"
+        found |= finding.level == "error"
         yield finding
-    return wrong
+    return found
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,9 @@ class Report:
         entry: entry of the plugin, with its package.
         findings: findings in the order of the rules.
         figures: measurements by name: `import_seconds`, `first_call_seconds`,
-            `individuals_per_second`; those that the check did not reach are missing.
-        digest: SHA-256 of the plugin's results, for comparison between processes; '' for none.
+            `individuals_per_second`. Measurements that the check did not reach are missing.
+        digest: SHA-256 of the plugin's results, for comparison between processes; '' if the
+            plugin has errors.
     """
 
     entry: Entry
@@ -83,15 +84,15 @@ class Report:
         return tuple(finding for finding in self.findings if finding.level == "advice")
 
     def __str__(self) -> str:
-        """The verdict on one line, then each finding."""
+        """Return the verdict on one line, followed by the findings."""
         errors = len(self.errors)
         verdict = f"fails: {errors} error{'s' * (errors > 1)}" if errors else "passes"
         if self.advice:
-            verdict += f", {len(self.advice)} of advice"
+            verdict += f", {len(self.advice)} piece{'s' * (len(self.advice) > 1)} of advice"
         return "\n".join([f"{self.entry} {verdict}", *map(str, self.findings)])
 
     def to_json(self) -> dict[str, Any]:
-        """Return the report for JSON."""
+        """Return the report as a dict for JSON."""
         return {
             **asdict(self.entry),
             "ok": self.ok,

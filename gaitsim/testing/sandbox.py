@@ -19,56 +19,58 @@ from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, Report, error
 
 SECONDS = 120.0  # timeout of a plugin; compiling kernels takes 20 s, more on a busy machine
-_END = 10.0  # timeout for a child to end after it closed its output, s
+_EXIT = 10.0  # timeout for a child to exit after it closed its output, s
 _START = 120.0  # timeout for a child to start, s
 _DAY = 86_400
 
 
-class _NoAnswer(Exception):
-    """Raised if the child did not answer in time, or has ended."""
+class _NoResponse(Exception):
+    """Raised if the child did not respond in time, or has exited."""
 
     def __init__(self, rule: str, actual: str, fix: str) -> None:
-        self.finding = error(rule, "an examination that ends", actual, fix)
+        self.finding = error(rule, "a check that finishes within the time limit", actual, fix)
 
 
 class _Child:
-    """A process that examines plugins; it starts with the first question.
+    """A process that examines plugins; it is started by the first request.
 
     Args:
         path: folders to import from, before those of this process.
-        hash_seed: seed of hashes, and so of the order of sets, which must not affect results.
+        hash_seed: seed of hashes, which determines the order of sets; it must not affect results.
     """
 
     def __init__(self, path: Sequence[str], hash_seed: int) -> None:
         self._path = [*path, *filter(None, sys.path)]
         self._hash_seed = str(hash_seed)
         self._process: subprocess.Popen[bytes] | None = None
-        self._answers: SimpleQueue[dict[str, Any] | None] = SimpleQueue()
-        self._doing = ""
+        self._responses: SimpleQueue[dict[str, Any] | None] = SimpleQueue()
+        self._step = ""
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._end()
+        self._kill()
 
-    def ask(self, entry: Entry, options: Mapping[str, Any], seconds: float, *, again: bool) -> Any:
-        """Return the answer to a question.
+    def request(
+        self, entry: Entry, options: Mapping[str, Any], seconds: float, *, again: bool
+    ) -> Any:
+        """Return the response to a request to examine a plugin, or to repeat its computations.
 
         Raises:
-            _NoAnswer: the child timed out or ended.
+            _NoResponse: the child timed out or exited.
         """
         try:
             process = self._process or self._start()
-            self._doing = "computing everything in another process" if again else "being examined"
-            question = {"entry": asdict(entry), "options": dict(options), "again": again}
-            return self._exchange(process, question, seconds)
-        except _NoAnswer:
-            self._end()
+            self._step = "computing everything in another process" if again else "being examined"
+            request = {"entry": asdict(entry), "options": dict(options), "again": again}
+            return self._exchange(process, request, seconds)
+        except _NoResponse:
+            self._kill()
             raise
 
     def _start(self) -> "subprocess.Popen[bytes]":
-        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by _end
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by _kill
         self._process = process = subprocess.Popen(
             # -P: do not import modules from the current folder.
             [sys.executable, "-P", "-m", "gaitsim.testing.sandbox_child"],
@@ -78,48 +80,50 @@ class _Child:
             env=os.environ | {"PYTHONHASHSEED": self._hash_seed},
             start_new_session=True,  # Ctrl-C must not reach the child
         )
-        self._answers = SimpleQueue()
-        threading.Thread(target=_listen, args=(process.stdout, self._answers), daemon=True).start()
-        self._doing = "starting"
+        self._responses = SimpleQueue()
+        threading.Thread(
+            target=_read_responses, args=(process.stdout, self._responses), daemon=True
+        ).start()
+        self._step = "starting"
         self._exchange(process, {"path": self._path}, _START)
         return process
 
     def _exchange(
-        self, process: "subprocess.Popen[bytes]", question: Mapping[str, Any], seconds: float
+        self, process: "subprocess.Popen[bytes]", request: Mapping[str, Any], seconds: float
     ) -> dict[str, Any]:
         if process.stdin is not None:
-            with suppress(OSError):  # the child has ended; the missing answer reports it
-                process.stdin.write(json.dumps(question).encode() + b"\n")
+            with suppress(OSError):  # the child has exited; the missing response reports it
+                process.stdin.write(json.dumps(request).encode() + b"\n")
                 process.stdin.flush()
         end = time.monotonic() + seconds
         while True:
             try:
-                answer = self._answers.get(timeout=max(end - time.monotonic(), 0))
+                response = self._responses.get(timeout=max(end - time.monotonic(), 0))
             except Empty:
-                raise _NoAnswer(
+                raise _NoResponse(
                     "time limit",
-                    f"the plugin was still {self._doing} after {seconds:g} s",
+                    f"the plugin was still {self._step} after {seconds:g} s",
                     "look for an endless loop in this step, or increase --seconds",
                 ) from None
-            if answer is None:
+            if response is None:
                 fix = "remove all code that ends the process from the plugin"
-                raise _NoAnswer("process", self._last_words(process), fix)
-            if "doing" not in answer:
-                return answer
-            self._doing = answer["doing"]
+                raise _NoResponse("process", self._describe_end(process), fix)
+            if "doing" not in response:
+                return response
+            self._step = response["doing"]
 
-    def _last_words(self, process: "subprocess.Popen[bytes]") -> str:
-        """Return how the process ended, and the last part of its standard error."""
+    def _describe_end(self, process: "subprocess.Popen[bytes]") -> str:
+        """Describe how the process ended, with the end of its standard error."""
         try:
-            code = process.wait(_END)
+            code = process.wait(_EXIT)
         except subprocess.TimeoutExpired:
-            return f"the process closed its output while {self._doing}, and did not end"
+            return f"the process closed its output while {self._step}, and did not exit"
         self._errors.seek(0)
-        words = self._errors.read()[-300:].decode(errors="replace").strip()
+        stderr = self._errors.read()[-300:].decode(errors="replace").strip()
         how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
-        return f"the process ended while {self._doing}: {how}" + (f"; {words}" if words else "")
+        return f"the process ended while {self._step}: {how}" + (f"; {stderr}" if stderr else "")
 
-    def _end(self) -> None:
+    def _kill(self) -> None:
         if self._process is None:
             return
         with suppress(ProcessLookupError):
@@ -127,36 +131,36 @@ class _Child:
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._errors):
-            with suppress(OSError):  # an unread question
+            with suppress(OSError):  # an unread request
                 if stream is not None:
                     stream.close()
         self._process = None
 
 
-def _listen(stream: Any, answers: "SimpleQueue[dict[str, Any] | None]") -> None:
+def _read_responses(stream: Any, responses: "SimpleQueue[dict[str, Any] | None]") -> None:
     with suppress(ValueError):  # the stream was closed when the process was killed
         for line in stream:
-            answers.put(json.loads(line))
-    answers.put(None)
+            responses.put(json.loads(line))
+    responses.put(None)
 
 
-def watch(
+def examine_in_processes(
     entries: Sequence[Entry],
     options: Mapping[str, Any] | None = None,
     *,
     seconds: float = SECONDS,
     path: Sequence[str] = (),
 ) -> Iterator[Report]:
-    """Examine plugins one after another, in a process that is killed after a timeout.
+    """Examine plugins one after another in a process, which is killed after a timeout.
 
-    A plugin that passes repeats its computations in a second process, with a different order of
-    sets, and with options that were serialised to text, as they are for workers.
+    If a plugin passes, its computations are repeated in a second process, with a different order of
+    sets and with serialised options, as in a worker.
 
     Args:
         entries: entries of the plugins.
         options: options that differ from the defaults.
-        seconds: timeout per plugin.
-        path: folders to import from first.
+        seconds: timeout per plugin, s.
+        path: folders to import from, before those of this process.
 
     Raises:
         GaitsimError: `seconds` is not a valid timeout.
@@ -165,36 +169,36 @@ def watch(
         raise GaitsimError(
             f"{seconds:g} s is not a valid timeout", allowed=f"above 0 s and at most {_DAY:,} s"
         )
-    given = options or {}
+    options = options or {}
     with ExitStack() as stack:
         first, second = (stack.enter_context(_Child(path, seed)) for seed in (1, 2))
         for entry in entries:
             try:
-                answer = first.ask(entry, given, seconds, again=False)
-            except _NoAnswer as problem:
+                response = first.request(entry, options, seconds, again=False)
+            except _NoResponse as problem:
                 yield Report(entry, (problem.finding,))
                 continue
-            data = answer["report"]
+            data = response["report"]
             findings = tuple(Finding(**finding) for finding in data["findings"])
-            report = Report(entry, findings, data["figures"], answer["digest"])
-            different = report.digest and _compare(second, report, given, seconds)
+            report = Report(entry, findings, data["figures"], response["digest"])
+            different = report.digest and _check_second_process(second, report, options, seconds)
             yield replace(report, findings=(*findings, different)) if different else report
 
 
-def _compare(
+def _check_second_process(
     child: _Child, report: Report, options: Mapping[str, Any], seconds: float
 ) -> Finding | None:
     """Return a finding if another process computes different results; None otherwise."""
     try:
-        answer = child.ask(report.entry, options, seconds, again=True)
-    except _NoAnswer as problem:
+        response = child.request(report.entry, options, seconds, again=True)
+    except _NoResponse as problem:
         return problem.finding
-    if answer.get("digest") == report.digest:
+    if response.get("digest") == report.digest:
         return None
     return error(
         "processes",
-        "the same bits in another process, such as a worker",
-        answer.get("failure", "different bits"),
+        "the same bits in a different process, such as a worker",
+        response.get("failure", "different bits"),
         "depend only on options and genomes: not on the order of a set, on id() or hash(), "
         "the environment, or earlier results",
     )

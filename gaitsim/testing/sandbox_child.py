@@ -1,8 +1,8 @@
-"""Examine plugins on request; requests and answers are lines of JSON.
+"""Examine plugins on request; requests and responses are lines of JSON.
 
-`watch` runs this module, `python -m gaitsim.testing.sandbox_child`, as a separate process, because
-a plugin may loop endlessly, exit or print. Output of plugins does not mix with the answers, and is
-reported as a finding.
+`examine_in_processes` runs this module, `python -m gaitsim.testing.sandbox_child`, as a separate
+process, because a plugin may loop endlessly, exit or print. The output of plugins is kept apart
+from the responses, and is reported as a finding.
 """
 
 import io
@@ -15,63 +15,63 @@ from dataclasses import replace
 from queue import SimpleQueue
 from typing import Any, BinaryIO
 
-Questions = SimpleQueue[dict[str, Any]]
+Requests = SimpleQueue[dict[str, Any]]
 
 
 def main() -> None:
-    """Answer requests until standard input is closed, which also ends the current examination."""
-    answers, asked = os.dup(1), os.fdopen(os.dup(0), "rb")
-    questions: Questions = SimpleQueue()
+    """Respond to requests until standard input is closed, which also stops an examination."""
+    responses, incoming = os.dup(1), os.fdopen(os.dup(0), "rb")
+    requests: Requests = SimpleQueue()
     with tempfile.TemporaryFile() as printed, open(os.devnull, "rb") as nothing:  # noqa: PTH123
         os.dup2(nothing.fileno(), 0)
         os.dup2(printed.fileno(), 1)
-        threading.Thread(target=_listen, args=(asked, questions), daemon=True).start()
-        _answer(questions, answers)
+        threading.Thread(target=_read_requests, args=(incoming, requests), daemon=True).start()
+        _respond(requests, responses)
 
 
-def _listen(asked: BinaryIO, questions: Questions) -> None:
-    for line in asked:
-        questions.put(json.loads(line))
-    os._exit(0)  # the parent has ended
+def _read_requests(incoming: BinaryIO, requests: Requests) -> None:
+    for line in incoming:
+        requests.put(json.loads(line))
+    os._exit(0)  # the parent process has exited
 
 
-def _answer(questions: Questions, answers: int) -> None:
-    sys.path[:0] = [folder for folder in questions.get()["path"] if folder not in sys.path]
+def _respond(requests: Requests, responses: int) -> None:
+    sys.path[:0] = [folder for folder in requests.get()["path"] if folder not in sys.path]
     from gaitsim.errors import GaitsimError
     from gaitsim.registry import Entry
-    from gaitsim.testing.examine import examine, outcome
+    from gaitsim.testing.examine import digest_results, examine
     from gaitsim.testing.report import advice
 
-    def send(**answer: Any) -> None:
-        os.write(answers, json.dumps(answer).encode() + b"\n")
+    def send(**response: Any) -> None:
+        os.write(responses, json.dumps(response).encode() + b"\n")
 
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # keeps the order with child processes' output
     send(ready=True)
     while True:
-        question = questions.get()
-        entry, options = Entry(**question["entry"]), question["options"]
-        if question["again"]:
+        request = requests.get()
+        entry, options = Entry(**request["entry"]), request["options"]
+        if request["again"]:
             try:
-                send(digest=outcome(entry, options))
+                send(digest=digest_results(entry, options))
             except GaitsimError as error:
                 send(failure=str(error))
             continue
         report = examine(entry, options, lambda text: send(doing=text))
-        text = _printed()
+        text = _take_output()
         if text:
-            printing = advice(
+            output = advice(
                 "standard output",
-                "no output there, because it is reserved for results, such as those of --json",
+                "no output there, because it is reserved for results, such as JSON",
                 f"{text!r}",
                 "use the module logging, or print(…, file=sys.stderr)",
             )
-            report = replace(report, findings=(*report.findings, printing))
+            report = replace(report, findings=(*report.findings, output))
         send(report=report.to_json(), digest=report.digest)
 
 
-def _printed() -> str:
-    """Return the beginning of the output since the last call."""
+def _take_output() -> str:
+    """Return the beginning of the output since the last call, and discard the rest."""
     if sys.stdout is not None:
         sys.stdout.flush()
     os.lseek(1, 0, os.SEEK_SET)

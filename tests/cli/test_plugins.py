@@ -113,7 +113,7 @@ def test_a_time_limit(gaitsim, install, working):
 FOLDERS = {
     "no pyproject": ({}, "cannot read"),
     "no TOML": ({"pyproject.toml": "[project"}, "not valid TOML"),
-    "no plugins": ({"pyproject.toml": "[project]\nname = 'x'\n"}, "registers no plugin"),
+    "no plugins": ({"pyproject.toml": "[project]\nname = 'x'\n"}, "does not register any plugins"),
     "no table": ({"pyproject.toml": "project = 3\n"}, "project is not a table"),
     "an unknown kind": (
         {"pyproject.toml": "[project.entry-points.'gaitsim.organsim']\nx = 'x:X'\n"},

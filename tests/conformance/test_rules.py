@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from gaitsim.registry import find
-from gaitsim.testing.examine import examine, outcome
+from gaitsim.testing.examine import digest_results, examine
 from gaitsim.testing.rules import bodies
 
 NAMES = {
@@ -415,7 +415,7 @@ ERRORS = {
         + TELL % "self._told.add(context.generation); return told\n"
         + ASK % "return np.roll(super().ask(state, last, context)[0], len(self._told), 0), state",
         "resume",
-        "the genomes differs after generation 1",
+        "genomes: different after generation 1",
     ),
     "a refused state of its own": (
         "search",
@@ -617,8 +617,8 @@ def test_options_reach_the_plugin(examined):
     (finding,) = report.findings
     assert finding.rule == "finite values"
     entry = find("organism", "x")
-    assert outcome(entry, {"legs": 4}) != outcome(entry, {"legs": 6})
-    assert outcome(entry, {"legs": 4}) == outcome(entry, {})
+    assert digest_results(entry, {"legs": 4}) != digest_results(entry, {"legs": 6})
+    assert digest_results(entry, {"legs": 4}) == digest_results(entry, {})
 
 
 @pytest.mark.parametrize(

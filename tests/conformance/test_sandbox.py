@@ -9,7 +9,7 @@ from waiting import until
 
 from gaitsim.errors import PluginError
 from gaitsim.testing import check, check_package
-from gaitsim.testing.rules.packages import chosen
+from gaitsim.testing.rules.packages import select_plugins
 
 LOOPS = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
 
@@ -135,14 +135,14 @@ def test_a_name_of_two_packages(install, working):
 
 
 def test_an_unknown_name():
-    with pytest.raises(PluginError) as raised, chosen("spidr"):
+    with pytest.raises(PluginError) as raised, select_plugins("spidr"):
         pass
     assert raised.value.remedy == "did you mean 'spider'?"
 
 
 def test_a_package_by_its_name(install, working):
     install("fake_legs", working, {"mutation": {"a": "Still"}, "organism": {"b": "Body"}})
-    with chosen("Fake-Legs") as found:
+    with select_plugins("Fake-Legs") as found:
         assert [entry.name for entry in found.entries] == ["b", "a"]
 
 

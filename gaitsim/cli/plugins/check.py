@@ -11,8 +11,8 @@ from gaitsim.cli.console import output, print_json
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.testing import Report, check_chosen
-from gaitsim.testing.rules.packages import chosen
+from gaitsim.testing import Report, check_plugins
+from gaitsim.testing.rules.packages import select_plugins
 
 BROKEN = 1  # exit code if a plugin has errors
 
@@ -53,10 +53,10 @@ def check(
     good = True
     with (
         interruptible(),
-        chosen(reference) as found,
+        select_plugins(reference) as found,
         Progress("checking", "plugins", len(found.entries)) as progress,
     ):
-        for report in check_chosen(found, seconds=seconds):
+        for report in check_plugins(found, seconds=seconds):
             if json:
                 print_json(report.to_json())
             else:

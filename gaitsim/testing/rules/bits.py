@@ -1,4 +1,4 @@
-"""Compare the results of plugins bit for bit, by their digests."""
+"""Bit-for-bit comparison of the results of plugins, by their digests."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -9,31 +9,31 @@ import numpy as np
 from gaitsim.contracts import Motion, Organism, Skeleton
 
 
-def digest(thing: object) -> str:
+def digest(value: object) -> str:
     """Return the SHA-256 of arrays, motions, skeletons, strings, numbers, or nested values."""
-    found = hashlib.sha256()
-    _add(found, thing)
-    return found.hexdigest()
+    sha = hashlib.sha256()
+    _add(sha, value)
+    return sha.hexdigest()
 
 
-def _add(found: Any, thing: object) -> None:
-    if isinstance(thing, np.ndarray):
-        found.update(f"{thing.dtype} {thing.shape}".encode())
-        found.update(np.ascontiguousarray(thing).tobytes())
-    elif isinstance(thing, Motion):
-        _add(found, {"rate": thing.frame_rate, "failures": sorted(thing.failures.items())})
-        _add(found, {name: thing[name] for name in sorted(thing)})
-    elif isinstance(thing, Skeleton):
-        _add(found, [thing.segments, thing.contacts, thing.touching, thing.path, thing.poses])
-    elif isinstance(thing, Mapping):
-        for key, value in thing.items():
-            _add(found, str(key))
-            _add(found, value)
-    elif isinstance(thing, Sequence) and not isinstance(thing, str):
-        for item in thing:
-            _add(found, item)
+def _add(sha: Any, value: object) -> None:
+    if isinstance(value, np.ndarray):
+        sha.update(f"{value.dtype} {value.shape}".encode())
+        sha.update(np.ascontiguousarray(value).tobytes())
+    elif isinstance(value, Motion):
+        _add(sha, {"rate": value.frame_rate, "failures": sorted(value.failures.items())})
+        _add(sha, {name: value[name] for name in sorted(value)})
+    elif isinstance(value, Skeleton):
+        _add(sha, [value.segments, value.contacts, value.touching, value.path, value.poses])
+    elif isinstance(value, Mapping):
+        for key, item in value.items():
+            _add(sha, str(key))
+            _add(sha, item)
+    elif isinstance(value, Sequence) and not isinstance(value, str):
+        for item in value:
+            _add(sha, item)
     else:
-        found.update(repr(thing).encode())
+        sha.update(repr(value).encode())
 
 
 def same(one: object, other: object) -> bool:
@@ -41,30 +41,30 @@ def same(one: object, other: object) -> bool:
     return digest(one) == digest(other)
 
 
-def other_shapes(motion: Motion, other: Motion) -> list[str]:
-    """Return the channels of a motion that have a different shape in another motion."""
+def changed_shapes(motion: Motion, other: Motion) -> list[str]:
+    """Return the channels that have different shapes in two motions of a body."""
     return [name for name in motion if np.shape(other[name]) != np.shape(motion[name])]
 
 
 def same_space(one: Organism, other: Organism) -> bool:
-    """Return whether two bodies draw the same genomes."""
+    """Return whether the genome spaces of two bodies draw the same genomes."""
     first, second = (
         body.genome_space().random(5, np.random.default_rng(3)) for body in (one, other)
     )
     return same(first, second)
 
 
-def rows(motion: Motion, chosen: Sequence[int]) -> dict[str, Any]:
-    """Return the channels and failures of some individuals, as in a separate chunk."""
-    chosen = list(chosen)
+def select_rows(motion: Motion, indices: Sequence[int]) -> dict[str, Any]:
+    """Return the channels and failures of some individuals, as if moved in a separate chunk."""
+    indices = list(indices)
     return {
-        "failures": {i: motion.failures[k] for i, k in enumerate(chosen) if k in motion.failures},
-        **{name: np.asarray(motion[name])[chosen] for name in motion},
+        "failures": {i: motion.failures[k] for i, k in enumerate(indices) if k in motion.failures},
+        **{name: np.asarray(motion[name])[indices] for name in motion},
     }
 
 
-def differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
-    """Return the first key at which two dicts of arrays differ; '' for none."""
+def first_difference(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """Return the first key at which two dicts of arrays differ, or ''."""
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other or not same(one[name], other[name]):
             return name

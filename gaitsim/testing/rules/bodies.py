@@ -10,52 +10,55 @@ from gaitsim.contracts import BitSpace, Channel, Genomes, GenomeSpace, Motion, O
 from gaitsim.evaluation.scoring import check_motion
 from gaitsim.experiment.model import space_of
 from gaitsim.registry import Entry
-from gaitsim.testing.report import Finding, advice, error, reported
+from gaitsim.testing.report import Finding, advice, any_error, error
 from gaitsim.testing.rules.bits import same
-from gaitsim.testing.rules.damage import without_a_leg
-from gaitsim.testing.rules.repeats import repeated
-from gaitsim.testing.rules.views import drawn, measured, played, rigged
-from gaitsim.testing.rules.worlds import in_other_worlds
+from gaitsim.testing.rules.damage import check_damage
+from gaitsim.testing.rules.repeats import check_determinism
+from gaitsim.testing.rules.views import check_measures, check_play, check_rig, check_skeleton
+from gaitsim.testing.rules.worlds import check_worlds
 
 COUNT = 6  # number of individuals moved
 FEW, MANY = 3, 100  # sizes of the timed batches; MANY is a usual population
-LONG = 0.2  # time of a small batch from which that of a population can be estimated, s
+LONG = 0.2  # a small batch must take this long to estimate the time of a population from it, s
 SLOW = 0.5  # time per further individual, s; 300 generations of 100 individuals take 4 hours
 
 _REAL = "biuf"  # kinds of dtype that are real numbers
 
 
 def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Iterator[Finding]:
-    """Check all rules for a body with its current options; stop where others depend on a rule."""
+    """Check all rules for a body with its current options.
+
+    Stop after a violation of a rule that later rules depend on.
+    """
     space = space_of(entry, body)
-    if (yield from reported(_space(body, space))):
+    if (yield from any_error(_check_space(body, space))):
         return
-    genomes = some_genomes(space)
-    motion, seconds = _timed(body, genomes)
+    genomes = sample_genomes(space)
+    motion, seconds = _timed_move(body, genomes)
     figures["first_call_seconds"] = seconds
-    if (yield from reported(_motion(body, motion))):
+    if (yield from any_error(_check_motion(body, motion))):
         return
     assert isinstance(motion, Motion)
-    yield from _channels(body, motion)
-    yield from repeated(body, genomes, motion)
-    if not (yield from reported(drawn(body, motion))):
-        yield from rigged(body, motion)
-    yield from measured(body, motion)
-    yield from played(body, motion)
-    yield from without_a_leg(body, genomes, motion)
-    yield from in_other_worlds(body, genomes, motion)
-    yield from _speed(body, space, figures)
+    yield from _check_values(body, motion)
+    yield from check_determinism(body, genomes, motion)
+    if not (yield from any_error(check_skeleton(body, motion))):
+        yield from check_rig(body, motion)
+    yield from check_measures(body, motion)
+    yield from check_play(body, motion)
+    yield from check_damage(body, genomes, motion)
+    yield from check_worlds(body, genomes, motion)
+    yield from _check_speed(body, space, figures)
 
 
-def some_genomes(space: GenomeSpace, count: int = COUNT) -> Genomes:
-    """Return random genomes, (count, genes), of which the last two are at the bounds."""
+def sample_genomes(space: GenomeSpace, count: int = COUNT) -> Genomes:
+    """Return random genomes, (count, genes); the last two of more than two are at the bounds."""
     genomes = space.random(count, np.random.default_rng(1))
     if isinstance(space, RealSpace) and count > 2:
         genomes[-2:] = space.repair(np.stack([space.lower, space.upper]))
     return genomes
 
 
-def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
+def _check_space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
     if not isinstance(space, RealSpace | BitSpace):
         yield advice(
             "genome space",
@@ -98,14 +101,14 @@ def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
         )
 
 
-def _timed(body: Organism, genomes: Genomes) -> tuple[object, float]:
-    begun = time.perf_counter()
+def _timed_move(body: Organism, genomes: Genomes) -> tuple[object, float]:
+    start = time.perf_counter()
     motion: object = body.move(genomes.copy())
-    return motion, time.perf_counter() - begun
+    return motion, time.perf_counter() - start
 
 
-def _motion(body: Organism, motion: object) -> Iterator[Finding]:
-    """Check the conditions of all further rules."""
+def _check_motion(body: Organism, motion: object) -> Iterator[Finding]:
+    """Check whether the result is a motion with valid channels, which later rules assume."""
     if not isinstance(motion, Motion):
         yield error(
             "motion",
@@ -125,15 +128,15 @@ def _motion(body: Organism, motion: object) -> Iterator[Finding]:
     if missing:
         yield error(
             "channels",
-            "every channel of 'channels' in the motion",
+            "a motion with every channel of 'channels'",
             f"{', '.join(missing)} missing",
             "add them to the Motion, or remove them from 'channels'",
         )
     for name in motion:
-        yield from _channel(name, motion[name], body.channels.get(name))
+        yield from _check_channel(name, motion[name], body.channels.get(name))
 
 
-def _channel(name: str, array: object, channel: Channel | None) -> Iterator[Finding]:
+def _check_channel(name: str, array: object, channel: Channel | None) -> Iterator[Finding]:
     if not isinstance(array, np.ndarray) or array.dtype.kind not in _REAL:
         actual = f"a {type(array).__name__}"
         if isinstance(array, np.ndarray):
@@ -157,8 +160,8 @@ def _channel(name: str, array: object, channel: Channel | None) -> Iterator[Find
         )
 
 
-def _lengths(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """Check that axes of the same name have the same length, and that `joints` fits its names."""
+def _check_axis_lengths(body: Organism, motion: Motion) -> Iterator[Finding]:
+    """Check that axes of the same name are equally long, and `joints` as long as its names."""
     found = {"joints": ("joint_names()", len(body.joint_names()))}
     for name, channel in body.channels.items():
         for axis, length in zip(channel.axes, motion[name].shape[1:], strict=True):
@@ -174,12 +177,12 @@ def _lengths(body: Organism, motion: Motion) -> Iterator[Finding]:
                 )
 
 
-def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
+def _check_values(body: Organism, motion: Motion) -> Iterator[Finding]:
     undeclared = [name for name in motion if name not in body.channels]
     if undeclared:
         yield advice(
             "channels",
-            "each channel of the motion declared in 'channels', with axes and unit",
+            "a declaration in 'channels', with axes and unit, of each channel of the motion",
             f"{', '.join(undeclared)} not declared; no fitness can read them",
             "channels = {…, "
             + f"{undeclared[0]!r}: Channel(('frames',), 'm', 'description')"
@@ -193,32 +196,34 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
                 "finite values",
                 f"{name}: finite numbers for each individual that is not in Motion.failures",
                 f"{np.count_nonzero(~np.isfinite(motion[name][bad[0]]))} non-finite values "
-                f"in individual {bad[0]}, which is drawn from the space or at its bounds",
+                f"in individual {bad[0]}, whose genes are random or at their bounds",
                 "prevent overflow and division by 0, or report a reason in Motion.failures",
             )
     if not whole:
         yield error(
             "failures",
-            "some individuals that do not fail",
+            "at least one individual that does not fail",
             f"all failed: {motion.failures[0]}",
             "narrow the bounds of the genome space",
         )
-    yield from _lengths(body, motion)
+    yield from _check_axis_lengths(body, motion)
 
 
-def _speed(body: Organism, space: GenomeSpace, figures: dict[str, float]) -> Iterator[Finding]:
-    """Time a few individuals alone and together; unless slow, also a population."""
-    genomes = some_genomes(space, MANY)
-    alone = sum(_timed(body, genomes[one : one + 1])[1] for one in range(FEW))
-    count, (_, taken) = FEW, _timed(body, genomes[:FEW])
-    # A batch takes as long as one individual if arrays are moved whole, and as long as all of its
-    # individuals alone in a loop.
+def _check_speed(
+    body: Organism, space: GenomeSpace, figures: dict[str, float]
+) -> Iterator[Finding]:
+    """Time individuals alone and in a batch; time a whole population unless that would be slow."""
+    genomes = sample_genomes(space, MANY)
+    alone = sum(_timed_move(body, genomes[one : one + 1])[1] for one in range(FEW))
+    count, (_, taken) = FEW, _timed_move(body, genomes[:FEW])
+    # A body that moves whole arrays takes as long for a batch as for one individual. A body that
+    # loops takes as long as for all individuals one by one.
     loops = taken >= 2 / 3 * alone
     if not loops or taken < LONG:
-        count, (_, taken) = MANY, _timed(body, genomes)
+        count, (_, taken) = MANY, _timed_move(body, genomes)
     each = taken / count
     figures["individuals_per_second"] = 1 / max(each, 1e-9)
-    # The fixed costs of a call do not count: a body that moves whole arrays has them, too.
+    # The fixed cost of a call is subtracted: bodies that move whole arrays have one, too.
     if (taken - alone / FEW) / (count - 1) > SLOW:
         yield advice(
             "speed",
@@ -228,10 +233,10 @@ def _speed(body: Organism, space: GenomeSpace, figures: dict[str, float]) -> Ite
         )
 
 
-def moved_by(entry: Entry, body: Organism) -> Motion:
-    """Return the motion of a few individuals, for a fitness to score.
+def sample_motion(entry: Entry, body: Organism) -> Motion:
+    """Return the motion of a few individuals, as input for a fitness.
 
     Raises:
         PluginError: the body does not return a motion.
     """
-    return check_motion(entry, body.move(some_genomes(space_of(entry, body))))
+    return check_motion(entry, body.move(sample_genomes(space_of(entry, body))))

@@ -18,20 +18,20 @@ from gaitsim.contracts import (
 )
 from gaitsim.testing.report import Finding, error
 
-GENERATIONS = (1, 2, 1000, 1_000_000)
+GENERATIONS = (1, 2, 1000, 1_000_000)  # in which schedules are checked
 
-ANEW = "draw only from the generator 'rng', and keep no state between calls"
+STATELESS = "draw only from the generator 'rng', and keep no state between calls"
 
 
 def _at_most_half(genomes: Genomes) -> Genomes:
-    """Repair genomes with more than half of the bits set: clear their last half."""
+    """Repair genomes with more than half of the bits set: clear the second half."""
     repaired = genomes.copy()
     repaired[genomes.sum(axis=1) > genomes.shape[1] / 2, genomes.shape[1] // 2 :] = 0
     return repaired
 
 
-def spaces() -> dict[str, GenomeSpace]:
-    """Return genome spaces for trials of an operator, by description."""
+def sample_spaces() -> dict[str, GenomeSpace]:
+    """Return genome spaces on which operators and searches are tested, by description."""
     lower = np.array([-1.0, 0.0, 1e-3, -np.pi, 10.0])
     width = np.array([2.0, 1e-6, 1.0, 2 * np.pi, 1e6])
     labels = tuple("abcde")
@@ -50,13 +50,17 @@ def spaces() -> dict[str, GenomeSpace]:
     }
 
 
-def fitting(operator: Crossover | Mutation | Search) -> Iterator[tuple[str, GenomeSpace]]:
-    """Yield the spaces that an operator or a search declares to support."""
-    return ((what, space) for what, space in spaces().items() if isinstance(space, operator.spaces))
+def supported_spaces(operator: Crossover | Mutation | Search) -> Iterator[tuple[str, GenomeSpace]]:
+    """Yield the sample spaces that an operator or a search declares in `spaces`."""
+    return (
+        (what, space)
+        for what, space in sample_spaces().items()
+        if isinstance(space, operator.spaces)
+    )
 
 
-def schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
-    """Check the result of `at` for early and late generations."""
+def check_schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
+    """Check that `at` returns a plugin in early and late generations."""
     for generation in GENERATIONS:
         scheduled: object = plugin.at(generation)
         if not isinstance(scheduled, contract):
@@ -69,21 +73,26 @@ def schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
             return
 
 
-def array(
-    method: str, what: str, thing: object, shape: tuple[int, ...], dtype: np.dtype[Any]
+def check_array(
+    method: str, what: str, value: object, shape: tuple[int, ...], dtype: np.dtype[Any]
 ) -> Iterator[Finding]:
-    """Check that a value is an array of a shape and dtype."""
+    """Check that a value is an array with the expected shape and dtype."""
     expected = f"{method} returns an array of shape {shape}, dtype {dtype} ({what})"
-    if not isinstance(thing, np.ndarray):
-        yield error("shapes", expected, f"a {type(thing).__name__}", "return a NumPy array")
-    elif thing.shape != shape:
-        yield error("shapes", expected, f"shape {thing.shape}", "see the contract's docstring")
-    elif thing.dtype != dtype:
-        yield error("dtypes", expected, f"dtype {thing.dtype}", f"end with .astype({dtype.name!r})")
+    if not isinstance(value, np.ndarray):
+        yield error("shapes", expected, f"a {type(value).__name__}", "return a NumPy array")
+    elif value.shape != shape:
+        yield error(
+            "shapes",
+            expected,
+            f"shape {value.shape}",
+            "see the docstring of the method in gaitsim.contracts",
+        )
+    elif value.dtype != dtype:
+        yield error("dtypes", expected, f"dtype {value.dtype}", f"end with .astype({dtype.name!r})")
 
 
-def rate(work: Callable[..., object], arguments: Sequence[object], count: int) -> float:
+def measure_rate(work: Callable[..., object], arguments: Sequence[object], count: int) -> float:
     """Return the individuals per second of a call that produces `count` individuals."""
-    begun = time.perf_counter()
+    start = time.perf_counter()
     work(*arguments)
-    return count / max(time.perf_counter() - begun, 1e-9)
+    return count / max(time.perf_counter() - start, 1e-9)

@@ -6,11 +6,11 @@ import numpy as np
 
 from gaitsim.contracts import Genomes, Motion, Organism
 from gaitsim.testing.report import Finding, error
-from gaitsim.testing.rules.bits import other_shapes, same_space
-from gaitsim.testing.rules.views import drawn
+from gaitsim.testing.rules.bits import changed_shapes, same_space
+from gaitsim.testing.rules.views import check_skeleton
 
 
-def without_a_leg(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+def check_damage(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
     """Check that a body without its first leg accepts the genomes of the intact body."""
     legs = body.leg_joints()
     if "damage" not in type(body).model_fields or len(legs) < 2 or dict(body).get("damage"):
@@ -26,7 +26,7 @@ def without_a_leg(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[
         )
         return
     moved = damaged.move(genomes.copy())
-    if other := other_shapes(motion, moved):
+    if other := changed_shapes(motion, moved):
         yield error(
             "damage",
             f"{other[0]}: the same shape with '{lost}' as intact, {motion[other[0]].shape}",
@@ -34,4 +34,4 @@ def without_a_leg(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[
             "keep the joints and the foot of a lost leg in the channels",
         )
         return
-    yield from drawn(damaged, moved)
+    yield from check_skeleton(damaged, moved)

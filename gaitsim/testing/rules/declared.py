@@ -11,12 +11,12 @@ from gaitsim import toml
 from gaitsim.contracts import Plugin
 from gaitsim.registry import options
 from gaitsim.testing.report import Finding, advice, error
-from gaitsim.testing.rules.trials import STAND_INS
+from gaitsim.testing.rules.trials import PLACEHOLDERS
 
 _BOUNDS = ("gt", "ge", "lt", "le")
 
 
-def declared(model: type[Plugin]) -> Iterator[Finding]:
+def check_declarations(model: type[Plugin]) -> Iterator[Finding]:
     """Check the docstring and the options of a class."""
     if not (model.__dict__.get("__doc__") or "").strip():
         yield advice(
@@ -33,11 +33,11 @@ def declared(model: type[Plugin]) -> Iterator[Finding]:
             "remove 'frozen' from its model_config",
         )
     for name, field in model.model_fields.items():
-        yield from _option(name, field)
+        yield from _check_option(name, field)
 
 
-def _option(name: str, field: FieldInfo) -> Iterator[Finding]:
-    if field.is_required() and name not in STAND_INS:
+def _check_option(name: str, field: FieldInfo) -> Iterator[Finding]:
+    if field.is_required() and name not in PLACEHOLDERS:
         yield error(
             "options",
             "a default for every option, so that the plugin works without options",
@@ -63,8 +63,8 @@ def _option(name: str, field: FieldInfo) -> Iterator[Finding]:
         )
 
 
-def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
-    """Check that options can be written to a file and read again, and are within their bounds."""
+def check_round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
+    """Check that options can be written to a file and read back, and are within their bounds."""
     import tomlkit
 
     expected = "the same options after writing and reading a file"
@@ -75,7 +75,7 @@ def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
         yield error("options", expected, f"cannot be written: {problem}", fix)
         return
     try:
-        back = rebuilt(type(plugin), toml.parse(text, "")[kind])
+        back = build_plugin(type(plugin), toml.parse(text, "")[kind])
     except ValidationError as problem:
         first = problem.errors()[0]
         option = ".".join(map(str, first["loc"]))
@@ -83,15 +83,15 @@ def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
             "options",
             "a default within the bounds of the option",
             f"{option} = {first['input']!r}: {first['msg']}",
-            f"choose another default for {option}, or other bounds",
+            f"change the default of {option}, or its bounds",
         )
         return
     if back != plugin:
         yield error("options", expected, f"{plugin!r} was read as {back!r}", fix)
 
 
-def rebuilt(model: type[Plugin], values: dict[str, Any]) -> Plugin:
-    """Return a plugin with options from an experiment file.
+def build_plugin(model: type[Plugin], values: dict[str, Any]) -> Plugin:
+    """Return a plugin with options, validated as in an experiment file.
 
     Raises:
         ValidationError: a value is invalid.

@@ -6,13 +6,13 @@ import numpy as np
 
 from gaitsim.contracts import Array, Fitness, Motion, Organism
 from gaitsim.registry import Entry
-from gaitsim.testing.report import Finding, advice, error, reported
-from gaitsim.testing.rules.bits import differing, same
-from gaitsim.testing.rules.bodies import COUNT, moved_by, some_genomes
-from gaitsim.testing.rules.partners import partner
+from gaitsim.testing.report import Finding, advice, any_error, error
+from gaitsim.testing.rules.bits import first_difference, same
+from gaitsim.testing.rules.bodies import COUNT, sample_genomes, sample_motion
+from gaitsim.testing.rules.partners import find_body
 
 
-class _Watched(Motion):
+class _RecordingMotion(Motion):
     """A motion that records which channels are read."""
 
     def __init__(self, motion: Motion) -> None:
@@ -33,7 +33,7 @@ def fitness_rules(
 ) -> Iterator[Finding]:
     """Check all rules for a fitness with its current options."""
     on_status("looking for a body with its channels")
-    found = partner(entry, fitness)
+    found = find_body(entry, fitness)
     if found is None:
         yield advice(
             "needs",
@@ -43,14 +43,14 @@ def fitness_rules(
         )
         return
     on_status(f"moving and evaluating {found[0]}")
-    motion, watched = moved_by(*found), _Watched(moved_by(*found))
-    terms: object = fitness.terms(watched)
-    if (yield from reported(_terms(terms))):
+    motion, recording = sample_motion(*found), _RecordingMotion(sample_motion(*found))
+    terms: object = fitness.terms(recording)
+    if (yield from any_error(_check_terms(terms))):
         return
     assert isinstance(terms, dict)
     given = {name: np.array(term) for name, term in terms.items()}
-    yield from _reading(fitness, watched)
-    changed = next((name for name in motion if not same(motion[name], watched[name])), "")
+    yield from _check_needs(fitness, recording)
+    changed = next((name for name in motion if not same(motion[name], recording[name])), "")
     if changed:
         yield error(
             "inputs",
@@ -65,10 +65,10 @@ def fitness_rules(
             "no finite score",
             "prevent overflow and division by 0",
         )
-    yield from _repeats(fitness, found, given)
+    yield from _check_determinism(fitness, found, given)
 
 
-def _terms(terms: object) -> Iterator[Finding]:
+def _check_terms(terms: object) -> Iterator[Finding]:
     if not isinstance(terms, dict) or not terms:
         yield error(
             "terms",
@@ -90,8 +90,8 @@ def _terms(terms: object) -> Iterator[Finding]:
             )
 
 
-def _reading(fitness: Fitness, watched: _Watched) -> Iterator[Finding]:
-    undeclared = sorted(watched.read - {*fitness.needs})
+def _check_needs(fitness: Fitness, recording: _RecordingMotion) -> Iterator[Finding]:
+    undeclared = sorted(recording.read - {*fitness.needs})
     if undeclared:
         yield error(
             "needs",
@@ -99,7 +99,7 @@ def _reading(fitness: Fitness, watched: _Watched) -> Iterator[Finding]:
             f"also reads {', '.join(undeclared)}",
             f"needs = {(*fitness.needs, *undeclared)!r}",
         )
-    unread = [name for name in fitness.needs if name not in watched.read]
+    unread = [name for name in fitness.needs if name not in recording.read]
     if unread:
         yield advice(
             "needs",
@@ -109,11 +109,11 @@ def _reading(fitness: Fitness, watched: _Watched) -> Iterator[Finding]:
         )
 
 
-def _repeats(
+def _check_determinism(
     fitness: Fitness, found: tuple[Entry, Organism], given: dict[str, Array]
 ) -> Iterator[Finding]:
-    again = fitness.terms(moved_by(*found))
-    name = differing(given, {name: np.array(term) for name, term in again.items()})
+    again = fitness.terms(sample_motion(*found))
+    name = first_difference(given, {name: np.array(term) for name, term in again.items()})
     if name:
         yield error(
             "determinism",
@@ -123,18 +123,18 @@ def _repeats(
         )
         return
     body = found[1]
-    genomes = some_genomes(body.genome_space())
-    for chosen in ([2], [4, 1, 0]):
-        part = fitness.terms(body.move(genomes[chosen]))
-        name = differing(
-            {name: term[chosen] for name, term in given.items()},
+    genomes = sample_genomes(body.genome_space())
+    for indices in ([2], [4, 1, 0]):
+        part = fitness.terms(body.move(genomes[indices]))
+        name = first_difference(
+            {name: term[indices] for name, term in given.items()},
             {name: np.array(term) for name, term in part.items()},
         )
         if name:
             yield error(
                 "chunks",
                 "the same terms in any chunk, with values that depend only on the individual",
-                f"{name} differs when individuals are evaluated in a chunk of {len(chosen)}",
+                f"{name} differs when individuals are evaluated in a chunk of {len(indices)}",
                 "use no values of the whole population, such as its best or its mean",
             )
             return

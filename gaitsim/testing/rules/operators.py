@@ -7,30 +7,36 @@ import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, Mutation
 from gaitsim.errors import PluginError
-from gaitsim.testing.report import Finding, error, reported
+from gaitsim.testing.report import Finding, any_error, error
 from gaitsim.testing.rules.bits import same
-from gaitsim.testing.rules.common import ANEW, array, fitting, rate, schedule
+from gaitsim.testing.rules.common import (
+    STATELESS,
+    check_array,
+    check_schedule,
+    measure_rate,
+    supported_spaces,
+)
 
 
 def operator_rules(operator: Crossover | Mutation, figures: dict[str, float]) -> Iterator[Finding]:
     """Check all rules for a crossover or a mutation with its current options."""
     crosses = isinstance(operator, Crossover)
-    if (yield from reported(schedule(operator, Crossover if crosses else Mutation))):
+    if (yield from any_error(check_schedule(operator, Crossover if crosses else Mutation))):
         return
-    method, parents_each = ("cross()", 2) if crosses else ("mutate()", 1)
-    for what, space in fitting(operator):
+    method, parents_per_child = ("cross()", 2) if crosses else ("mutate()", 1)
+    for what, space in supported_spaces(operator):
         for count, generation in ((1, 1), (9, 1), (9, 1000)):
             scheduled, random = operator.at(generation), np.random.default_rng(1)
-            parents = [space.random(count, random) for _ in range(parents_each)]
+            parents = [space.random(count, random) for _ in range(parents_per_child)]
             children = scheduled.children if isinstance(scheduled, Crossover) else 1
-            shape, breed = (count * children, space.genes), _breeding(scheduled, space)
-            if (yield from reported(_bred(method, what, breed, parents, shape, space))):
+            shape, breed = (count * children, space.genes), _bind_operator(scheduled, space)
+            if (yield from any_error(_check_breeding(method, what, breed, parents, shape, space))):
                 return
-        figures["individuals_per_second"] = rate(breed, parents, shape[0])
+        figures["individuals_per_second"] = measure_rate(breed, parents, shape[0])
 
 
-def _breeding(operator: Crossover | Mutation, space: GenomeSpace) -> Callable[..., object]:
-    """Return the function that breeds from parents, always with the same random numbers."""
+def _bind_operator(operator: Crossover | Mutation, space: GenomeSpace) -> Callable[..., object]:
+    """Return a function that breeds from parents, always with the same random numbers."""
     if isinstance(operator, Crossover):
         return lambda mothers, fathers: operator.cross(
             mothers, fathers, space, np.random.default_rng(7)
@@ -38,7 +44,7 @@ def _breeding(operator: Crossover | Mutation, space: GenomeSpace) -> Callable[..
     return lambda genomes: operator.mutate(genomes, space, np.random.default_rng(7))
 
 
-def _bred(
+def _check_breeding(
     method: str,
     what: str,
     breed: Callable[..., object],
@@ -46,9 +52,9 @@ def _bred(
     shape: tuple[int, ...],
     space: GenomeSpace,
 ) -> Iterator[Finding]:
-    lent = [genomes.copy() for genomes in parents]
+    arguments = [genomes.copy() for genomes in parents]
     try:
-        children: Any = breed(*lent)
+        children: Any = breed(*arguments)
     except PluginError as problem:
         yield error(
             "genome space",
@@ -57,16 +63,16 @@ def _bred(
             "declare only supported spaces in 'spaces': (RealSpace,) or (BitSpace,)",
         )
         return
-    if (yield from reported(array(method, what, children, shape, space.dtype))):
+    if (yield from any_error(check_array(method, what, children, shape, space.dtype))):
         return
-    if not all(map(same, lent, parents)):
+    if not all(map(same, arguments, parents)):
         yield error(
             "inputs",
             "unchanged parents",
             f"{method} changes them ({what})",
             "work on a copy()",
         )
-    if any(np.shares_memory(children, genomes) for genomes in lent):
+    if any(np.shares_memory(children, genomes) for genomes in arguments):
         yield error(
             "inputs",
             f"a new array from {method}",
@@ -84,10 +90,13 @@ def _bred(
         yield error(
             "bounds",
             "genes that repair() can make valid",
-            f"other genes ({what})",
+            f"genes that stay invalid ({what})",
             "return only 0 and 1 as bits",
         )
     if not same(children, breed(*[genomes.copy() for genomes in parents])):
         yield error(
-            "determinism", f"the same children from the same generator ({what})", "different", ANEW
+            "determinism",
+            f"the same children from the same generator ({what})",
+            "different",
+            STATELESS,
         )

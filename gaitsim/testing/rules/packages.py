@@ -1,4 +1,4 @@
-"""Choose the plugins to check: all installed ones, or those of a package or a folder."""
+"""Select the plugins to check: all installed plugins, or the plugins of a package or folder."""
 
 import os
 import re
@@ -21,7 +21,7 @@ _GROUP = "gaitsim."
 
 
 @dataclass(frozen=True)
-class Chosen:
+class PluginSelection:
     """Plugins and presets to check.
 
     Attributes:
@@ -34,44 +34,49 @@ class Chosen:
 
 
 @contextmanager
-def chosen(reference: str | Path | None) -> Iterator[Chosen]:
-    """Find plugins by the name of a plugin or package, or by the folder of a package; None is all.
+def select_plugins(reference: str | Path | None) -> Iterator[PluginSelection]:
+    """Select plugins by the name of a plugin or package, or by the folder of a package.
 
     The package in a folder need not be installed: its entry points are read from its
-    pyproject.toml. In the block, a temporary folder with metadata replaces the installation.
+    pyproject.toml. Within the `with` block, a temporary folder contains the metadata of an
+    installation.
+
+    Args:
+        reference: name or folder; None for all installed plugins.
 
     Raises:
         PluginError: the name is unknown.
-        GaitsimError: the folder has no package with entry points of gaitsim.
+        GaitsimError: the folder does not contain a package with entry points of gaitsim.
     """
     everything = tuple(
         entry for kind in CHECKED for claims in registry.entries(kind).values() for entry in claims
     )
     if reference is None:
-        yield Chosen(everything)
+        yield PluginSelection(everything)
         return
     named = tuple(e for e in everything if e.name == str(reference))
     packaged = tuple(e for e in everything if normalized(e.package) == normalized(str(reference)))
     folder = Path(reference)
     is_path = isinstance(reference, Path) or folder.name != reference or reference in (".", "..")
     if not is_path and (named or packaged):
-        yield Chosen(named or packaged)
+        yield PluginSelection(named or packaged)
     # Unlike pathlib, os.path does not raise an error for an invalid file name.
     elif is_path or os.path.isfile(folder / "pyproject.toml"):  # noqa: PTH113
         with TemporaryDirectory(prefix="gaitsim-") as metadata:
-            yield _of_folder(folder.resolve(), Path(metadata))
+            yield _plugins_of_folder(folder.resolve(), Path(metadata))
     else:
         known = sorted({e.name for e in everything} | {e.package for e in everything})
         raise PluginError(
             f"there is no plugin, package or folder {str(reference)!r}",
             allowed=", ".join(known),
-            remedy=nearest(str(reference), known) or "a package folder has a pyproject.toml",
+            remedy=nearest(str(reference), known)
+            or "the folder of a package contains a pyproject.toml",
         )
 
 
-def _of_folder(folder: Path, metadata: Path) -> Chosen:
+def _plugins_of_folder(folder: Path, metadata: Path) -> PluginSelection:
     file = folder / "pyproject.toml"
-    remedy = "name the folder of a package, which contains its pyproject.toml"
+    remedy = "give the folder of a package, which contains its pyproject.toml"
     text = read_file(file, "project", "'gaitsim plugins new'", remedy)
     project = _table(toml.parse(text, str(file)), "project", file)
     name, version = str(project.get("name", folder.name)), str(project.get("version", "0"))
@@ -80,23 +85,23 @@ def _of_folder(folder: Path, metadata: Path) -> Chosen:
         for group, names in _table(project, "entry-points", file).items()
         if group.startswith(_GROUP)
     }
-    strange = sorted({*points} - {*CHECKED, STUDIES, FILES})
-    if strange or not any(points.values()):
+    unknown = sorted({*points} - {*CHECKED, STUDIES, FILES})
+    if unknown or not any(points.values()):
         raise GaitsimError(
-            f"unknown kind of plugin {', '.join(strange)}"
-            if strange
-            else f"the package {name} registers no plugin",
+            f"unknown kind of plugin {', '.join(unknown)}"
+            if unknown
+            else f"the package {name} does not register any plugins",
             where=f"{file}, project.entry-points",
             allowed=", ".join(f'[project.entry-points."{_GROUP}{kind}"]' for kind in CHECKED),
-            remedy=nearest(strange[0], CHECKED) if strange else "see docs/plugins.md",
+            remedy=nearest(unknown[0], CHECKED) if unknown else "see docs/plugins.md",
         )
     found = tuple(
         Entry(kind, str(key), str(target), name, version)
         for kind in CHECKED
         for key, target in points.get(kind, {}).items()
     )
-    _install(metadata, name, version, points)
-    return Chosen(found, (str(metadata), *_sources(folder, found)))
+    _write_metadata(metadata, name, version, points)
+    return PluginSelection(found, (str(metadata), *_source_folders(folder, found)))
 
 
 def _table(data: dict[str, Any], key: str, file: Path) -> dict[str, Any]:
@@ -104,12 +109,12 @@ def _table(data: dict[str, Any], key: str, file: Path) -> dict[str, Any]:
     if not isinstance(table, dict) or (
         key == "entry-points" and not all(isinstance(names, dict) for names in table.values())
     ):
-        raise GaitsimError(f"{key} is not a table", where=str(file), remedy="correct it")
+        raise GaitsimError(f"{key} is not a table", where=str(file), remedy="correct the file")
     return table
 
 
-def _sources(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
-    """Yield the folders that contain the modules: `src`, or the package's folder."""
+def _source_folders(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
+    """Yield the folders that contain the modules: `src`, the folder of the package, or both."""
     modules = {entry.target.partition(":")[0].partition(".")[0].strip() for entry in entries}
     for source in (folder / "src", folder):
         if any(
@@ -118,7 +123,7 @@ def _sources(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
             yield str(source)
 
 
-def _install(metadata: Path, name: str, version: str, points: dict[str, Any]) -> None:
+def _write_metadata(metadata: Path, name: str, version: str, points: dict[str, Any]) -> None:
     """Write the metadata of an installation: name, version and entry points."""
     full = re.sub(r"[^A-Za-z0-9.+-]+", "_", f"{name.replace('-', '_')}-{version}")
     info = metadata / f"{full}.dist-info"
@@ -134,8 +139,8 @@ def _install(metadata: Path, name: str, version: str, points: dict[str, Any]) ->
     (info / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def rivals(entry: Entry) -> Finding | None:
-    """Return a finding if another package registers the same name."""
+def check_unique_name(entry: Entry) -> Finding | None:
+    """Return an error if another package registers the same name; None otherwise."""
     others = [
         claim.source
         for claim in registry.entries(entry.kind).get(entry.name, [])
@@ -151,5 +156,5 @@ def rivals(entry: Entry) -> Finding | None:
         "name",
         f"a unique name: if several packages register {entry.name!r}, none can be used",
         f"also registered by {' and '.join(others)}",
-        "choose another name in the entry points",
+        "choose a different name in the entry points",
     )

@@ -10,28 +10,29 @@ from gaitsim.experiment.combination import compatible
 from gaitsim.registry import EXPERIMENTS, Entry, entries, load_entry, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.registry.presets import read_preset
-from gaitsim.testing.rules.declared import rebuilt
+from gaitsim.testing.rules.declared import build_plugin
 
 
-def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
+def find_body(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
     """Return an installed body with the channels that the fitness reads; None if there is none.
 
-    Bodies of the fitness's own package come first, then those of gaitsim; others may be broken.
+    The order is: bodies of the fitness's own package, bodies of gaitsim, all others. A body that
+    cannot be loaded is skipped.
     """
     for body, values in _candidates(entry):
         with suppress(GaitsimError, ValueError):
             model = load_entry(body)
             if compatible(type(fitness), getattr(model, "channels", ()), None):
                 with plugin_errors(body, "validating its options"):
-                    made = rebuilt(model, values)
-                assert isinstance(made, Organism)
-                return body, made
+                    organism = build_plugin(model, values)
+                assert isinstance(organism, Organism)
+                return body, organism
     return None
 
 
 def _candidates(entry: Entry) -> Iterator[tuple[Entry, dict[str, object]]]:
     bodies = {name: claims[0] for name, claims in entries("organism").items() if len(claims) == 1}
-    # With the options of its own presets, on which the channels of a body may depend.
+    # First the bodies of the package's own presets, as the channels may depend on their options.
     for name, claims in entries(EXPERIMENTS).items():
         if claims[0].package == entry.package:
             with suppress(GaitsimError, KeyError, TypeError, AttributeError):

@@ -1,4 +1,4 @@
-"""Rules for a preset: it must be readable, move its first individuals, and breed."""
+"""Rules for a preset: it can be read, moves its first individuals, and breeds a generation."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,14 +12,14 @@ from gaitsim.experiment import Experiment, load_experiment, parse_experiment
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, error
 
-FEW = 3  # number of individuals evaluated, out of the whole population that is drawn and bred
+FEW = 3  # number of individuals evaluated; the whole population is drawn and bred
 
 
 def preset_rules(entry: Entry) -> Iterator[Finding]:
     """Check all rules for a preset.
 
     Raises:
-        GaitsimError: the preset has problems; lists all of them.
+        GaitsimError: the preset is invalid; the message lists all problems.
     """
     experiment = load_experiment(entry.name)
     if parse_experiment(experiment.to_toml(), "again") != experiment:
@@ -49,7 +49,7 @@ def preset_rules(entry: Entry) -> Iterator[Finding]:
             "finite values",
             f"a finite score for some of {FEW} random individuals",
             "no finite score",
-            "choose other options of the body, or another fitness",
+            "change the options of the body, or the fitness",
         )
 
 
@@ -62,11 +62,11 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
     space = experiment.space()
     first, state = ask(experiment, space, initial_state(experiment, space), None, 1)
     evaluation = evaluate(experiment, first[:FEW])
-    # Artificial scores for the search, because evaluating the whole population would take long.
+    # Artificial scores for the search, because evaluating the whole population could be slow.
     scores = np.sin(np.arange(len(first), dtype=np.float64))
     values = {name: np.resize(some, len(first)) for name, some in evaluation.values.items()}
-    told = Results(first, scores, values)
-    second, _ = ask(experiment, space, tell(experiment, space, state, told, 1), told, 2)
+    results = Results(first, scores, values)
+    second, _ = ask(experiment, space, tell(experiment, space, state, results, 1), results, 2)
     return {
         "scores": evaluation.scores,
         "terms": evaluation.terms,

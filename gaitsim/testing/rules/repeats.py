@@ -5,23 +5,23 @@ from concurrent.futures import ThreadPoolExecutor
 
 from gaitsim.contracts import Genomes, Motion, Organism
 from gaitsim.testing.report import Finding, error
-from gaitsim.testing.rules.bits import differing, rows, same
+from gaitsim.testing.rules.bits import first_difference, same, select_rows
 
 
-def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    """Check that motions do not depend on repetition, order or chunks, nor change genomes."""
-    whole = rows(motion, range(len(genomes)))
-    lent = genomes.copy()
-    # Reading all channels computes those that are derived.
-    again = rows(body.move(lent), range(len(genomes)))
-    if not same(lent, genomes):
+def check_determinism(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    """Check that motions do not depend on repetition, order or chunks, and keep the genomes."""
+    whole = select_rows(motion, range(len(genomes)))
+    argument = genomes.copy()
+    # select_rows reads all channels, and so computes the derived channels.
+    again = select_rows(body.move(argument), range(len(genomes)))
+    if not same(argument, genomes):
         yield error(
             "inputs",
             "unchanged genomes",
             "move() changes them",
             "work on a copy: genomes.copy()",
         )
-    name = differing(whole, again)
+    name = first_difference(whole, again)
     if name:
         yield error(
             "determinism",
@@ -32,28 +32,32 @@ def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
         return  # the next rules would fail for the same reason
     order = list(reversed(range(len(genomes))))
     orders = {"in reverse order": order, "alone": [2], "in a chunk of two": [4, 1]}
-    for how, chosen in orders.items():
-        part = body.move(genomes[chosen])
-        name = differing(rows(motion, chosen), rows(part, range(len(chosen))))
+    for how, indices in orders.items():
+        part = body.move(genomes[indices])
+        name = first_difference(
+            select_rows(motion, indices), select_rows(part, range(len(indices)))
+        )
         if name:
             yield error(
                 "chunks",
                 "each individual's motion depends only on its own genome, bit for bit",
                 f"{name} differs when individuals move {how}",
-                "use no values of the whole population, such as its mean; note that a matrix "
-                "product may round differently for another number of rows",
+                "use no values of the whole population, such as its mean; a matrix product may "
+                "round differently for a different number of rows",
             )
             return
     if body.threads:
-        yield from _threads(body, genomes, motion)
+        yield from _check_threads(body, genomes, motion)
 
 
-def _threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    everyone = range(len(genomes))
+def _check_threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    all_individuals = range(len(genomes))
     with ThreadPoolExecutor(2) as pool:
-        parts = pool.map(lambda _: rows(body.move(genomes.copy()), everyone), range(6))
-    whole = rows(motion, everyone)
-    name = next(filter(None, (differing(whole, part) for part in parts)), "")
+        parts = pool.map(
+            lambda _: select_rows(body.move(genomes.copy()), all_individuals), range(6)
+        )
+    whole = select_rows(motion, all_individuals)
+    name = next(filter(None, (first_difference(whole, part) for part in parts)), "")
     if name:
         yield error(
             "threads",

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Results, Search
-from gaitsim.testing.report import Finding, advice, error, reported
-from gaitsim.testing.rules.bits import differing, same
-from gaitsim.testing.rules.common import ANEW, array, fitting, rate
-from gaitsim.testing.rules.states import copied, described, state_rule, unchanged
-from gaitsim.testing.rules.trials import CASES, GENERATIONS, POPULATIONS, Trial, parts
+from gaitsim.testing.report import Finding, advice, any_error, error
+from gaitsim.testing.rules.bits import first_difference, same
+from gaitsim.testing.rules.common import STATELESS, check_array, measure_rate, supported_spaces
+from gaitsim.testing.rules.states import check_observers, check_state, check_unchanged, copy_state
+from gaitsim.testing.rules.trials import CASES, GENERATIONS, POPULATIONS, Trial, result_arrays
 
 SMALL = (1, 2, 3, 4, 5)
 
@@ -23,142 +23,154 @@ def search_rules(search: Search, figures: dict[str, float]) -> Iterator[Finding]
     if not (isinstance(reads, tuple) and all(isinstance(name, str) for name in reads)):
         yield error("reads", "reads() returns a tuple of names", f"{reads!r:.60}", "")
         return
-    refused = []
-    for what, space in fitting(search):
+    unsupported = []
+    for what, space in supported_spaces(search):
         objections: list[object] = [search.objection(space, size) for size in POPULATIONS + SMALL]
         if not all(isinstance(objection, str) for objection in objections):
             yield error("objection", "a string, '' for none", f"{objections[0]!r:.60}", "")
             return
-        able = [
+        supported = [
             size
             for size, objection in zip(POPULATIONS + SMALL, objections, strict=True)
             if not objection
         ]
-        if not able:
-            refused.append(f"{what}: {objections[0]}")
+        if not supported:
+            unsupported.append(f"{what}: {objections[0]}")
             continue
-        least = Trial(search, space, min(able))
-        if (yield from reported(_asked_and_told(least, f"{what}, population {min(able)}", 2))):
+        smallest = Trial(search, space, min(supported))
+        if (
+            yield from any_error(
+                _check_generations(smallest, f"{what}, population {min(supported)}", 2)
+            )
+        ):
             return
-        trial = Trial(search, space, able[0])
-        if (yield from reported(_begun(trial, what))):
+        trial = Trial(search, space, supported[0])
+        if (yield from any_error(_check_initial_state(trial, what))):
             return
-        trial = replace(trial, begun=trial.initial())
-        if (yield from reported(_in_space(trial, what))):
+        trial = replace(trial, initial_state=trial.initial())
+        if (yield from any_error(_check_space(trial, what))):
             return
-        figures["individuals_per_second"] = rate(
-            lambda trial: list(trial.run(GENERATIONS)), [trial], GENERATIONS * able[0]
+        figures["individuals_per_second"] = measure_rate(
+            lambda trial: list(trial.run(GENERATIONS)), [trial], GENERATIONS * supported[0]
         )
-    if refused:
+    if unsupported:
         yield advice(
             "objection",
-            f"support for {POPULATIONS[0]} to {POPULATIONS[-1]} genomes of all spaces in 'spaces'",
-            "; ".join(refused),
+            f"support for {POPULATIONS[0]} to {POPULATIONS[-1]} genomes from each of its 'spaces'",
+            "; ".join(unsupported),
             "declare only supported spaces in 'spaces': (RealSpace,) or (BitSpace,)",
         )
 
 
-def _begun(trial: Trial, what: str) -> Iterator[Finding]:
+def _check_initial_state(trial: Trial, what: str) -> Iterator[Finding]:
     """Check the state before the first generation."""
     state = trial.initial()
-    if (yield from reported(state_rule("initial()", what, state, state))):
+    if (yield from any_error(check_state("initial()", what, state, state))):
         return
     if not same(state, trial.initial()):
         expected = f"the same state from each call of initial() ({what})"
-        yield error("determinism", expected, "different states", ANEW)
+        yield error("determinism", expected, "different states", STATELESS)
 
 
-def _in_space(trial: Trial, what: str) -> Iterator[Finding]:
+def _check_space(trial: Trial, what: str) -> Iterator[Finding]:
     for case in CASES:
-        each, which = replace(trial, case=case), f"{what}, {case}"
-        if (yield from reported(_asked_and_told(each, which, GENERATIONS))):
+        case_trial, description = replace(trial, case=case), f"{what}, {case}"
+        if (yield from any_error(_check_generations(case_trial, description, GENERATIONS))):
             return
-        yield from described(each, which)
-    if (yield from reported(_resumed(trial, what))):
+        yield from check_observers(case_trial, description)
+    if (yield from any_error(_check_resume(trial, what))):
         return
-    yield from _warm_started(trial, what)
+    yield from _check_warm_start(trial, what)
     if trial.search.several:
-        yield from _several(trial, what)
+        yield from _check_several_populations(trial, what)
 
 
-def _asked_and_told(trial: Trial, what: str, generations: int) -> Iterator[Finding]:
-    """Check each call of some generations; call each method twice with the same arguments."""
+def _check_generations(trial: Trial, what: str, generations: int) -> Iterator[Finding]:
+    """Check each call in some generations, and call each method twice with the same arguments."""
     search, last = trial.search, None
     state: Any = trial.initial()
-    if (yield from reported(state_rule("initial()", what, state, state))):
+    if (yield from any_error(check_state("initial()", what, state, state))):
         return
     first = state
     for generation in range(1, generations + 1):
-        lent, lent_last = copied(state), last and _lent(last)
+        lent, lent_last = copy_state(state), last and _copy_results(last)
         answer: Any = search.ask(lent, lent_last, trial.context(generation, 1))
         if not (isinstance(answer, tuple) and len(answer) == 2):
             yield error("ask", "genomes and a state", f"a {type(answer).__name__}", "")
             return
         genomes, asked = answer
         shape = (trial.population, trial.space.genes)
-        if (yield from reported(array("ask()", what, genomes, shape, trial.space.dtype))):
+        if (yield from any_error(check_array("ask()", what, genomes, shape, trial.space.dtype))):
             return
         if not trial.space.contains(genomes):
             yield error(
                 "bounds", f"valid genomes ({what})", "invalid genomes", "context.repair(genomes)"
             )
             return
-        wrong = yield from reported(state_rule("ask()", what, asked, first))
-        wrong |= yield from reported(
-            unchanged("ask()", what, [state, parts(last)], [lent, parts(lent_last)])
+        wrong = yield from any_error(check_state("ask()", what, asked, first))
+        wrong |= yield from any_error(
+            check_unchanged(
+                "ask()", what, [state, result_arrays(last)], [lent, result_arrays(lent_last)]
+            )
         )
-        again = search.ask(copied(state), last and _lent(last), trial.context(generation, 1))
+        again = search.ask(
+            copy_state(state), last and _copy_results(last), trial.context(generation, 1)
+        )
         if not same([genomes, asked], list(again)):
             expected = f"the same result from a second call of ask() ({what})"
-            yield error("determinism", expected, "different bits", ANEW)
+            yield error("determinism", expected, "different bits", STATELESS)
             return
-        asked, last = copied(asked), trial.evaluated(genomes.copy(), generation)
-        lent, told = copied(asked), _lent(last)
+        asked, last = copy_state(asked), trial.evaluate(genomes.copy(), generation)
+        lent, told = copy_state(asked), _copy_results(last)
         state = search.tell(lent, told, trial.context(generation, 2))
-        wrong |= yield from reported(state_rule("tell()", what, state, first))
-        wrong |= yield from reported(
-            unchanged("tell()", what, [asked, parts(last)], [lent, parts(told)])
+        wrong |= yield from any_error(check_state("tell()", what, state, first))
+        wrong |= yield from any_error(
+            check_unchanged(
+                "tell()", what, [asked, result_arrays(last)], [lent, result_arrays(told)]
+            )
         )
         if wrong:
             return
-        retold = search.tell(copied(asked), _lent(last), trial.context(generation, 2))
+        retold = search.tell(copy_state(asked), _copy_results(last), trial.context(generation, 2))
         if not same(state, retold):
             expected = f"the same result from a second call of tell() ({what})"
-            yield error("determinism", expected, "different bits", ANEW)
+            yield error("determinism", expected, "different bits", STATELESS)
             return
-        state = copied(state)
+        state = copy_state(state)
 
 
-def _lent(results: Results) -> Results:
+def _copy_results(results: Results) -> Results:
     values = {name: one.copy() for name, one in results.values.items()}
     return Results(results.genomes.copy(), results.scores.copy(), values)
 
 
-def _resumed(trial: Trial, what: str) -> Iterator[Finding]:
-    """Check that another object continues from a stored state with the same bits."""
+def _check_resume(trial: Trial, what: str) -> Iterator[Finding]:
+    """Check that a new search object continues bit for bit from a stored state."""
     whole = list(trial.run(GENERATIONS))
     for done in (1, GENERATIONS // 2):
         state, last = whole[done - 1]
         other = replace(trial, search=type(trial.search).model_validate(trial.search.model_dump()))
-        rest = other.run(GENERATIONS, _stored(state), last, done)
-        for (here, asked), (there, expected) in zip(rest, whole[done:], strict=True):
-            name = differing(there, here)
-            if name or not same(asked.genomes, expected.genomes):
+        rest = other.run(GENERATIONS, _store_and_load(state), last, done)
+        for (state_found, found), (state_expected, expected) in zip(
+            rest, whole[done:], strict=True
+        ):
+            name = first_difference(state_expected, state_found)
+            if name or not same(found.genomes, expected.genomes):
                 yield error(
                     "resume",
-                    "the same bits after the state was stored and read, because runs are resumed",
-                    f"{name or 'the genomes'} differs after generation {done} ({what})",
+                    "the same bits after saving and loading the state, because runs can be resumed",
+                    f"{name or 'genomes'}: different after generation {done} ({what})",
                     "keep everything that the next call needs in the state, as arrays",
                 )
                 return
-        mismatch: object = trial.search.mismatch(_stored(state), trial.context(done + 1, 3))
+        mismatch: object = trial.search.mismatch(_store_and_load(state), trial.context(done + 1, 3))
         if mismatch != "":
             yield error("mismatch", f"'' for its own state ({what})", f"{mismatch!r:.60}", "")
             return
 
 
-def _stored(state: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the state to a file, and return it as read from there."""
+def _store_and_load(state: Mapping[str, Any]) -> dict[str, Any]:
+    """Write the state to a file, and return the state that is read back."""
     file = io.BytesIO()
     np.savez(file, **state)
     file.seek(0)
@@ -166,7 +178,7 @@ def _stored(state: Mapping[str, Any]) -> dict[str, Any]:
         return dict(arrays)
 
 
-def _warm_started(trial: Trial, what: str) -> Iterator[Finding]:
+def _check_warm_start(trial: Trial, what: str) -> Iterator[Finding]:
     start = trial.space.random(1, np.random.default_rng(9))[0]
     lent = start.copy()
     state = trial.search.initial(trial.context(1, 0, start=lent))
@@ -174,20 +186,22 @@ def _warm_started(trial: Trial, what: str) -> Iterator[Finding]:
     if not (trial.space.contains(genomes) and len(genomes) == trial.population):
         expected = f"valid genomes after a warm start ({what})"
         yield error("bounds", expected, "invalid genomes", "")
-    yield from unchanged("ask()", f"{what}, warm start", start, lent)
+    yield from check_unchanged("ask()", f"{what}, warm start", start, lent)
 
 
-def _several(trial: Trial, what: str) -> Iterator[Finding]:
-    """Check the shapes and the empty state of a search that handles several populations at once."""
+def _check_several_populations(trial: Trial, what: str) -> Iterator[Finding]:
+    """Check shapes, and that the state is empty, for several populations at once."""
     fix = "return {} as the state, or remove 'several = True'"
     state, last = trial.initial(), None
     for generation in (1, 2):
         context = trial.context(generation, 1, populations=(3,))
         genomes, state = trial.search.ask(state, last, context)
         shape = (3, trial.population, trial.space.genes)
-        yield from array("ask()", f"{what}, three populations", genomes, shape, trial.space.dtype)
+        yield from check_array(
+            "ask()", f"{what}, three populations", genomes, shape, trial.space.dtype
+        )
         if np.shape(genomes) != shape:
             return
-        last = trial.evaluated(genomes, generation)
+        last = trial.evaluate(genomes, generation)
     if state:
         yield error("several", "an empty state, as 'several' requires", ", ".join(state), fix)

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Selection
-from gaitsim.testing.report import Finding, advice, error, reported
+from gaitsim.testing.report import Finding, advice, any_error, error
 from gaitsim.testing.rules.bits import same
-from gaitsim.testing.rules.common import ANEW, array, rate, schedule
+from gaitsim.testing.rules.common import STATELESS, check_array, check_schedule, measure_rate
 
 
 def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator[Finding]:
@@ -22,31 +22,31 @@ def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator
         "very large scores": random * 1e300,
         "two individuals": np.array([0.0, 1.0]),
     }
-    yield from schedule(selection, Selection)
+    yield from check_schedule(selection, Selection)
     for what, scores in cases.items():
         for pairs in (1, 21):
-            if (yield from reported(_selected(selection, what, scores, pairs))):
+            if (yield from any_error(_check_parents(selection, what, scores, pairs))):
                 return
     parents = selection.parents(random.copy(), 500, np.random.default_rng(2))
     if random[parents].mean() <= random.mean():
         yield advice(
             "selection",
-            "parents that score better than the population on average",
-            f"{random[parents].mean():.3f}, the population {random.mean():.3f}",
+            "parents whose mean score is higher than that of the population",
+            f"{random[parents].mean():.3f}; population: {random.mean():.3f}",
             "prefer higher scores: np.argmax, or np.argsort(-scores)",
         )
     objection: object = selection.objection(40, 2, 2)
     if not isinstance(objection, str):
         yield error("objection", "a string, '' for none", f"{objection!r:.60}", "")
-    figures["individuals_per_second"] = rate(
+    figures["individuals_per_second"] = measure_rate(
         selection.parents, [random, 500, np.random.default_rng(2)], 1000
     )
 
 
-def _selected(selection: Selection, what: str, scores: Any, pairs: int) -> Iterator[Finding]:
-    lent = scores.copy()
-    parents: object = selection.parents(lent, pairs, np.random.default_rng(7))
-    yield from array("parents()", what, parents, (pairs, 2), np.dtype(np.intp))
+def _check_parents(selection: Selection, what: str, scores: Any, pairs: int) -> Iterator[Finding]:
+    argument = scores.copy()
+    parents: object = selection.parents(argument, pairs, np.random.default_rng(7))
+    yield from check_array("parents()", what, parents, (pairs, 2), np.dtype(np.intp))
     if not (isinstance(parents, np.ndarray) and parents.shape == (pairs, 2)):
         return
     if not ((parents >= 0) & (parents < len(scores))).all():
@@ -56,11 +56,14 @@ def _selected(selection: Selection, what: str, scores: Any, pairs: int) -> Itera
             f"{parents.min()} to {parents.max()}",
             "return indices into the scores",
         )
-    if not same(lent, scores):
+    if not same(argument, scores):
         yield error("inputs", "unchanged scores", "parents() changes them", "work on a copy()")
     if not same(parents, selection.parents(scores.copy(), pairs, np.random.default_rng(7))):
         yield error(
-            "determinism", f"the same parents from the same generator ({what})", "different", ANEW
+            "determinism",
+            f"the same parents from the same generator ({what})",
+            "different",
+            STATELESS,
         )
     each: Any = selection.parents_each(scores[None].copy(), pairs, np.random.default_rng(7))
     if not same(np.asarray(each), parents[None]):

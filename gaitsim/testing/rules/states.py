@@ -7,20 +7,27 @@ import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, Members
 from gaitsim.contracts.search import STATE_DTYPES
-from gaitsim.testing.report import Finding, error, reported
+from gaitsim.testing.report import Finding, any_error, error
 from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.trials import GENERATIONS, Trial
 
 COPY = "return new arrays: {**state, 'name': new}, and copy() arrays before changing them in place"
 
 
-def copied(state: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a state, to pass to a search."""
+def copy_state(state: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a copy of a state, which a search may change without harm."""
     return {name: values.copy() for name, values in state.items()}
 
 
-def state_rule(method: str, what: str, state: Any, first: Any) -> Iterator[Finding]:
-    """Check that a state has arrays that a checkpoint can store, with the initial names."""
+def check_state(method: str, what: str, state: Any, first: Any) -> Iterator[Finding]:
+    """Check that a checkpoint can store a state, and that names and dtypes are the initial ones.
+
+    Args:
+        method: method that returned the state, for messages.
+        what: genome space and scores of the trial, for messages.
+        state: returned value.
+        first: initial state.
+    """
     expected = f"{method} returns arrays of float64, int64, uint8 or bool by name ({what})"
     if not isinstance(state, Mapping):
         yield error("state", expected, f"a {type(state).__name__}", "return a dict")
@@ -37,10 +44,10 @@ def state_rule(method: str, what: str, state: Any, first: Any) -> Iterator[Findi
                 "state", expected, f"{name}: {values.dtype}", "encode strings as UTF-8 in uint8"
             )
     kinds = {name: getattr(values, "dtype", None) for name, values in state.items()}
-    begun = {name: getattr(values, "dtype", None) for name, values in first.items()}
-    if kinds != begun:
-        changed = sorted(str(name) for name in kinds.keys() ^ begun.keys()) or sorted(
-            name for name in kinds if kinds[name] != begun[name]
+    initial = {name: getattr(values, "dtype", None) for name, values in first.items()}
+    if kinds != initial:
+        changed = sorted(str(name) for name in kinds.keys() ^ initial.keys()) or sorted(
+            name for name in kinds if kinds[name] != initial[name]
         )
         yield error(
             "state",
@@ -50,34 +57,34 @@ def state_rule(method: str, what: str, state: Any, first: Any) -> Iterator[Findi
         )
 
 
-def unchanged(method: str, what: str, before: Any, after: Any) -> Iterator[Finding]:
+def check_unchanged(method: str, what: str, before: Any, after: Any) -> Iterator[Finding]:
     """Check that a call did not change its arguments."""
     if not same(before, after):
         yield error("inputs", f"unchanged arguments ({what})", f"{method} changes them", COPY)
 
 
-def described(trial: Trial, what: str) -> Iterator[Finding]:
+def check_observers(trial: Trial, what: str) -> Iterator[Finding]:
     """Check figures, members and remembered genomes after each generation."""
     search, names = trial.search, None
     for generation, (state, last) in enumerate(trial.run(GENERATIONS), 1):
-        scored = np.isfinite(last.scores).any()
-        figures: object = search.figures(copied(state))
+        has_score = np.isfinite(last.scores).any()
+        figures: object = search.figures(copy_state(state))
         if not isinstance(figures, Mapping) or names not in (None, list(figures)):
             yield error("figures", f"always the same names ({what})", f"{figures!r:.60}", "")
             return
         names = list(figures)
         for name in names:
-            # A best score may be −inf if there is none yet.
-            if np.isnan(figures[name]) or (scored and not np.isfinite(figures[name])):
+            # A best score may be −inf while all individuals have failed.
+            if np.isnan(figures[name]) or (has_score and not np.isfinite(figures[name])):
                 yield error("figures", f"finite numbers ({what})", f"{name}: {figures[name]}", "")
                 return
-        if (yield from reported(_members(trial, what, search.members(copied(state))))):
+        if (yield from any_error(_check_members(trial, what, search.members(copy_state(state))))):
             return
-        if (yield from reported(_remembered(trial, what, state, generation))):
+        if (yield from any_error(_check_remembered(trial, what, state, generation))):
             return
 
 
-def _members(trial: Trial, what: str, members: object) -> Iterator[Finding]:
+def _check_members(trial: Trial, what: str, members: object) -> Iterator[Finding]:
     keeps = trial.search.keeps
     if members is None or not keeps:
         if bool(keeps) != (members is not None):
@@ -85,20 +92,20 @@ def _members(trial: Trial, what: str, members: object) -> Iterator[Finding]:
                 "members",
                 f"a gaitsim.contracts.Members, as keeps = {keeps!r}" if keeps else "None",
                 f"a {type(members).__name__}",
-                "declare the result of members() in 'keeps': 'front' or 'archive'",
+                "set 'keeps' to 'front' or 'archive' if members() returns any, otherwise to ''",
             )
         return
     if not isinstance(members, Members):
         yield error("members", "a gaitsim.contracts.Members", f"a {type(members).__name__}", "")
         return
     count = len(members.genomes)
-    expected = f"valid genomes, and scores and values of each ({what})"
+    expected = f"valid genomes, each with a score and values ({what})"
     cells = members.cells
-    if not (_belong(members.genomes, trial.space) and members.scores.shape == (count,)):
-        wrong = "invalid genomes, or scores of a wrong shape"
+    if not (_are_valid(members.genomes, trial.space) and members.scores.shape == (count,)):
+        wrong = "invalid genomes, or scores of the wrong shape"
         yield error("members", expected, wrong, "shapes (members, genes) and (members,)")
     elif any(np.shape(values) != (count,) for values in members.values.values()):
-        yield error("members", expected, "values of a wrong shape", "shape (members,) for each")
+        yield error("members", expected, "values of the wrong shape", "shape (members,) for each")
     elif (keeps == "front") != (cells is None) or (
         cells is not None and (cells.ndim != 2 or len(cells) != count or cells.dtype != np.int64)
     ):
@@ -110,19 +117,19 @@ def _members(trial: Trial, what: str, members: object) -> Iterator[Finding]:
         )
 
 
-def _belong(genomes: Genomes, space: GenomeSpace) -> bool:
+def _are_valid(genomes: Genomes, space: GenomeSpace) -> bool:
     return not len(genomes) or space.contains(genomes)
 
 
-def _remembered(trial: Trial, what: str, state: Any, generation: int) -> Iterator[Finding]:
-    genomes: Any = trial.search.remembered(copied(state))
+def _check_remembered(trial: Trial, what: str, state: Any, generation: int) -> Iterator[Finding]:
+    genomes: Any = trial.search.remembered(copy_state(state))
     if genomes is None or not len(genomes):
         return
-    if not _belong(genomes, trial.space):
+    if not _are_valid(genomes, trial.space):
         yield error("remembered", f"valid genomes, or None ({what})", "invalid genomes", "")
         return
-    results = trial.evaluated(genomes.copy(), generation)
-    lent = copied(state)
-    again = trial.search.rescored(lent, results, trial.context(generation, 3))
-    yield from state_rule("rescored()", what, again, state)
-    yield from unchanged("rescored()", what, dict(state), lent)
+    results = trial.evaluate(genomes.copy(), generation)
+    argument = copy_state(state)
+    again = trial.search.rescored(argument, results, trial.context(generation, 3))
+    yield from check_state("rescored()", what, again, state)
+    yield from check_unchanged("rescored()", what, dict(state), argument)

@@ -18,23 +18,23 @@ from gaitsim.contracts import (
     State,
 )
 
-STAND_INS: Mapping[str, object] = {
+PLACEHOLDERS: Mapping[str, object] = {
     "objectives": {"score": "max", "first": "min"},
     "axes": {"first": [0.0, 1.0], "second": [0.0, 2.0]},
 }
-"""Values for required options that name measures, because trials have no body to measure."""
+"""Values for required options that name measures, because trials run without a body."""
 
-GENERATIONS = 8  # length of a trial run
-POPULATIONS = (12, 16, 100)  # sizes to try; the first one without an objection is used
+GENERATIONS = 8  # of a trial run
+POPULATIONS = (12, 16, 100)  # the first size that the search supports is used
 CASES = ("random scores", "half of them −inf", "all of them −inf", "equal scores", "huge scores")
 
 
-def with_stand_ins(model: type[Plugin], options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options with stand-ins for required ones that only an experiment can set."""
+def with_placeholders(model: type[Plugin], options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options, with placeholders for required ones that only an experiment can set."""
     if not issubclass(model, Search):
         return dict(options)
     required = (name for name, field in model.model_fields.items() if field.is_required())
-    return {name: STAND_INS[name] for name in required if name in STAND_INS} | dict(options)
+    return {name: PLACEHOLDERS[name] for name in required if name in PLACEHOLDERS} | dict(options)
 
 
 @dataclass(frozen=True)
@@ -69,17 +69,17 @@ class Trial:
         space: genome space.
         population: number of genomes in each generation.
         case: kind of scores, one of `CASES`.
-        begun: initial state; None calls `Search.initial`.
+        initial_state: state before the first generation; None calls `Search.initial`.
     """
 
     search: Search
     space: GenomeSpace
     population: int
     case: str = CASES[0]
-    begun: State | None = None
+    initial_state: State | None = None
 
     def context(self, generation: int, call: int, **parts: Any) -> Context:
-        """Return the context of a call: 0 for `initial`, 1 `ask`, 2 `tell`, 3 other methods."""
+        """Return the context of a call: 0 is `initial`, 1 `ask`, 2 `tell`, 3 any other method."""
         rng = np.random.default_rng([5, generation, call])
         operators = None
         if self.search.operators:
@@ -88,12 +88,12 @@ class Trial:
 
     def initial(self) -> State:
         """Return a copy of the initial state."""
-        if self.begun is None:
+        if self.initial_state is None:
             return self.search.initial(self.context(1, 0))
-        return {name: values.copy() for name, values in self.begun.items()}
+        return {name: values.copy() for name, values in self.initial_state.items()}
 
-    def evaluated(self, genomes: Genomes, generation: int) -> Results:
-        """Return artificial scores, and values for all names that the search reads."""
+    def evaluate(self, genomes: Genomes, generation: int) -> Results:
+        """Return genomes with artificial scores, and values for all names that the search reads."""
         shares = genomes.astype(np.float64)
         if isinstance(self.space, RealSpace):
             shares = (genomes - self.space.lower) / self.space.width
@@ -117,21 +117,21 @@ class Trial:
     def run(
         self, generations: int, state: Any = None, last: Results | None = None, done: int = 0
     ) -> Iterator[tuple[Any, Results]]:
-        """Yield the state and results of each generation after the first `done` ones."""
+        """Yield the state and results of each generation after the first `done` generations."""
         state = self.initial() if state is None else state
         for generation in range(done + 1, generations + 1):
             genomes, state = self.search.ask(state, last, self.context(generation, 1))
-            last = self.evaluated(genomes, generation)
+            last = self.evaluate(genomes, generation)
             state = self.search.tell(state, last, self.context(generation, 2))
             yield state, last
 
 
-def parts(results: Results | None) -> list[Any]:
-    """Return the arrays of results, for comparison."""
+def result_arrays(results: Results | None) -> list[Any]:
+    """Return the arrays of results, for comparison; [] for None."""
     return [] if results is None else [results.genomes, results.scores, dict(results.values)]
 
 
-def trial(search: Search, space: GenomeSpace) -> Trial | None:
-    """Return a trial with the first size that the search supports; None if it supports none."""
-    able = (size for size in POPULATIONS if not search.objection(space, size))
-    return next((Trial(search, space, size) for size in able), None)
+def make_trial(search: Search, space: GenomeSpace) -> Trial | None:
+    """Return a trial with the first supported population size; None if none is supported."""
+    supported = (size for size in POPULATIONS if not search.objection(space, size))
+    return next((Trial(search, space, size) for size in supported), None)

@@ -9,34 +9,36 @@ from gaitsim.contracts.solid import SkeletonError
 from gaitsim.testing.report import Finding, error
 from gaitsim.testing.rules.bits import same
 
-_LENGTHS = 1e-3  # tolerance for the lengths of a rig's segments, as a share of the longest one
+_LENGTHS = 1e-3  # tolerance for the lengths of a rig's segments, relative to the longest one
 
 
-def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
+def check_skeleton(body: Organism, motion: Motion) -> Iterator[Finding]:
     """Check the skeletons of the first and the last individual."""
     for individual in (0, motion.population - 1):
         try:
-            drawn: object = body.skeleton(motion, individual)
+            skeleton: object = body.skeleton(motion, individual)
         except SkeletonError as problem:
             yield error("skeleton", "consistent shapes", str(problem), "see Skeleton")
             return
-        if not isinstance(drawn, Skeleton):
-            yield error("skeleton", "a gaitsim.contracts.Skeleton", f"a {type(drawn).__name__}", "")
+        if not isinstance(skeleton, Skeleton):
+            yield error(
+                "skeleton", "a gaitsim.contracts.Skeleton", f"a {type(skeleton).__name__}", ""
+            )
             return
-        points = [drawn.segments, drawn.path]
-        points += [more for more in (drawn.contacts, drawn.poses) if more is not None]
+        points = [skeleton.segments, skeleton.path]
+        points += [more for more in (skeleton.contacts, skeleton.poses) if more is not None]
         finite = individual in motion.failures or all(np.isfinite(p).all() for p in points)
-        if not (len(drawn.segments) and drawn.names and finite and drawn.frame_rate > 0):
+        if not (len(skeleton.segments) and skeleton.names and finite and skeleton.frame_rate > 0):
             yield error(
                 "skeleton",
                 "at least one frame and one segment, finite points, a frame rate above 0",
-                f"{len(drawn.segments)} frames, {len(drawn.names)} segments, "
-                f"{drawn.frame_rate} Hz{'' if finite else ', points that are not finite'}",
+                f"{len(skeleton.segments)} frames, {len(skeleton.names)} segments, "
+                f"{skeleton.frame_rate} Hz{'' if finite else ', points that are not finite'}",
                 "return both ends of each segment in metres, (frames, segments, 2, 3)",
             )
             return
-        if drawn.poses is not None and individual not in motion.failures:
-            lengths = np.linalg.norm(drawn.poses[..., 3:], axis=-1).ravel()
+        if skeleton.poses is not None and individual not in motion.failures:
+            lengths = np.linalg.norm(skeleton.poses[..., 3:], axis=-1).ravel()
             length = lengths[np.abs(lengths - 1).argmax()]
             if abs(length - 1) > 1e-3:
                 yield error(
@@ -48,8 +50,8 @@ def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
                 return
 
 
-def rigged(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """Check that the rig, if any, has the body's joints and the skeleton's parts, in order."""
+def check_rig(body: Organism, motion: Motion) -> Iterator[Finding]:
+    """Check that the rig, if any, has the joints and the parts of the skeleton in their order."""
     try:
         rig: object = body.rig()
     except SkeletonError as problem:
@@ -60,28 +62,28 @@ def rigged(body: Organism, motion: Motion) -> Iterator[Finding]:
     if not isinstance(rig, Rig):
         yield error("rig", "a gaitsim.contracts.Rig, or None", f"a {type(rig).__name__}", "")
         return
-    drawn = body.skeleton(motion, 0)
-    for what, of_rig, expected in (
+    skeleton = body.skeleton(motion, 0)
+    for what, names, expected in (
         ("joints of joint_names()", rig.joints, body.joint_names()),
-        ("segments of the skeleton", rig.names, drawn.names),
-        ("contact_names of the skeleton", rig.foot_names, drawn.contact_names),
+        ("segments of the skeleton", rig.names, skeleton.names),
+        ("contact_names of the skeleton", rig.foot_names, skeleton.contact_names),
         (
             "solids of the skeleton",
             tuple(one.name for one in rig.solids),
-            tuple(one.name for one in drawn.solids),
+            tuple(one.name for one in skeleton.solids),
         ),
     ):
-        if tuple(of_rig) != tuple(expected):
+        if tuple(names) != tuple(expected):
             yield error(
                 "rig",
                 f"the {what}, in that order: {', '.join(expected) or 'none'}",
-                ", ".join(of_rig) or "none",
+                ", ".join(names) or "none",
                 "use the same names in the rig and in the skeleton",
             )
             return
     if 0 in motion.failures:
         return
-    ends = np.diff(rig.segments, axis=1), np.diff(np.asarray(drawn.segments[0], float), axis=1)
+    ends = np.diff(rig.segments, axis=1), np.diff(np.asarray(skeleton.segments[0], float), axis=1)
     lengths, shown = (np.linalg.norm(one[:, 0], axis=-1) for one in ends)
     worst = int(np.abs(lengths - shown).argmax())
     if abs(lengths[worst] - shown[worst]) > _LENGTHS * shown.max():
@@ -93,7 +95,7 @@ def rigged(body: Organism, motion: Motion) -> Iterator[Finding]:
         )
 
 
-def measured(body: Organism, motion: Motion) -> Iterator[Finding]:
+def check_measures(body: Organism, motion: Motion) -> Iterator[Finding]:
     """Check that each measure has one number per individual."""
     for name, measure in body.measures(motion).items():
         shape = np.shape(measure.values) if isinstance(measure, Measure) else None
@@ -106,7 +108,7 @@ def measured(body: Organism, motion: Motion) -> Iterator[Finding]:
             )
 
 
-def played(body: Organism, motion: Motion) -> Iterator[Finding]:
+def check_play(body: Organism, motion: Motion) -> Iterator[Finding]:
     """Check that the body can play the joint angles of its own motion."""
     if not body.can_play or "joint_angles" not in motion:
         return

@@ -1,4 +1,4 @@
-"""Rules for a body with conditions, which can be in several worlds."""
+"""Rules for a body with conditions, which can differ between worlds."""
 
 from collections.abc import Iterator
 
@@ -7,10 +7,10 @@ import numpy as np
 from gaitsim.contracts import Genomes, Motion, Organism
 from gaitsim.experiment import WORLD
 from gaitsim.testing.report import Finding, error
-from gaitsim.testing.rules.bits import other_shapes, same, same_space
+from gaitsim.testing.rules.bits import changed_shapes, same, same_space
 
 
-def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+def check_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
     """Check the conditions of a body, its nominal world, and a world with other conditions."""
     conditions = body.conditions()
     if not conditions:
@@ -35,11 +35,11 @@ def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterato
             return
     own = dict(body)[WORLD]
     nominal = {name: one.nominal for name, one in conditions.items()}
-    told = type(body).model_validate({**dict(body), WORLD: {**nominal, **own}})
-    if not same(told.move(genomes.copy()), motion):
+    nominal_body = type(body).model_validate({**dict(body), WORLD: {**nominal, **own}})
+    if not same(nominal_body.move(genomes.copy()), motion):
         yield error(
             "worlds",
-            "the same motion with all nominal values as without any values",
+            "the same motion with all nominal values set as with none set",
             "a different motion",
             "make sure that nominal values do not change a single bit",
         )
@@ -56,7 +56,7 @@ def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterato
         )
         return
     moved = other.move(genomes.copy())
-    if shapes := other_shapes(motion, moved):
+    if shapes := changed_shapes(motion, moved):
         yield error(
             "worlds",
             f"{shapes[0]}: the same shape in every world, {motion[shapes[0]].shape}",
