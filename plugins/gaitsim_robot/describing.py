@@ -63,7 +63,7 @@ def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
     lines = {
         "mass": f"{anatomy.mass:.4g} kg in {model.nbody - 1} bodies",
         "trunk": f"{anatomy.length:.3g} m long, {anatomy.stance[2]:.3g} m high when standing",
-        "joints": f"{driven} in legs, moved by gaits",
+        "joints": f"{driven} in the legs, moved by gaits",
     }
     if held:
         names = _join_names(anatomy.held, 8)
@@ -120,7 +120,7 @@ def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:
             joint = model.joint(name)
             bounds = anatomy.stance[joint.qposadr[0]], *joint.range
             angle, low, high = (round(math.degrees(bound)) for bound in bounds)
-            angles.append(f"{angle}° of {low} to {high}°")
+            angles.append(f"{angle}° ({low} to {high}°)")
         lines[leg.name] = ", ".join(angles)
     return lines
 

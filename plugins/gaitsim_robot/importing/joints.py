@@ -69,7 +69,7 @@ def _fuse(robot: Robot) -> None:
             _merge(body, child)
         body.children = kept
     if fused:
-        robot.repairs.append(f"bodies merged with those to which they are fixed: {fused}")
+        robot.repairs.append(f"fixed bodies merged into their parents: {fused}")
 
 
 def _rename(robot: Robot, old: str, new: str) -> None:
