@@ -1,10 +1,10 @@
 """Adaptation of the spider to the loss of each leg and each pair of legs, in rigid-body physics.
 
-The benchmark evolves atlases in kinematics with ten seeds that were not used for tuning; atlases
-that exist in FOLDER are reused. Trials run on the damaged twin `spider-physics`. Baselines: the
-atlas's champion, random gaits from the atlas, a hand-made tetrapod gait, a hand-made gait of the
-remaining legs, and evolution from scratch on the damaged body. It takes 40 minutes on two cores,
-most of it physics. An interrupted benchmark continues when it is started again.
+The benchmark evolves atlases in kinematics with ten seeds that were not used for tuning. Atlases in
+FOLDER are reused. Trials run on the damaged twin `spider-physics`. Baselines: the champion of the
+atlas, random gaits from the atlas, a hand-made tetrapod gait, a hand-made gait of the remaining
+legs, and evolution from scratch on the damaged body. It takes 40 minutes on two cores,
+most of it physics. If it is interrupted, start it again to continue.
 
     python benchmarks/adaptation.py FOLDER [--seeds 10] [--generations 400]
 """
@@ -26,11 +26,11 @@ from gaitsim.gait.files.reader import GaitFile, play_gait
 SETTINGS = Settings()
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
 SEGMENTS = ("coxa", "femur", "tibia")
-RESTART = (("L1",), ("L3",), ("L1", "L2"), ("L2", "L3"))  # evolved from scratch
-AT = (30, 300, 3_000, 10_000)  # evaluations
+FROM_SCRATCH = (("L1",), ("L3",), ("L1", "L2"), ("L2", "L3"))  # losses evolved from scratch
+EVALUATIONS = (30, 300, 3_000, 10_000)  # after which gaits from scratch are tested
 
 
-def group(legs: Sequence[str]) -> str:
+def kind_of_loss(legs: Sequence[str]) -> str:
     """Return the kind of loss, such as 'adjacent pair'."""
     if len(legs) == 1:
         return "one leg"
@@ -40,16 +40,16 @@ def group(legs: Sequence[str]) -> str:
     return "opposite pair" if place == next_place else "pair of both sides"
 
 
-def lost(case: Case) -> list[str]:
+def lost_legs(case: Case) -> list[str]:
     """Return the lost legs of a case."""
     return [text.removesuffix(" lost") for text in case.damage]
 
 
-def by_hand(left: Sequence[str], damage: Sequence[str]) -> float:
+def hand_made_distance(left: Sequence[str], damage: Sequence[str]) -> float:
     """Return the forward distance of a hand-made gait on the damaged twin, m.
 
     The gait has 1.2 Hz, coxa angles of ±20° and a lift of 14°. Neighbouring legs of a side
-    alternate, and so do the left and the right leg of a pair.
+    alternate, as do the left and the right leg of a pair.
 
     Args:
         left: remaining legs, front to back, which alternate in this order.
@@ -70,31 +70,33 @@ def by_hand(left: Sequence[str], damage: Sequence[str]) -> float:
     return play_gait(gait, damage_body(twin, damage) if damage else twin).measures["forward"]
 
 
-def restarted(legs: Sequence[str], seed: int) -> list[float]:
+def evolve_from_scratch(legs: Sequence[str], seed: int) -> list[float]:
     """Return the distances in physics of gaits that CMA-ES evolves on the damaged body.
 
     Returns:
-        Forward distance of the champion after each number of evaluations in `AT`, m.
+        Forward distance of the champion after each number of evaluations in `EVALUATIONS`, m.
     """
     damage = [f"{leg} lost" for leg in legs]
     given = {"organism.symmetry": "none", "organism.damage": damage, "evolution.population": 30}
     found: list[float] = []
-    with gs.evolve("spider-cma", seed=seed, generations=AT[-1] // 30 + 1, set=given) as search:
+    with gs.evolve(
+        "spider-cma", seed=seed, generations=EVALUATIONS[-1] // 30 + 1, set=given
+    ) as search:
         for generation in search:
-            if generation.number * 30 >= AT[len(found)]:
+            if generation.number * 30 >= EVALUATIONS[len(found)]:
                 found.append(play_on_twin(search.champion).measures["forward"])
     return found
 
 
 def quartiles(values: Iterable[float], scale: float = 100) -> str:
-    """Return the median and the quartiles of scaled values as text."""
+    """Format the median and the quartiles of values, multiplied by `scale`."""
     low, middle, high = np.quantile(np.array([*values]) * scale, (0.25, 0.5, 0.75))
     return f"{middle:.0f} ({low:.0f}–{high:.0f})"
 
 
-def reports(folder: Path, seeds: int, generations: int, *, physics: bool) -> list[Report]:
+def make_reports(folder: Path, seeds: int, generations: int, *, physics: bool) -> list[Report]:
     """Evolve the missing atlases, and create or continue their reports."""
-    made = []
+    reports = []
     for seed in range(seeds):
         path = folder / f"atlas-{seed}"
         if not path.exists():
@@ -102,20 +104,22 @@ def reports(folder: Path, seeds: int, generations: int, *, physics: bool) -> lis
                 pass
         name = f"{'physics' if physics else 'kinematics'}-{seed}"
         run = gs.load(path)
-        made.append(
+        reports.append(
             run.adaptation_report(folder / name, pairs=True, physics=physics, settings=SETTINGS)
         )
-        print(f"{name}: {len(run.members.scores):,} gaits, best {made[-1].best:.2f} m", flush=True)
-    return made
+        print(
+            f"{name}: {len(run.members.scores):,} gaits, best {reports[-1].best:.2f} m", flush=True
+        )
+    return reports
 
 
-def print_table(made: Sequence[Report]) -> None:
-    """Print shares and trials by kind of loss, over all seeds."""
+def print_table(reports: Sequence[Report]) -> None:
+    """Print shares and numbers of trials for each kind of loss, over all seeds."""
     print("\n| lost | trials | kept, % | slowest, % | champion, % | random, % |")
     print("| --- | --- | --- | --- | --- | --- |")
-    every = [(report, case) for report in made for case in report.cases]
-    for kind in dict.fromkeys(group(lost(case)) for _, case in every):
-        some = [(report, case) for report, case in every if group(lost(case)) == kind]
+    every = [(report, case) for report in reports for case in report.cases]
+    for kind in dict.fromkeys(kind_of_loss(lost_legs(case)) for _, case in every):
+        some = [(report, case) for report, case in every if kind_of_loss(lost_legs(case)) == kind]
 
         def shares(
             of: Callable[[Case], float], some: list[tuple[Report, Case]] = some
@@ -134,19 +138,17 @@ def print_table(made: Sequence[Report]) -> None:
         print(f"| {' | '.join(cells)} |")
 
 
-def print_by_damage(made: Sequence[Report]) -> None:
-    """Print medians over the seeds for each damage, and the hand-made gaits."""
-    intact = float(np.median([report.best for report in made]))
-    whole = by_hand(LEGS, ())
-    print(
-        f"\nbest of the atlases on the intact twin {intact:.2f} m; tetrapod by hand {whole:.2f} m"
-    )
+def print_by_damage(reports: Sequence[Report]) -> None:
+    """Print medians over the seeds for each damage, and the distances of hand-made gaits."""
+    intact = float(np.median([report.best for report in reports]))
+    whole = hand_made_distance(LEGS, ())
+    print(f"\nbest gait of the atlases on the intact twin {intact:.2f} m; tetrapod {whole:.2f} m")
     print("\n| lost | trials | kept, % | m | champion, % | random, % | tetrapod, m | by hand, m |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
-    for at, case in enumerate(made[0].cases):
-        same, legs = [report.cases[at] for report in made], lost(case)
+    for at, case in enumerate(reports[0].cases):
+        same, legs = [report.cases[at] for report in reports], lost_legs(case)
         left = [leg for leg in LEGS if leg not in legs]
-        both = list(zip(made, same, strict=True))
+        both = list(zip(reports, same, strict=True))
         cells = (
             case.name,
             f"{np.median([len(one.trials) for one in same]):g}",
@@ -154,8 +156,8 @@ def print_by_damage(made: Sequence[Report]) -> None:
             f"{np.median([one.best.measured for one in same]):.2f}",
             quartiles(report.kept(one.champion) for report, one in both),
             quartiles(report.kept(max(one.random)) for report, one in both),
-            f"{by_hand(LEGS, case.damage):.2f}",
-            f"{by_hand(left, case.damage):.2f}",
+            f"{hand_made_distance(LEGS, case.damage):.2f}",
+            f"{hand_made_distance(left, case.damage):.2f}",
         )
         print(f"| {' | '.join(cells)} |", flush=True)
 
@@ -170,13 +172,15 @@ def main() -> None:
     )
     given = parser.parse_args()
     assert len(leg_losses(load_experiment("spider"), pairs=True)) == 36
-    print_table(reports(given.folder, given.seeds, given.generations, physics=False))
-    made = reports(given.folder, given.seeds, given.generations, physics=True)
-    print_table(made)
-    print_by_damage(made)
-    print(f"\nevolution from scratch, CMA-ES, m in physics after {AT} evaluations, 3 seeds")
-    for legs in RESTART:
-        found = np.array([restarted(legs, seed) for seed in range(3)])
+    print_table(make_reports(given.folder, given.seeds, given.generations, physics=False))
+    reports = make_reports(given.folder, given.seeds, given.generations, physics=True)
+    print_table(reports)
+    print_by_damage(reports)
+    print(
+        f"\nevolution from scratch, CMA-ES, m in physics after {EVALUATIONS} evaluations, 3 seeds"
+    )
+    for legs in FROM_SCRATCH:
+        found = np.array([evolve_from_scratch(legs, seed) for seed in range(3)])
         print(
             f"| {' + '.join(legs)} | {' | '.join(f'{one:.2f}' for one in np.median(found, 0))} |",
             flush=True,

@@ -57,7 +57,7 @@ def space(genes: int, width: float) -> RealSpace:
 
 
 def sphere(genomes: NDArray[np.float64]) -> Results:
-    """Return scores, 100 where all genes are 0.4 · 5.12, and two measures.
+    """Return scores (100 if all genes are 0.4 · 5.12) and two measures.
 
     The measures are the sums of the first and of the second half of the clipped genes.
     """
@@ -71,7 +71,7 @@ def sphere(genomes: NDArray[np.float64]) -> Results:
 
 
 def evolve(search: MapElites, generations: int, seed: int) -> State:
-    """Return the search's state after `generations` generations."""
+    """Return the state of the search after `generations` generations."""
     genes, start = space(GENES, WIDTH), np.zeros(GENES)
 
     def context(generation: int, call: int) -> Context:
@@ -133,13 +133,13 @@ def elites(number: int) -> Results:
 
 
 def improvements(held: Results) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield scores and measures of 100 genomes, all of which improve their cell, without end."""
+    """Yield scores and measures of 100 genomes, all of which improve their cell, endlessly."""
     rng, values = np.random.default_rng(1), np.stack([*held.values.values()], 1)
     for generation in count(1):
         yield generation + rng.random(100), values[rng.integers(0, len(values), 100)]
 
 
-def step_of_gaitsim(variation: str, held: Results) -> Callable[[], object]:
+def gaitsim_step(variation: str, held: Results) -> Callable[[], object]:
     """Return a function that asks and tells 100 genomes of 48 genes, given an archive's elites."""
     search = MapElites(axes={"x": (0, 1), "y": (0, 1)}, cells=(200, 200), variation=variation)
     rng, box = np.random.default_rng(0), space(48, 1.0)
@@ -157,7 +157,7 @@ def step_of_gaitsim(variation: str, held: Results) -> Callable[[], object]:
     return step
 
 
-def step_of_pyribs(variation: str, held: Results) -> Callable[[], object]:
+def pyribs_step(variation: str, held: Results) -> Callable[[], object]:
     """Return the same function for pyribs.
 
     Its emitters have no bounds here, as pyribs would redraw each genome outside them.
@@ -195,7 +195,8 @@ def step_of_pyribs(variation: str, held: Results) -> Callable[[], object]:
 def processor_times(*steps: Callable[[], object]) -> list[float]:
     """Return the processor time of a call of each step, seconds.
 
-    Five rounds, in which the steps take turns, each give a mean of 20 calls; the least counts.
+    The steps take turns in five rounds. Each round gives a mean of 20 calls; the smallest mean is
+    returned.
     """
     means: list[list[float]] = [[] for _ in steps]
     for _ in range(5):
@@ -209,14 +210,14 @@ def processor_times(*steps: Callable[[], object]) -> list[float]:
 
 
 def print_times() -> None:
-    """Print the processor time of ask and tell, next to that of pyribs if it is installed."""
+    """Print the processor times of ask and tell, and those of pyribs if it is installed."""
     print("\nask and tell for 100 genomes of 48 genes, all of which improve a cell: processor time")
     for variation in VARIATIONS:
         for number in (1_000, 15_000, 40_000):
             held = elites(number)
-            steps = [step_of_gaitsim(variation, held)]
+            steps = [gaitsim_step(variation, held)]
             if importlib.util.find_spec("ribs"):
-                steps.append(step_of_pyribs(variation, held))
+                steps.append(pyribs_step(variation, held))
             ours, *theirs = processor_times(*steps)
             beside = [f"pyribs {milliseconds(t)}, {times(t / ours)}" for t in theirs]
             print_figure(f"{variation}, {number:,} elites", milliseconds(ours), *beside)

@@ -1,4 +1,4 @@
-"""The atlas of the spider's gaits: speed, sizes, and the archives compared with those of pyribs.
+"""The atlas of the spider's gaits: speed, sizes, and a comparison of its archives with pyribs'.
 
 The axes are the duty factors of the eight legs, as Voronoi cells. pyribs' `IsoLineEmitter` gets
 the same objective, axes, centroids, first population and budget. Its genes are scaled to their
@@ -33,7 +33,7 @@ SECONDS = 10.0
 SIGMAS = (0.01, 0.03)  # pyribs' default and gaitsim's
 SHARES = (0.1, 0.25, 0.5, 1.0)  # shares of the budget at which the curves are printed
 Curve = list[tuple[float, float]]
-"""Coverage in per cent and QD score at each share of the budget."""
+"""Coverage, %, and QD score at each share of the budget."""
 Evaluate = Callable[[Genomes], Evaluation]
 
 
@@ -60,7 +60,7 @@ def atlas(
     )
 
 
-def filled(experiment: Experiment, cells: int) -> State:
+def full_archive_state(experiment: Experiment, cells: int) -> State:
     """Return the search's state with an elite in each cell."""
     search, space, rng = experiment.search, experiment.space(), np.random.default_rng(0)
     state = search.initial(Context(space, cells, 0, rng))
@@ -70,7 +70,7 @@ def filled(experiment: Experiment, cells: int) -> State:
 
 
 def print_speed(cells: int, population: int) -> None:
-    """Print speed, memory and folder size of a run on disk, also with all cells occupied."""
+    """Print speed, memory and folder size of a run on disk, and the cost of a full archive."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as held:
         experiment = atlas(cells, population, 1_000_000, 0)
         writer = held.enter_context(RunWriter.open(create_run(experiment, Path(folder) / "run")))
@@ -85,10 +85,10 @@ def print_speed(cells: int, population: int) -> None:
                 break
         seconds, work = time.perf_counter() - start, time.process_time() - work
         evaluations = (generation.number - first.number) * population
-        print(f"\n{cells:,} cells, {population:,} spiders a generation, {SECONDS:g} s")
+        print(f"\n{cells:,} cells, {population:,} spiders per generation, {SECONDS:g} s")
         hourly = f"{3600e-6 * evaluations / seconds:.1f} million"
         busy = f"{1e6 * work / evaluations:.0f} µs of processor time each"
-        print_figure("evaluations an hour", hourly, busy)
+        print_figure("evaluations per hour", hourly, busy)
         elites = len(generation.state["cells"])
         print_figure(
             "folder", _megabytes(_size(writer.path)), f"{elites:,} elites, two checkpoints"
@@ -98,7 +98,7 @@ def print_speed(cells: int, population: int) -> None:
             generation,
             number=generation.number + 1,
             progress=replace(progress, evaluations=progress.evaluations + population),
-            state=filled(experiment, cells),
+            state=full_archive_state(experiment, cells),
         )
         start, work = time.perf_counter(), time.process_time()
         writer.record(full)
@@ -115,7 +115,7 @@ def print_speed(cells: int, population: int) -> None:
 
 
 def _step(experiment: Experiment, state: State, generation: Generation) -> float:
-    """Return the processor time of ask and tell for a generation, the least of five, seconds."""
+    """Return the processor time of ask and tell for a generation, minimum of five, seconds."""
     search, space, rng = experiment.search, experiment.space(), np.random.default_rng(0)
     told = Results(generation.genomes, generation.scores, generation.evaluation.values)
     taken = []
@@ -136,7 +136,7 @@ def _megabytes(size: float) -> str:
     return f"{size / 1e6:.1f} MB"
 
 
-def curve_of_gaitsim(experiment: Experiment, evaluate: Evaluate) -> Curve:
+def gaitsim_curve(experiment: Experiment, evaluate: Evaluate) -> Curve:
     """Return coverage and QD score during gaitsim's evolution."""
     found = [
         (100 * generation.figures["coverage"], generation.figures["QD score"])
@@ -145,7 +145,7 @@ def curve_of_gaitsim(experiment: Experiment, evaluate: Evaluate) -> Curve:
     return [found[round(share * len(found)) - 1] for share in SHARES]
 
 
-def curve_of_pyribs(experiment: Experiment, evaluate: Evaluate, sigma: float) -> Curve:
+def pyribs_curve(experiment: Experiment, evaluate: Evaluate, sigma: float) -> Curve:
     """Return coverage and QD score with pyribs, from the same first population."""
     from ribs.archives import CVTArchive
     from ribs.emitters import IsoLineEmitter
@@ -183,7 +183,7 @@ def curve_of_pyribs(experiment: Experiment, evaluate: Evaluate, sigma: float) ->
 
 def print_curves(cells: int, population: int, evaluations: int, seeds: int) -> None:
     """Print the medians of coverage and QD score over the seeds, and the range of coverage."""
-    print(f"\n{cells:,} cells, {population:,} a generation, {seeds} seeds")
+    print(f"\n{cells:,} cells, {population:,} genomes per generation, {seeds} seeds")
     heads = "".join(f"{share * evaluations:>37,.0f}" for share in SHARES)
     print(f"{'evaluations':<22}{heads}")
     for sigma in SIGMAS:
@@ -194,9 +194,9 @@ def print_curves(cells: int, population: int, evaluations: int, seeds: int) -> N
                 with Evaluator(experiment) as evaluator:
                     evaluate = evaluator.evaluate
                     curves.append(
-                        curve_of_gaitsim(experiment, evaluate)
+                        gaitsim_curve(experiment, evaluate)
                         if name == "gaitsim"
-                        else curve_of_pyribs(experiment, evaluate, sigma)
+                        else pyribs_curve(experiment, evaluate, sigma)
                     )
             row = ""
             for coverages, scores in np.moveaxis(np.array(curves), 0, 2):

@@ -7,9 +7,9 @@ Each search minimises each function in the box [-5, 5] with 1,000 evaluations pe
 stops once it reaches the last target. The figure of merit is COCO's area under the empirical
 distribution (ECDF) of runtimes: the share of 51 targets, 10² to 10⁻⁸ above the optimum, that are
 reached, averaged over the logarithm of the evaluations per dimension from 1 to 1,000. It is 1 if
-the first evaluation reaches all targets. Searches take turns on each problem. Each result is saved
-immediately. If the `--out` file exists, only missing results are computed; `--searches` may add
-more searches.
+the first evaluation reaches all targets. Searches take turns on each problem, and each result is
+saved immediately. If the `--out` file exists, only missing results are computed, so `--searches`
+can add searches to it.
 
 Hansen, Auger, Ros, Mersmann, Tušar, Brockhoff 2021, "COCO: a platform for comparing continuous
 optimizers in a black-box setting"; Hansen, Finck, Ros, Auger 2009 for the functions.
@@ -82,7 +82,9 @@ Minimise = Callable[[Trial], None]
 """Function that evaluates points until `Finished` is raised; returns earlier if it converges."""
 
 
-def bundled(search: Search, population: Callable[[int], int], *, warm: bool = False) -> Minimise:
+def gaitsim_search(
+    search: Search, population: Callable[[int], int], *, warm: bool = False
+) -> Minimise:
     """Return a function that minimises with a bundled search.
 
     Args:
@@ -114,7 +116,7 @@ def bundled(search: Search, population: Callable[[int], int], *, warm: bool = Fa
     return minimise
 
 
-def pycma(trial: Trial) -> None:
+def minimise_with_pycma(trial: Trial) -> None:
     """Minimise with pycma's IPOP-aCMA-ES and its defaults, which transform variables at bounds."""
     attempts = count()
     cma.fmin2(
@@ -128,7 +130,7 @@ def pycma(trial: Trial) -> None:
     )
 
 
-def scipy_evolution(**options: Any) -> Minimise:
+def scipy_search(**options: Any) -> Minimise:
     """Return a function that minimises with SciPy's differential evolution until convergence."""
 
     def minimise(trial: Trial) -> None:
@@ -139,7 +141,7 @@ def scipy_evolution(**options: Any) -> Minimise:
     return minimise
 
 
-def uniform(trial: Trial) -> None:
+def minimise_at_random(trial: Trial) -> None:
     """Evaluate points drawn uniformly from the box."""
     rng = np.random.default_rng(trial.seed)
     while True:
@@ -158,36 +160,39 @@ def searches() -> dict[str, Minimise]:
     from gaitsim_searches.differential_evolution import DifferentialEvolution
 
     return {
-        "cma-es": bundled(CmaEs(), default_population, warm=True),
-        "differential-evolution": bundled(
+        "cma-es": gaitsim_search(CmaEs(), default_population, warm=True),
+        "differential-evolution": gaitsim_search(
             DifferentialEvolution(), lambda dimension: round(6 * np.sqrt(dimension))
         ),
-        "pycma": pycma,
+        "pycma": minimise_with_pycma,
         # Defaults, except for the final gradient descent with L-BFGS-B.
-        "scipy-differential-evolution": scipy_evolution(polish=False, tol=0),
+        "scipy-differential-evolution": scipy_search(polish=False, tol=0),
         # Fewer than the default 15 individuals per dimension, without and with that descent.
-        "scipy-small": scipy_evolution(popsize=5, polish=False),
-        "scipy-polish": scipy_evolution(popsize=5),
-        "uniform": uniform,
+        "scipy-small": scipy_search(popsize=5, polish=False),
+        "scipy-polish": scipy_search(popsize=5),
+        "uniform": minimise_at_random,
     }
 
 
 def run(trial: Trial, minimise: Minimise) -> None:
-    """Minimise until the trial is finished, with a restart after each convergence."""
+    """Minimise until the trial is finished; restart after each convergence."""
     with suppress(Finished):
         while True:
             minimise(trial)
 
 
 def optimum(problem: Any) -> float:
-    """Return the minimum; cocoex writes its coordinates to a file in the working folder."""
+    """Return the minimum of a problem.
+
+    cocoex writes the coordinates of the minimum to a file in the working folder.
+    """
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         problem._best_parameter("print")
         return float(problem(np.loadtxt("._bbob_problem_best_parameter.txt")))
 
 
-def missing(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
-    """Run each problem without a result in the file; yield the results."""
+def missing_results(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """Run all problems without a result in the file, and yield their results."""
     done = {bbob_table.key(row) for row in bbob_table.rows(arguments.out)}
     suite = cocoex.Suite("bbob", "instances: 1-15", "")
     chosen = {name: searches()[name] for name in arguments.searches}
@@ -212,7 +217,7 @@ def missing(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
             }
 
 
-def saved(results: Iterable[dict[str, Any]], path: Path) -> None:
+def save_results(results: Iterable[dict[str, Any]], path: Path) -> None:
     """Append each result to the file as a line, and print the progress."""
     with path.open("a") as file:
         for row in results:
@@ -234,7 +239,7 @@ def main() -> None:
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         arguments.out = arguments.out or Path(folder) / "bbob.jsonl"
-        saved(missing(arguments), arguments.out)
+        save_results(missing_results(arguments), arguments.out)
         bbob_table.print_tables(arguments.out, BUDGET, len(TARGETS))
 
 

@@ -1,4 +1,4 @@
-"""One breeding step of 100 individuals with 48 genes, compared with DEAP's same operators.
+"""One breeding step of 100 individuals with 48 genes, compared with the same step in DEAP.
 
 Both keep the best individual, breed the 16 best and 4 random others, cross each pair at one random
 point, keep one child per pair, mutate every gene with a probability of 0.05, and clip children to

@@ -1,4 +1,4 @@
-"""Gaits evolved in MuJoCo, played in PyBullet: share of the distance kept, and speed.
+"""Gaits evolved in MuJoCo and played in PyBullet: the share of the distance kept, and speed.
 
     python benchmarks/engines.py [--folder FOLDER] [--generations 6] [--seconds 5]
 
@@ -44,7 +44,7 @@ def main() -> None:
                 text = import_robot(path, [package]).text
                 changes = {**overrides, "organism.model": text, "organism.symmetry": "trot"}
                 kept.append(row(path.stem, "robot", changes, arguments))
-    print(f"{sum(share >= KEPT for share in kept)} of {len(kept)} keep {KEPT:.0%} or more")
+    print(f"{sum(share >= KEPT for share in kept)} of {len(kept)} keep at least {KEPT:.0%}")
 
 
 def row(

@@ -1,7 +1,7 @@
 """The time of the first generation compared with later ones, for bodies of known cost.
 
 A body that moves whole arrays has a fixed cost per call, which each worker pays; a body that loops
-takes the same time for each individual. Each line has the medians of a few starts, and the extremes
+takes the same time for each individual. Each line shows the medians of a few starts, and the range
 of the ratio. The bodies consume processor time, so other programs slow them like real bodies.
 """
 
@@ -74,7 +74,7 @@ class Costly(Organism):
         return RealSpace(np.full(2, -1.0), np.full(2, 1.0), ("a", "b"))
 
     def move(self, genomes: Genomes) -> Motion:
-        """Compute for the given time."""
+        """Consume the processor time, and return the motion."""
         end = time.thread_time() + self.fixed + len(genomes) * self.each
         while time.thread_time() < end:
             pass
@@ -100,8 +100,8 @@ class Reach(Fitness):
 
 
 @contextmanager
-def installed() -> Iterator[None]:
-    """Register both plugins, in this process and in its worker processes."""
+def registered_plugins() -> Iterator[None]:
+    """Register both plugins in this process and its worker processes."""
     with TemporaryDirectory() as folder:
         metadata = Path(folder) / "costly-0.dist-info"
         metadata.mkdir()
@@ -127,7 +127,7 @@ def main() -> None:
     print_machine()
     names = "population", "--workers", "before", "first", "later", "ratio"
     print(f"{'per call + individual':<26}" + "".join(f"{name:>12}" for name in names))
-    with installed():
+    with registered_plugins():
         for fixed, each, population, workers in BODIES:
             text = PRESET.format(fixed=fixed, each=each, population=population)
             experiment = parse_experiment(text, "the benchmark")

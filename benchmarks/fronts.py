@@ -1,8 +1,8 @@
 """`nsga-2` and pymoo's NSGA2: hypervolume on ZDT1-3 and DTLZ2, and the time of ask and tell.
 
-Both have 100 individuals, 250 generations and their defaults, as in Deb et al. 2002. Figures are
-medians of 15 seeds; pymoo computes the hypervolume of both fronts. The times exclude the evaluation
-of the problems.
+Both run 250 generations of 100 individuals with their default options, as in Deb et al. 2002.
+Figures are medians of 15 seeds; pymoo computes the hypervolume of both fronts. The times exclude
+the evaluation of the problems.
 """
 
 import statistics
@@ -25,7 +25,7 @@ POPULATION, GENERATIONS, SEEDS = 100, 250, 15
 REFERENCE = 1.1  # in each objective; the true fronts end at 1
 
 
-def ours(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
+def run_gaitsim(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
     """Return the front that `nsga-2` finds, (members, objectives), and the seconds it takes."""
     labels = tuple(f"x{gene}" for gene in range(problem.n_var))
     space = RealSpace(problem.xl.astype(float), problem.xu.astype(float), labels)
@@ -51,7 +51,7 @@ def ours(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
     return np.stack(list(members.values.values()), axis=1), seconds
 
 
-def theirs(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
+def run_pymoo(problem: Problem, seed: int) -> tuple[np.ndarray, float]:
     """Return the front that pymoo finds, (members, objectives), and the seconds it takes."""
     algorithm = NSGA2(pop_size=POPULATION)
     termination = get_termination("n_gen", GENERATIONS)
@@ -81,7 +81,7 @@ def main() -> None:
         volumes: list[list[float]] = [[], []]
         seconds: list[list[float]] = [[], []]
         for seed in range(SEEDS):  # in turns, so that other programs slow both alike
-            for index, search in enumerate((ours, theirs)):
+            for index, search in enumerate((run_gaitsim, run_pymoo)):
                 front, taken = search(problem, seed)
                 volumes[index].append(float(measure(front)))
                 seconds[index].append(taken / GENERATIONS)

@@ -23,9 +23,9 @@ from gaitsim.imitation.learning import SETTINGS, Settings, learn, prepare
 from gaitsim.individual import Individual
 from gaitsim.network import Network
 
-EPOCHS, SAMPLE = 1000, 3  # epochs of the compiled training, and of that in NumPy
+EPOCHS, SAMPLE = 1000, 3  # epochs of the compiled training, and of the training in NumPy
 SEEDS = range(5)
-LATER = 10  # multiple of the expert's duration
+FACTOR = 10  # duration of the free run, as a multiple of the expert's
 
 
 def champion(experiment: Experiment) -> NDArray[np.float64]:
@@ -42,7 +42,7 @@ def champion(experiment: Experiment) -> NDArray[np.float64]:
     return angles.astype(np.float64)
 
 
-def in_numpy(expert: NDArray[np.float64], epochs: int) -> None:
+def train_in_numpy(expert: NDArray[np.float64], epochs: int) -> None:
     """Train with `Network.gradients`, one pair at a time."""
     rng = np.random.default_rng(0)
     joints = expert.shape[1]
@@ -83,7 +83,7 @@ def main() -> None:
     prepare()
     seconds, slow = medians(
         lambda: learn(expert, Settings(epochs=EPOCHS // 10)),
-        lambda: in_numpy(expert, SAMPLE),
+        lambda: train_in_numpy(expert, SAMPLE),
         repeats=1,
     )
     seconds, slow = seconds * 10, slow * EPOCHS / SAMPLE
@@ -100,23 +100,23 @@ def main() -> None:
 
 
 def print_walks(experiment: Experiment, expert: NDArray[np.float64], settings: Settings) -> None:
-    """Print distance and score of the free-running network, at once and later, and its expert's."""
+    """Print how far the free-running network walks, relative to its expert, at first and later."""
     frames = len(expert)
 
-    def played(angles: NDArray[np.float64]) -> Individual:
+    def play_angles(angles: NDArray[np.float64]) -> Individual:
         return Individual.of_motion(experiment, play(experiment, angles[None]))
 
-    walked = played(expert)
+    walked = play_angles(expert)
     whole = walked.measures["forward"]
     for seed in SEEDS:
         imitator, _ = learn(expert, replace(settings, seed=seed))
-        commanded = imitator.free_run(expert[0], LATER * frames)
-        first, last = played(commanded[:frames]), played(commanded[-frames:])
+        commanded = imitator.free_run(expert[0], FACTOR * frames)
+        first, last = play_angles(commanded[:frames]), play_angles(commanded[-frames:])
         assert first.joint_angles is not None
         beyond = np.count_nonzero(np.abs(first.joint_angles - commanded[:frames]) > TOLERANCE)
         forward, late = (gait.measures["forward"] / whole for gait in (first, last))
         print_figure(
-            f"- seed {seed}: forward kept; after {LATER - 1} times as long",
+            f"- seed {seed}: distance kept; {FACTOR - 1} durations later",
             f"{forward:.1%} {late:.1%}",
             f"score {first.score:.2f} of {walked.score:.2f}, "
             f"{beyond} of {commanded[:frames].size} limited",

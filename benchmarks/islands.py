@@ -20,23 +20,23 @@ ISLANDS = 4
 BUDGETS = {"spider": (200, 150, 2, 2), "fly": (100, 60, 4, 1)}
 SEARCHES = {
     "one population": {},
-    "apart": {"islands.number": ISLANDS, "islands.migrants": 0},
+    "isolated": {"islands.number": ISLANDS, "islands.migrants": 0},
     "ring": {"islands.number": ISLANDS},
-    "all": {"islands.number": ISLANDS, "islands.topology": "all"},
+    "all with all": {"islands.number": ISLANDS, "islands.topology": "all"},
 }
 
 
-def finals(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
+def final_scores(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
     """Return the best score of each repeat in the last generation, (repeats,)."""
     individuals, generations, *elites = BUDGETS[body]
-    parts = ISLANDS if SEARCHES[search] else 1
+    populations = ISLANDS if SEARCHES[search] else 1
     experiment = load_experiment(
         body,
         {
             "seed": seed,
             "evolution.generations": generations,
-            "evolution.population": individuals // parts,
-            "search.elites": elites[parts > 1],
+            "evolution.population": individuals // populations,
+            "search.elites": elites[populations > 1],
             **SEARCHES[search],
         },
     )
@@ -55,7 +55,7 @@ def main() -> None:
         print(f"{'':<16}{'median':>8}{'quartiles':>18}{'worst':>8}{'best':>8}{'p':>8}")
         first: np.ndarray | None = None
         for search in SEARCHES:
-            best = finals(body, search, repeats, seed)
+            best = final_scores(body, search, repeats, seed)
             first = best if first is None else first
             low, middle, high = np.quantile(best, [0.25, 0.5, 0.75])
             p = f"{mannwhitneyu(first, best).pvalue:8.3f}" if best is not first else ""

@@ -1,11 +1,11 @@
-"""Pages in Chromium without a graphics card: frames per second and milliseconds per picture.
+"""Pages in Chromium without a graphics card: frames per second, and milliseconds per frame.
 
     python benchmarks/page.py                     # a spider, evolved for 20 generations
     python benchmarks/page.py spider.html fly.html
 
 The processor draws at 1280 × 800, with the network blocked. The benchmark needs Chromium and
 Playwright. Other programs lower the frame rate; the milliseconds are those of the fastest of 30
-pictures, drawn singly.
+frames, drawn one at a time.
 """
 
 import argparse
@@ -19,18 +19,18 @@ import gaitsim as gs
 
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]
 SECONDS = 4.0
-MEASURED = """async (seconds) => {
+MEASURE = """async (seconds) => {
     const { stage } = gaitsimPage;
     gaitsimPage.play(true);
     const rate = () => new Promise((go) => {
-        let pictures = 0;
+        let drawn = 0;
         const since = performance.now();
         const count = () => {
-            pictures++;
-            const gone = (performance.now() - since) / 1000;
-            if (gone < seconds) return;
+            drawn++;
+            const elapsed = (performance.now() - since) / 1000;
+            if (elapsed < seconds) return;
             stage.listeners.splice(stage.listeners.indexOf(count), 1);
-            go(pictures / gone);
+            go(drawn / elapsed);
         };
         stage.listeners.push(count);
     });
@@ -63,10 +63,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
         for page in pages or [_spider(Path(folder))]:
-            frames, ratio, milliseconds = _measured(page)
+            frames, ratio, milliseconds = _measure(page)
             print(
                 f"{page.name}: {page.stat().st_size / 1e3:.0f} kB, {frames:.0f} frames/s at "
-                f"{ratio:.2f} of the resolution, {milliseconds:.1f} ms/picture"
+                f"{ratio:.2f} of the resolution, {milliseconds:.1f} ms/frame"
             )
 
 
@@ -76,7 +76,7 @@ def _spider(folder: Path) -> Path:
     return gs.load(folder / "run").page(folder / "spider.html")
 
 
-def _measured(page: Path) -> list[Any]:
+def _measure(page: Path) -> list[Any]:
     from playwright.sync_api import sync_playwright
 
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -86,7 +86,7 @@ def _measured(page: Path) -> list[Any]:
         opened = shown.new_page()
         opened.goto(page.resolve().as_uri())
         opened.wait_for_selector(".player")
-        return list(opened.evaluate(MEASURED, SECONDS))
+        return list(opened.evaluate(MEASURE, SECONDS))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The time to record a generation of the default spider, without the time of `fsync`."""
+"""The time to record a generation of the default spider, excluding `fsync`."""
 
 import os
 import statistics
@@ -55,7 +55,7 @@ def main() -> None:
         print_figure(
             "a generation with a champion" if is_champion else "a generation",
             milliseconds(own),
-            f"without {calls:g} calls of fsync, {milliseconds(forced)}"
+            f"excluding {calls:g} calls of fsync, {milliseconds(forced)}"
             + ("" if is_champion else f"; budget {milliseconds(BUDGET)}"),
         )
 

@@ -1,8 +1,8 @@
-"""Robots of the presets, 10 s each, on one core and on all, and the physics engine alone.
+"""Robots of the presets for 10 s, on one core and on all cores, and the physics engine alone.
 
 The floor is `mj_step` in the same simulation, with the same commands and initial state, one robot
 at a time, and without reading or recording results. Only individuals of the first population that
-do not fall count, as the simulation of a fallen robot ends early.
+do not fall are measured, as the simulation of a fallen robot ends early.
 """
 
 import mujoco
@@ -14,7 +14,7 @@ from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 from gaitsim_robot.organism import Robot
 
-LEAST = 0.85  # share of the physics engine's speed, on each core
+TARGET = 0.85  # least share of the physics engine's speed, on each core
 COUNT = 16
 PRESETS = ("quadruped", "hexapod", "spider-physics")
 
@@ -23,11 +23,11 @@ def main() -> None:
     """Print the figures."""
     print_machine()
     for preset in PRESETS:
-        walking(preset)
+        print_speed(preset)
 
 
-def walking(preset: str) -> None:
-    """Print the figures of the first population's individuals that do not fall."""
+def print_speed(preset: str) -> None:
+    """Print the figures for the individuals of the first population that do not fall."""
     experiment = load_experiment(preset)
     robot = experiment.organism
     assert isinstance(robot, Robot)
@@ -36,21 +36,21 @@ def walking(preset: str) -> None:
     whole = np.resize(lasting, (COUNT, genomes.shape[1]))
     commands = robot.move(whole)["joint_angles"]
     seconds = COUNT * robot.duration
-    with Evaluator(experiment) as every:
-        every.prepare()
+    with Evaluator(experiment) as all_cores:
+        all_cores.prepare()
         alone, together, floor = medians(
             lambda: evaluate(experiment, whole),
-            lambda: every.evaluate(whole),
-            lambda: plain(robot, commands),
+            lambda: all_cores.evaluate(whole),
+            lambda: step_robots(robot, commands),
             repeats=1,
         )
     print_figure(f"{preset}, scores, one core", times(seconds / alone), "real time")
-    print_figure("share of mj_step's speed", f"{floor / alone:.2f}", f"at least {LEAST}")
+    print_figure("share of mj_step's speed", f"{floor / alone:.2f}", f"at least {TARGET}")
     print_figure("all cores", times(seconds / together), f"{alone / together:.2f} × one core")
     print_figure("mj_step alone, 10 s", milliseconds(floor / COUNT), times(seconds / floor))
 
 
-def plain(robot: Robot, commands: np.ndarray) -> None:
+def step_robots(robot: Robot, commands: np.ndarray) -> None:
     """Step each robot through its commands, each held for a frame."""
     simulation = robot.simulation
     data = mujoco.MjData(simulation.model)

@@ -3,7 +3,7 @@
     python benchmarks/robot_walks.py [--folder FOLDER] [--seconds 900] [--only NAME …]
 
 Each robot uses the preset `robot` unchanged, with the torque limits of its file, if any. A search
-ends at the first champion that moves five lengths of its trunk in 10 s without a fall, at the
+ends with the first champion that moves five lengths of its trunk in 10 s without a fall, at the
 preset's last generation, or after `--seconds`. FOLDER keeps the downloaded packages.
 
 Processor seconds are those of this process, summed over the cores.
@@ -47,13 +47,13 @@ def main() -> None:
             try:
                 far = walk(name, path, package, arguments.seconds)
             except GaitsimError as error:
-                print(f"{name[-39:]:40}refused: {error.what}", flush=True)
+                print(f"{name[-39:]:40}not loaded: {error.what}", flush=True)
                 continue
             tried, walked = tried + 1, walked + far
-    print(f"{walked} of {tried} walk {FAR:g} lengths or more in 10 s without a fall")
+    print(f"{walked} of {tried} walk at least {FAR:g} lengths in 10 s without a fall")
 
 
-def walk(name: str, path: Path, package: Path, most: float) -> bool:
+def walk(name: str, path: Path, package: Path, time_limit: float) -> bool:
     """Evolve a robot's gait, print its row, and return whether the robot walks far enough."""
     text = import_robot(path, [package]).text
     start, processor = time.monotonic(), time.process_time()
@@ -65,7 +65,7 @@ def walk(name: str, path: Path, package: Path, most: float) -> bool:
             if search.champion is not None and search.champion is not seen:
                 seen = search.champion
                 measures = dict(seen.measures)
-            if is_far(measures) or time.monotonic() - start > most:
+            if is_far(measures) or time.monotonic() - start > time_limit:
                 break
     row = [len(anatomy.legs), anatomy.mass, measures["body lengths"], measures.get("forward", 0.0)]
     print(

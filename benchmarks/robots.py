@@ -1,4 +1,4 @@
-"""Unmodified public robots: which of them load, with which mass, and the repairs.
+"""Unmodified public robots: which files load, the resulting mass, and the repairs.
 
     python benchmarks/robots.py [FOLDER]
 
@@ -21,11 +21,11 @@ from gaitsim.errors import GaitsimError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.text import compile_model
 
-RIGHT = 0.01  # tolerance, as a share of the mass
+TOLERANCE = 0.01  # tolerance, as a share of the mass
 
 
 @dataclass(frozen=True)
-class Loaded:
+class LoadResult:
     """Result of loading a file: the robot's masses, kg, or the reason for its rejection."""
 
     mass: float = np.nan
@@ -34,17 +34,17 @@ class Loaded:
     joints: int = 0
     size: int = 0
     repairs: tuple[str, ...] = ()
-    refused: str = ""
+    rejected: str = ""
 
     @property
-    def right(self) -> bool:
-        """Return whether the robot loads, with the expected mass if that is known."""
-        known = self.expected is None or abs(self.mass / self.expected - 1) <= RIGHT
-        return not self.refused and known
+    def correct(self) -> bool:
+        """Whether the robot loads, with the expected mass if that is known."""
+        known = self.expected is None or abs(self.mass / self.expected - 1) <= TOLERANCE
+        return not self.rejected and known
 
 
 def main() -> None:
-    """Print a table for each format, and how many files load."""
+    """Print a table and the number of files that load, for each format."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(sys.argv[1] if len(sys.argv) > 1 else temporary)
         folder.mkdir(parents=True, exist_ok=True)
@@ -55,23 +55,23 @@ def main() -> None:
             for path, package in robots(unpacked, files):
                 found.append(load(path, package))
                 print_row(str(path.relative_to(package)), found[-1])
-            count = sum(not one.refused for one in found)
+            count = sum(not one.rejected for one in found)
             known = [one for one in found if one.expected is not None]
-            right = sum(one.right for one in known)
+            correct = sum(one.correct for one in known)
             print(f"{count} of {len(found)} load", end="; ")
-            print(f"of {len(known)} with known mass, {right} are within {RIGHT:.0%}")
+            print(f"of {len(known)} with known mass, {correct} are within {TOLERANCE:.0%}")
 
 
-def load(path: Path, package: Path) -> Loaded:
+def load(path: Path, package: Path) -> LoadResult:
     """Import a file, which may refer to other files of its package."""
     try:
         imported = import_robot(path, [package])
         model = compile_model(imported.text)
     except GaitsimError as error:
-        return Loaded(refused=f"{error.what} ({error.where.rpartition('/')[2]})")
+        return LoadResult(rejected=f"{error.what} ({error.where.rpartition('/')[2]})")
     alone, largest = mujoco_alone(path)
     expected = largest if path.suffix == ".xml" else link_masses(path)
-    return Loaded(
+    return LoadResult(
         float(model.body_mass.sum()),
         expected,
         None if alone is None or not expected else alone / expected,
@@ -88,7 +88,7 @@ def link_masses(path: Path) -> float:
 
 
 def mujoco_alone(path: Path) -> tuple[float | None, float | None]:
-    """Return the total mass and that of the tree with the most joints, kg; None on failure."""
+    """Return the total mass and the mass of the tree with the most joints, kg; None on failure."""
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError:
@@ -99,15 +99,15 @@ def mujoco_alone(path: Path) -> tuple[float | None, float | None]:
     return float(model.body_mass.sum()), float(trees[joints.argmax()])
 
 
-def print_row(name: str, loaded: Loaded) -> None:
+def print_row(name: str, loaded: LoadResult) -> None:
     """Print a file's figures, and the repairs below them."""
     short = name if len(name) < 51 else f"…{name[-49:]}"
-    if loaded.refused:
-        print(f"{short:52}refused: {loaded.refused}")
+    if loaded.rejected:
+        print(f"{short:52}rejected: {loaded.rejected}")
         return
     expected = f"{loaded.expected:.4g}" if loaded.expected else "–"
     alone = f"{loaded.alone:.0%}" if loaded.alone is not None else "no"
-    mark = "" if loaded.right else "  WRONG MASS"
+    mark = "" if loaded.correct else "  WRONG MASS"
     print(
         f"{short:52}{loaded.mass:9.4g}{expected:>9}{alone:>7}{loaded.joints:7}{loaded.size:5}{mark}"
     )

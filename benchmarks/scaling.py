@@ -1,9 +1,9 @@
 """A generation on clusters of growing size, simulated from measurements on this machine.
 
-A scheduler hands out tasks one after the other; an idle worker gets the next task. The times of
-individuals vary, as a walker that falls finishes sooner. Only the size of the cluster is assumed.
-The times of individuals and the overhead of a task are measured, the overhead with Dask workers on
-this machine. `--round-trip` adds the latency of a network.
+A scheduler assigns tasks one at a time; an idle worker gets the next task. The times of individuals
+vary, as the simulation of a walker ends when it falls. Only the size of the cluster is assumed. The
+times of individuals and the overhead of a task are measured, the overhead with Dask workers on this
+machine. `--round-trip` adds the latency of a network.
 
     python benchmarks/scaling.py [--task MS --latency MS] [--round-trip MS]
 """
@@ -32,8 +32,8 @@ from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
 
 SIZES = (1, 2, 8, 32, 100, 316, 1000, 3162, 10_000)
-STRETCH = 10  # generations between two migrations
-ISLAND = 100  # individuals
+EPOCH = 10  # generations between two migrations
+ISLAND_SIZE = 100  # individuals
 
 
 def individual_seconds(experiment: Experiment, count: int = 60) -> NDArray[np.float64]:
@@ -65,9 +65,9 @@ def recording_seconds(population: int) -> float:
     return taken / 3
 
 
-def simulated(tasks: NDArray[np.float64], workers: int, overhead: Overhead) -> float:
-    """Return the seconds until the last result arrives."""
-    free = [0.0] * min(workers, len(tasks))  # when each worker is free again
+def simulate_schedule(tasks: NDArray[np.float64], workers: int, overhead: Overhead) -> float:
+    """Return the seconds until the last result of a list of tasks, seconds each, arrives."""
+    free = [0.0] * min(workers, len(tasks))  # time at which each worker becomes idle
     sent, end = 0.0, 0.0
     for seconds in tasks.tolist():
         sent = max(sent + overhead.task, heapq.heappop(free))
@@ -76,7 +76,9 @@ def simulated(tasks: NDArray[np.float64], workers: int, overhead: Overhead) -> f
     return end + overhead.latency
 
 
-def one_population(each: NDArray[np.float64], size: int, workers: int, overhead: Overhead) -> float:
+def population_generation(
+    each: NDArray[np.float64], size: int, workers: int, overhead: Overhead
+) -> float:
     """Return the seconds of a generation of one population, in chunks as gaitsim chooses them."""
     if workers == 1:
         return float(each.mean() * size)
@@ -86,13 +88,13 @@ def one_population(each: NDArray[np.float64], size: int, workers: int, overhead:
     chunks = best_plan(size, workers, cost_model, overhead).chunks
     drawn = np.random.default_rng(0).choice(each, size)
     parts = np.split(drawn, split_indices(size, chunks, workers))
-    return simulated(np.array([part.sum() for part in parts]), workers, overhead)
+    return simulate_schedule(np.array([part.sum() for part in parts]), workers, overhead)
 
 
-def islands(each: NDArray[np.float64], workers: int, overhead: Overhead) -> float:
+def islands_generation(each: NDArray[np.float64], workers: int, overhead: Overhead) -> float:
     """Return the seconds of a generation with one island per worker; a task is an epoch."""
-    drawn = np.random.default_rng(0).choice(each, (workers, STRETCH * ISLAND)).sum(axis=1)
-    return simulated(drawn, workers, overhead) / STRETCH
+    drawn = np.random.default_rng(0).choice(each, (workers, EPOCH * ISLAND_SIZE)).sum(axis=1)
+    return simulate_schedule(drawn, workers, overhead) / EPOCH
 
 
 def measure_dask() -> Overhead:
@@ -119,19 +121,19 @@ def main() -> None:
     overhead = Overhead(overhead.latency + given.round_trip / 1e3, overhead.task)
     each = individual_seconds(load_experiment("walker"))
     mean, spread = each.mean(), each.std() / each.mean()
-    print(f"an individual of the walker: {milliseconds(mean)}, varying by {spread:.0%}")
+    print(f"an individual of the walker: {milliseconds(mean)}, standard deviation {spread:.0%}")
     print(
         f"a task: {milliseconds(overhead.task)}; a population: {milliseconds(overhead.latency)}\n"
     )
-    print(f"{'workers':>8} {'100':>16} {'10,000':>16} {'1,000,000':>16}   an island of 100 each")
+    print(f"{'workers':>8} {'100':>16} {'10,000':>16} {'1,000,000':>16}   islands of 100")
     for workers in SIZES:
         cells = []
         for size in (100, 10_000, 1_000_000):
-            seconds = one_population(each, size, workers, overhead)
+            seconds = population_generation(each, size, workers, overhead)
             gain = mean * size / seconds
             cells.append(f"{gain:>8.1f} × {gain / workers:>4.0%}")
-        seconds = islands(each, workers, overhead)
-        gain = mean * ISLAND * workers / seconds
+        seconds = islands_generation(each, workers, overhead)
+        gain = mean * ISLAND_SIZE * workers / seconds
         print(f"{workers:>8,} {' '.join(f'{cell:>16}' for cell in cells)}", end="   ")
         print(f"{gain:>8.1f} × {gain / workers:>4.0%}")
     print("\nspeed-up over one worker, and its share of the ideal speed-up\n")

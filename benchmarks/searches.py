@@ -1,6 +1,6 @@
 """The time of a search without evaluation: ask and tell for 100 genomes with 48 genes.
 
-The measured generation follows twenty others, so that the search has built up its state. pycma has
+The search first runs twenty other generations, so that its state is realistic. pycma has
 the same bounds and population, and takes turns with gaitsim. For pyribs see archives.py, which has
 archives of several sizes.
 """

@@ -140,12 +140,12 @@ def print_default(speed: float) -> None:
         whole, alone = medians(
             lambda: all_cores.evaluate(genomes), lambda: one_core.evaluate(genomes), repeats=20
         )
-    rate = f"{len(genomes) / whole:,.0f} spiders a second"
+    rate = f"{len(genomes) / whole:,.0f} spiders per second"
     print_figure("evaluating a generation", milliseconds(whole), rate)
     print_figure(
         "- the same with one worker", milliseconds(alone), f"{times(alone / whole)} as long"
     )
-    print_floor(DEFAULT * len(genomes), speed, whole)
+    print_lower_bound(DEFAULT * len(genomes), speed, whole)
 
 
 def print_recurrence(full: bool, speed: float) -> None:
@@ -181,7 +181,7 @@ def print_recurrence(full: bool, speed: float) -> None:
         f"published MATLAB run {PUBLISHED:,.0f} s: {times(PUBLISHED / thousand)} as long",
     )
 
-    print_floor(RECURRENCE * len(genomes), speed, evaluating)
+    print_lower_bound(RECURRENCE * len(genomes), speed, evaluating)
     print_alternatives(experiment, genomes)
 
 
@@ -209,12 +209,12 @@ def print_alternatives(experiment: Experiment, genomes: NDArray[np.float64]) -> 
     print(f"(NumPy's scores differ by {worst:.1g} at most)")
 
 
-def print_floor(operations: int, speed: float, evaluating: float) -> None:
-    """Print the least possible time on this machine, and how far the evaluation exceeds it."""
+def print_lower_bound(operations: int, speed: float, evaluating: float) -> None:
+    """Print the minimum time that the arithmetic takes, and the evaluation as a multiple of it."""
     floor = operations / speed
     print_figure("- its arithmetic", f"{operations / 1e6:.0f} M", "float32 operations")
-    beside = f"evaluating: {times(evaluating / floor)} the floor"
-    print_figure("- the resulting floor", milliseconds(floor), beside)
+    beside = f"evaluating: {times(evaluating / floor)} the bound"
+    print_figure("- the resulting lower bound", milliseconds(floor), beside)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 gaitsim evolves five algorithms × 39 pool sizes × 80 generations × 100 repeats on all cores, as
 `gaitsim study millipede-operators` does, without the pictures. DEAP evolves two repeats of each
 algorithm at three pool sizes on one core; its time is scaled by the number of individuals bred.
-Then each cell that the study reports is repeated 4,000 times with other seeds. The benchmark prints
+Then each cell that the study reports is repeated 4,000 times with new seeds. The benchmark prints
 whether the 95 % interval of the new mean overlaps the reported interval and reaches the target.
 """
 
@@ -38,23 +38,23 @@ def sweep(study: Study, folder: Path) -> float:
     return stopwatch(work)
 
 
-def claims(study: Study, folder: Path) -> list[Reached]:
+def reported_cells(study: Study, folder: Path) -> list[Reached]:
     """Return the cells that the finished study reports."""
     return confirm(folder, study, results(folder, study, cells(study))[0], None)
 
 
-def repeated(claim: Reached, seed: int) -> tuple[float, float]:
-    """Return the mean of other repeats of a reported cell, and its standard error."""
-    size = {"population": claim.population, "generations": claim.generations}
+def repeat_cell(cell: Reached, seed: int) -> tuple[float, float]:
+    """Return the mean of new repeats of a reported cell, and its standard error."""
+    size = {"population": cell.population, "generations": cell.generations}
     changes = {f"evolution.{name}": value for name, value in size.items()}
-    experiment = load_experiment(claim.experiment, changes | {"seed": seed})
+    experiment = load_experiment(cell.experiment, changes | {"seed": seed})
     with Evaluator(experiment, 1) as evaluator:
         *_, best = evolve_repeats(experiment, evaluator.evaluate, CHECKED)
     return float(best.mean()), float(best.std(ddof=1)) / math.sqrt(CHECKED)
 
 
 def _degrees(individual: list[int]) -> list[int]:
-    """Return the legs' angles; truncate magnitudes above 20, also in the genome."""
+    """Return the angles of the legs; clip magnitudes to 20, in the genome as well."""
     angles = []
     for start in range(0, LEGS * BITS, BITS):
         sign, *magnitude = individual[start : start + BITS]
@@ -117,7 +117,7 @@ def deap_run(algorithm: str, pool: int, generations: int) -> None:
         evaluate()
 
 
-def deap(study: Study, generations: int) -> float:
+def deap_seconds(study: Study, generations: int) -> float:
     """Return the seconds of the whole study with DEAP, scaled from a part."""
     random.seed(0)  # DEAP uses the global generator
 
@@ -139,22 +139,22 @@ def main() -> None:
         folder = Path(name)
         seconds = sweep(study, folder)
         print_figure("gaitsim: the whole published study", f"{seconds:.1f} s", "all cores")
-        for place, claim in enumerate(claims(study, folder)):
-            mean, error = repeated(claim, SEED + place)
+        for number, cell in enumerate(reported_cells(study, folder)):
+            mean, error = repeat_cell(cell, SEED + number)
             low, high = mean - 1.96 * error, mean + 1.96 * error
-            met = low <= claim.high and claim.low <= high
-            held = met and (high >= (study.target or 0) or not claim.reached)
-            said = f"{claim.mean:.3f} ({claim.low:.3f} to {claim.high:.3f})"
+            met = low <= cell.high and cell.low <= high
+            held = met and (high >= (study.target or 0) or not cell.reached)
+            reported = f"{cell.mean:.3f} ({cell.low:.3f} to {cell.high:.3f})"
             print_figure(
-                f"{claim.experiment} {claim.population} / {claim.generations}",
-                said,
-                f"{mean:.3f} ± {1.96 * error:.3f} in {CHECKED:,} other repeats: "
+                f"{cell.experiment} {cell.population} / {cell.generations}",
+                reported,
+                f"{mean:.3f} ± {1.96 * error:.3f} in {CHECKED:,} new repeats: "
                 + ("holds" if held else "FAILS"),
             )
     if importlib.util.find_spec("deap") is None:
         print("DEAP is not installed; to compare: pip install -e '.[benchmarks]'")
         return
-    theirs = deap(study, 80)
+    theirs = deap_seconds(study, 80)
     beside = f"{times(theirs / seconds)} as long; one core, scaled from a part"
     print_figure("DEAP: the same work", f"{theirs:.0f} s", beside)
 

@@ -12,7 +12,7 @@ def medians(*works: Callable[[], object], repeats: int) -> list[float]:
     """Return the median time of each of `works`, seconds, over `repeats` calls in five rounds.
 
     The functions take turns, so that other programs slow all of them alike. The first call of a
-    round is not measured, as the other functions have displaced its data from the caches.
+    round is not measured, because the other functions have evicted its data from the caches.
     """
     taken: list[list[float]] = [[] for _ in works]
     for _ in range(ROUNDS):
@@ -30,12 +30,12 @@ def stopwatch(work: Callable[[], object]) -> float:
 
 
 def milliseconds(seconds: float) -> str:
-    """Format a duration, as '1.74 ms' or '2.69 s'."""
+    """Format a duration, such as '1.74 ms' or '2.69 s'."""
     return f"{seconds:.3g} s" if seconds >= 1 else f"{1000 * seconds:.3g} ms"
 
 
 def times(ratio: float) -> str:
-    """Format a ratio, as '3.1 ×' or '1,300 ×'."""
+    """Format a ratio, such as '3.1 ×' or '1,300 ×'."""
     return f"{ratio:,.0f} ×" if ratio >= 100 else f"{ratio:.2g} ×"
 
 

@@ -1,4 +1,4 @@
-"""Gaits of the preset quadruped-transfer in reality, compared with those found by score alone."""
+"""Gaits of the preset quadruped-transfer in reality, compared with gaits evolved for score only."""
 
 import argparse
 from functools import partial
@@ -15,8 +15,8 @@ SMALL = {"organism.duration": 5, "evolution.generations": 50}
 ALONE = {"search.plugin": "nsga-2", "search.objectives": {"score": "max", "forward": "max"}}
 
 
-def evolved(experiment: Experiment) -> tuple[Generation, Genomes]:
-    """Return the last generation, and the genome with the best score of all, (1, genes)."""
+def evolve_to_end(experiment: Experiment) -> tuple[Generation, Genomes]:
+    """Return the last generation, and the genome with the best score of the run, (1, genes)."""
     best, score = np.empty(0), -np.inf
     for last in evolve(experiment, partial(evaluate, experiment)):
         if last.scores.max() > score:
@@ -24,7 +24,7 @@ def evolved(experiment: Experiment) -> tuple[Generation, Genomes]:
     return last, best
 
 
-def row(name: str, seed: int, experiment: Experiment, genome: Genomes) -> None:
+def print_row(name: str, seed: int, experiment: Experiment, genome: Genomes) -> None:
     """Print score and distance of a genome, (1, genes), in simulation and in reality."""
     found = [evaluate(one, genome) for one in (experiment, in_reality(experiment))]
     cells = [f"{one.scores[0]:6.2f} {one.terms['forward'][0]:6.2f} m" for one in found]
@@ -37,18 +37,18 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3)
     for seed in range(parser.parse_args().seeds):
         experiment = load_experiment("quadruped-transfer", {"seed": seed, **SMALL})
-        last, _ = evolved(experiment)
+        last, _ = evolve_to_end(experiment)
         front = experiment.search.members(last.state)
         if front is None or not len(front.scores):
             continue
         expected = front.scores + front.values["transferability"]
         for name, at in (("best score", front.scores.argmax()), ("expected", expected.argmax())):
-            row(name, seed, experiment, front.genomes[at][None])
+            print_row(name, seed, experiment, front.genomes[at][None])
         size = {"evolution.population": experiment.evolution.population}
         alone = with_overrides(
             load_experiment("quadruped"), {"seed": seed, **SMALL, **size, **ALONE}
         )
-        row("the score alone", seed, experiment, evolved(alone)[1])
+        print_row("the score alone", seed, experiment, evolve_to_end(alone)[1])
 
 
 if __name__ == "__main__":

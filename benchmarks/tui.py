@@ -1,9 +1,9 @@
 """The terminal UI: its cost for a run, its output to the terminal, and its response times.
 
-The same run of a spider is evolved in turns on the command line with `--json`, and on the live
+The same run of a spider is executed in turns on the command line with `--json`, and on the live
 screen in pseudo-terminals of several sizes, whose output is counted. Then the app opens many runs.
-The benchmark measures the time from the start to the first picture and to the first run in the
-list, and from a key to the end of the app's response.
+The benchmark measures the time from the start to the first screen and to the first run in the
+list, and from a key to the end of the response.
 
 To compare two versions of gaitsim, run this file in turns with the interpreters of both.
 """
@@ -40,7 +40,7 @@ from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.live import Live
 
 class Benchmark(GaitsimApp):
-    begun, drawn = None, 0
+    started, drawn = None, 0
 
     def on_mount(self):
         self.live = Live(Path(sys.argv[1]), resume=True)
@@ -57,10 +57,10 @@ class Benchmark(GaitsimApp):
         if not self.live.is_mounted:
             return
         now, snapshot, drawn = time.perf_counter(), self.live.snapshot, self.drawn
-        if self.begun is None and snapshot.generation >= int(sys.argv[3]):
-            self.begun = now, snapshot.generation, drawn, time.process_time()
+        if self.started is None and snapshot.generation >= int(sys.argv[3]):
+            self.started = now, snapshot.generation, drawn, time.process_time()
         if snapshot.ended and snapshot.state != "stopped":
-            then, first, before, used = self.begun
+            then, first, before, used = self.started
             seconds, used = now - then, time.process_time() - used
             generation = seconds / (snapshot.generation - first)
             self.exit((then, now, generation, (drawn - before) / seconds, used / seconds))
@@ -82,7 +82,7 @@ class Terminal:
         self.keys, theirs = pty.openpty()
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
         self.written: list[tuple[float, bytes]] = []
-        self.begun = time.perf_counter()
+        self.started = time.perf_counter()
         # Textual writes to standard error.
         self.process = subprocess.Popen(
             command,
@@ -105,15 +105,15 @@ class Terminal:
         """Return the number of bytes written between two times."""
         return sum(len(data) for moment, data in self.written if start <= moment <= end)
 
-    def until(self, text: bytes) -> float:
-        """Wait for a text, and return the time of its output."""
+    def wait_for(self, text: bytes) -> float:
+        """Wait until a string is printed, and return the time."""
         while text not in b"".join(data for _, data in self.written):
             time.sleep(0.001)
             if self.process.poll() is not None:
-                raise SystemExit("the UI ended")
+                raise SystemExit("the UI exited")
         return self.written[-1][0]
 
-    def until_quiet(self, seconds: float = QUIET) -> float:
+    def wait_until_quiet(self, seconds: float = QUIET) -> float:
         """Wait until there is no output for `seconds`, and return the time of the last byte."""
         while time.perf_counter() - self.written[-1][0] < seconds:
             time.sleep(0.001)
@@ -125,9 +125,9 @@ class Terminal:
         os.write(self.keys, key)
         while len(self.written) == before and time.perf_counter() - then < 5:
             time.sleep(0.0005)
-        return self.until_quiet() - then
+        return self.wait_until_quiet() - then
 
-    def answers(self, key: bytes) -> float:
+    def response_time(self, key: bytes) -> float:
         """Return the median response time of several presses, seconds."""
         return statistics.median(self.press(key) for _ in range(PRESSES))
 
@@ -144,7 +144,7 @@ class Terminal:
         return code
 
 
-def by_command(run: Path, warm: int) -> float:
+def command_line_seconds(run: Path, warm: int) -> float:
     """Return the seconds per generation on the command line, after generation `warm`."""
     command = [sys.executable, "-m", "gaitsim", "resume", str(run), "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
@@ -154,7 +154,7 @@ def by_command(run: Path, warm: int) -> float:
     return (moments[-1] - moments[warm - 1]) / (len(moments) - warm)
 
 
-def under_ui(run: Path, warm: int, columns: int, lines: int) -> list[float]:
+def ui_figures(run: Path, warm: int, columns: int, lines: int) -> list[float]:
     """Return seconds per generation, redraws/s, the UI's share of a core, and bytes/s."""
     figures = run.parent / "figures"
     command = [sys.executable, "-c", APP, str(run), str(figures), str(warm)]
@@ -165,11 +165,11 @@ def under_ui(run: Path, warm: int, columns: int, lines: int) -> list[float]:
     return [*rest, terminal.count(then, now) / (now - then)]
 
 
-def on_many(folder: Path, run: Path, count: int) -> list[float]:
+def response_times(folder: Path, run: Path, count: int) -> list[float]:
     """Return the response times of the app with many runs, seconds.
 
     Returns:
-        Start to first picture, start to first run, a key on the home screen, a frame of the
+        Start to first screen, start to first run, a key on the home screen, a frame of the
         replay, and a generation of the replay.
     """
     runs = folder / "many"
@@ -180,14 +180,14 @@ def on_many(folder: Path, run: Path, count: int) -> list[float]:
         for path in (*copy.rglob("*"), copy):
             os.utime(path, (long_ago, long_ago))
     terminal = Terminal([sys.executable, "-m", "gaitsim", "tui", str(runs)], 120, 34)
-    painted = terminal.until(b"palette") - terminal.begun
-    listed = terminal.until(b"run-") - terminal.begun
+    drawn = terminal.wait_for(b"palette") - terminal.started
+    listed = terminal.wait_for(b"run-") - terminal.started
     time.sleep(SETTLED)
-    key = terminal.answers(DOWN)
+    key = terminal.response_time(DOWN)
     os.write(terminal.keys, b"r")
     time.sleep(SETTLED)
     terminal.press(b" ")  # the replay starts playing immediately
-    figures = [painted, listed, key, terminal.answers(b"."), terminal.answers(b"[")]
+    figures = [drawn, listed, key, terminal.response_time(b"."), terminal.response_time(b"[")]
     terminal.close()
     shutil.rmtree(runs)
     return figures
@@ -206,15 +206,15 @@ def main() -> None:
     warm = given.generations // 5
     plain: list[float] = []
     shown: dict[tuple[int, int], list[list[float]]] = {size: [] for size in SIZES}
-    answers = []
+    responses = []
     with tempfile.TemporaryDirectory(prefix=".benchmark-", dir=Path.cwd()) as name:
         folder = Path(name)
         for _ in range(given.rounds):
             run = create_run(experiment, folder / "command")
-            plain.append(by_command(run, warm))
+            plain.append(command_line_seconds(run, warm))
             for size in SIZES:
-                shown[size].append(under_ui(create_run(experiment, folder / "ui"), warm, *size))
-            answers.append(on_many(folder, run, given.runs))
+                shown[size].append(ui_figures(create_run(experiment, folder / "ui"), warm, *size))
+            responses.append(response_times(folder, run, given.runs))
     alone = statistics.median(plain)
     print_figure(f"a generation of {given.preset}, command line, no display", milliseconds(alone))
     for (columns, lines), figures in shown.items():
@@ -225,14 +225,14 @@ def main() -> None:
         print_figure("  redraws of the panels per second", f"{drawn:.1f}")
         print_figure("  the UI's own process", f"{share:.0%}", "of one core")
     names = (
-        f"from the start to the first picture, {given.runs} runs",
+        f"from the start to the first screen, {given.runs} runs",
         "  to the first run in the list",
         f"from a key to the end of the response, {given.runs} runs",
         "  one frame of the replay",
         "  one generation of the replay",
     )
     for what, seconds in zip(
-        names, map(statistics.median, zip(*answers, strict=True)), strict=True
+        names, map(statistics.median, zip(*responses, strict=True)), strict=True
     ):
         print_figure(what, milliseconds(seconds))
 

@@ -20,7 +20,7 @@ from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
-BUDGET = 6.0  # seconds for 300 frames at 720 lines on two cores
+BUDGET = 6.0  # seconds for 300 frames of 1280 × 720 on two cores
 STILLS = 5
 
 
@@ -34,7 +34,7 @@ def spider(path: Path) -> RunSnapshot:
 
 
 def matplotlib_3d(run: RunSnapshot) -> float:
-    """Return the seconds per picture of the same segments on matplotlib's 3D axes."""
+    """Return the seconds per frame of the same segments on matplotlib's 3D axes."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
@@ -79,7 +79,7 @@ def main() -> None:
         after = resource.getrusage(resource.RUSAGE_SELF)
         worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         print_figure(
-            f"an MP4 of {len(video)} pictures, 1280 × 720",
+            f"an MP4 of {len(video)} frames, 1280 × 720",
             f"{whole:.1f} s",
             f"budget {BUDGET:.0f} s: {times(BUDGET / whole)}; {worked:.1f} s of processor time",
         )
@@ -88,12 +88,12 @@ def main() -> None:
         gif = Video(run, (), replace(settings, format="gif"))
         taken = stopwatch(lambda: gif.write(folder / "a.gif"))
         size = (folder / "a.gif").stat().st_size / 1e6
-        print_figure(f"a GIF of {len(gif)}, 640 × 360", f"{taken:.1f} s", f"{size:.1f} MB")
+        print_figure(f"a GIF of {len(gif)} frames, 640 × 360", f"{taken:.1f} s", f"{size:.1f} MB")
         scene = Scene(
             [Clip(run.individual().skeleton)], settings.pixels, settings.view, settings.theme
         )
         (ours,) = medians(lambda: scene.draw(3.0), repeats=STILLS)
-        print_figure("drawing one picture", milliseconds(ours))
+        print_figure("drawing one frame", milliseconds(ours))
         theirs = matplotlib_3d(run)
         print_figure(
             "- bare segments on matplotlib's 3D axes",

@@ -1,7 +1,7 @@
-"""Walkers of the presets, 10 s each, on one core and on all, and the physics engine alone.
+"""Walkers of the presets for 10 s, on one core and on all cores, and the physics engine alone.
 
-The floor is `Space.step` in a loop: the same bodies, joints and ground, with a walker that stands
-on four legs for 10 s, without commands and without reading or recording results.
+The lower bound is `Space.step` in a loop: the same bodies, joints and ground, with a walker that
+stands on four legs for 10 s, without commands and without reading or recording results.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
 
-LEAST = 60  # multiple of real time, per core
+TARGET = 60  # least multiple of real time, per core
 COUNT = 20
 
 
@@ -21,12 +21,12 @@ def main() -> None:
     """Print the figures."""
     print_machine()
     for preset in ("walker", "walker-four"):
-        walking(preset)
-    floor(Walker(legs=4))
+        print_speed(preset)
+    print_lower_bound(Walker(legs=4))
 
 
-def walking(preset: str) -> None:
-    """Print the figures of walkers that do not fall, as a fall ends the simulation early."""
+def print_speed(preset: str) -> None:
+    """Print the figures for walkers that do not fall, as a fall ends the simulation early."""
     experiment = load_experiment(preset)
     walker = experiment.organism
     assert isinstance(walker, Walker)
@@ -34,17 +34,17 @@ def walking(preset: str) -> None:
     lasting = genomes[walker.move(genomes)["lasted"] == walker.duration]
     whole = np.resize(lasting, (COUNT, genomes.shape[1]))
     seconds = COUNT * walker.duration
-    with Evaluator(experiment) as every:
-        every.prepare()
+    with Evaluator(experiment) as all_cores:
+        all_cores.prepare()
         alone, together = medians(
-            lambda: evaluate(experiment, whole), lambda: every.evaluate(whole), repeats=1
+            lambda: evaluate(experiment, whole), lambda: all_cores.evaluate(whole), repeats=1
         )
-    print_figure(f"{preset}, one core", times(seconds / alone), f"real time; at least {LEAST} ×")
+    print_figure(f"{preset}, one core", times(seconds / alone), f"real time; at least {TARGET} ×")
     print_figure("all cores", times(seconds / together), "real time")
     print_figure("a walker of 10 s", milliseconds(alone / COUNT))
 
 
-def floor(walker: Walker) -> None:
+def print_lower_bound(walker: Walker) -> None:
     """Print the times of a standing walker, with `play` and with the physics engine alone."""
     commands = np.zeros((1, walker.frames, 2 * walker.legs))
     world = walker.surroundings(walker.frames)

@@ -45,17 +45,17 @@ class Threads(Executor):
 
 
 @contextmanager
-def kinds() -> Iterator[dict[str, Executor]]:
+def started_executors() -> Iterator[dict[str, Executor]]:
     """Start the executors, and yield them by name."""
-    with ExitStack() as held:
+    with ExitStack() as stack:
         found: dict[str, Executor] = {
-            "threads": held.enter_context(Threads()),
-            "processes": held.enter_context(ProcessExecutor(WORKERS)),
+            "threads": stack.enter_context(Threads()),
+            "processes": stack.enter_context(ProcessExecutor(WORKERS)),
         }
         if importlib.util.find_spec("distributed") is not None:
             from gaitsim.evaluation.dask import DaskExecutor
 
-            found["Dask"] = held.enter_context(DaskExecutor("local", WORKERS))
+            found["Dask"] = stack.enter_context(DaskExecutor("local", WORKERS))
         yield found
 
 
@@ -64,8 +64,8 @@ def population(experiment: Experiment) -> Genomes:
     return first_population(experiment)
 
 
-def serialisation(experiment: Experiment, genomes: Genomes) -> tuple[float, int]:
-    """Return the seconds to pickle and unpickle a chunk and its evaluation, and their bytes."""
+def serialisation_cost(experiment: Experiment, genomes: Genomes) -> tuple[float, int]:
+    """Return the seconds to pickle and unpickle a chunk and its evaluation, and the bytes."""
     sent, answer = pickle.dumps(genomes, 5), pickle.dumps(evaluate(experiment, genomes), 5)
     evaluation = pickle.loads(answer)
 
@@ -95,7 +95,7 @@ def print_chunks(name: str, executors: dict[str, Executor], overheads: dict[str,
     print(
         f"\n{name}: {len(genomes)} individuals, {milliseconds(known.seconds(len(genomes)))} alone"
     )
-    seconds, size = serialisation(experiment, np.array_split(genomes, 2 * WORKERS)[0])
+    seconds, size = serialisation_cost(experiment, np.array_split(genomes, 2 * WORKERS)[0])
     print_figure("  pickling a quarter and its scores", milliseconds(seconds), f"{size:,} bytes")
     for kind, executor in executors.items():
         overhead = overheads[kind]
@@ -110,7 +110,7 @@ def print_chunks(name: str, executors: dict[str, Executor], overheads: dict[str,
 
 
 def print_gain(name: str, generation: int, rounds: int) -> None:
-    """Print the times of one worker, of two, and the ideal time of two.
+    """Print the time of one worker, the time of two workers, and the ideal time of two.
 
     For the ideal time, two workers each do all the work simultaneously, and the time is halved. The
     three take turns. The quickest times are those with the least disturbance by other programs, or
@@ -142,15 +142,15 @@ def print_gain(name: str, generation: int, rounds: int) -> None:
 
 
 def print_idle(name: str, cluster: Executor) -> None:
-    """Print the cost of a cluster that stays idle, as sending work to it would not pay."""
+    """Print the cost of a cluster that stays idle because sending work to it would be slower."""
     experiment = load_experiment(name)
     genomes = population(experiment)
-    with Evaluator(experiment) as local, Evaluator(experiment, cluster=cluster) as asked:
-        for evaluator in (local, asked):
+    with Evaluator(experiment) as alone, Evaluator(experiment, cluster=cluster) as with_cluster:
+        for evaluator in (alone, with_cluster):
             evaluator.prepare()
             evaluator.evaluate(genomes)
         without, beside = medians(
-            lambda: local.evaluate(genomes), lambda: asked.evaluate(genomes), repeats=50
+            lambda: alone.evaluate(genomes), lambda: with_cluster.evaluate(genomes), repeats=50
         )
     print_figure(f"{name}: without a cluster", milliseconds(without))
     print_figure(f"{name}: with an idle cluster", milliseconds(beside), times(beside / without))
@@ -159,7 +159,7 @@ def print_idle(name: str, cluster: Executor) -> None:
 def main() -> None:
     """Print the figures."""
     print_machine()
-    with kinds() as executors:
+    with started_executors() as executors:
         overheads = {kind: measure_overhead(executor) for kind, executor in executors.items()}
         for kind, overhead in overheads.items():
             beside = f"and {milliseconds(overhead.latency)} per population"

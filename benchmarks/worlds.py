@@ -1,10 +1,11 @@
-"""Gaits evolved in many worlds, compared with gaits of one world in unseen worlds.
+"""Gaits evolved in several worlds and in one world, compared in unseen worlds.
 
     python benchmarks/worlds.py [--full] [--only NAME …] [--seeds 11 12 13] [--folder FOLDER]
 
-Each champion over worlds is compared with that of one world with the same seed. Both walk in the
-same unseen worlds: friction 0.3 to 1.2, masses ±20 %, latency 0 to 50 ms, torque and speed of the
-servos down to 70 %, slope ±3°. Searches are compared by simulations: individuals times worlds.
+Each champion of several worlds is compared with the champion of one world with the same seed. Both
+walk in the same unseen worlds: friction 0.3 to 1.2, masses ±20 %, latency 0 to 50 ms, torque and
+speed of the servos down to 70 %, slope ±3°. The budget of a search is the number of simulations:
+individuals times worlds.
 
 The default of one seed, two generations and ten worlds only demonstrates the table. `--full` uses
 the presets' generations, seeds 11, 12 and 13, and 100 worlds, and takes about an hour of processor
@@ -44,7 +45,7 @@ OVER_WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
 
 TITLES = (
     f"{'evolved in':>11}{'seed':>6}{'simulations':>13}{'nominal m':>11}{'median m':>10}"
-    f"{'worst tenth m':>15}{'of its nominal':>16}{'of one world’s':>16}{'falls':>7}  hurts"
+    f"{'worst tenth m':>15}{'of its nominal':>16}{'of one world’s':>16}{'falls':>7}  sensitive to"
 )
 
 
@@ -87,16 +88,16 @@ def compare(name: str, seeds: Sequence[int], folder: Path, *, full: bool) -> Non
         generations = None if full else 2
         one = champion(folder / f"{name}-{seed}", name, seed, {}, generations)
         many = champion(folder / f"{name}-over-worlds-{seed}", preset, seed, options, generations)
-        alone = tested(one, full=full)
+        alone = test_champion(one, full=full)
         for label, run in (("one world", one), ("worlds", many)):
-            found = alone if run is one else tested(run, full=full)
+            found = alone if run is one else test_champion(run, full=full)
             row = Row(simulations(run), found, found.worst_tenth / alone.nominal.result)
             rows[label].append(row)
-            hurts = ", ".join(effect.condition for effect in found.effects)
+            sensitive = ", ".join(effect.condition for effect in found.effects)
             print(
                 f"{label:>11}{seed:6}{row.simulations:13,}{found.nominal.result:11.2f}"
                 f"{found.median:10.2f}{found.worst_tenth:15.2f}{row.kept:16.0%}{row.of_one:16.0%}"
-                f"{found.falls:7}  {hurts or 'no significant effect'}",
+                f"{found.falls:7}  {sensitive or 'no significant effect'}",
                 flush=True,
             )
     for label, of_label in rows.items():
@@ -119,7 +120,7 @@ def champion(
         return search.run
 
 
-def tested(run: gs.Run, *, full: bool) -> UnseenResults:
+def test_champion(run: gs.Run, *, full: bool) -> UnseenResults:
     """Test a run's champion in unseen worlds."""
     return evaluate_unseen(run.champion, 100 if full else 10, ranges=RANGES)
 
@@ -130,7 +131,7 @@ def simulations(run: gs.Run) -> int:
 
 
 def spread(values: Sequence[float], form: str) -> str:
-    """Return the median and the range of values as text."""
+    """Format the median and the range of values."""
     return f"{median(values):{form}} ({min(values):{form}} to {max(values):{form}})"
 
 

@@ -1,6 +1,6 @@
-"""Build the documentation's site in site/: `python docs_build/build.py`.
+"""Build the documentation site in site/: `python docs_build/build.py`.
 
-Code hosts show the pages of docs/ directly, so that folder is not changed. The script copies it to
+Code hosts show the pages of docs/ directly, so that folder stays unchanged. The script copies it to
 build/docs, adds the generated pages and the pages from outside docs/, and adapts the links.
 """
 
@@ -22,7 +22,7 @@ OUTSIDE = {
     "../data/SOURCES.md": "sources.md",
     "../README.md": "index.md",
 }
-"""Files outside docs/ that its pages link to, and their file names on the site."""
+"""Files outside docs/ that its pages link to -> their file names on the site."""
 
 API = {
     "api.md": (
@@ -85,11 +85,11 @@ API = {
         ],
     ),
 }
-"""Pages generated from docstrings: file name, heading and documented objects."""
+"""Pages generated from docstrings: file name -> heading and documented objects."""
 
 
-def stage() -> None:
-    """Gather all pages of the site in `STAGE`."""
+def collect_pages() -> None:
+    """Collect all pages of the site in the folder `STAGE`."""
     shutil.rmtree(STAGE, ignore_errors=True)
     shutil.copytree(ROOT / "docs", STAGE)
     for page in STAGE.glob("*.md"):
@@ -132,8 +132,8 @@ def with_site_links(text: str, folder: Path) -> str:
 
 
 def main() -> int:
-    """Stage and build; return the builder's exit code, which is 1 after a warning."""
-    stage()
+    """Collect the pages and build the site; return the exit code, which is 1 after a warning."""
+    collect_pages()
     shutil.rmtree(ROOT / "site", ignore_errors=True)
     builder = [sys.executable, "-m", "zensical", "build", "--strict", "--clean"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "docs_build")}

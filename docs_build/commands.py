@@ -17,9 +17,9 @@ from gaitsim.cli.help import LazyGroup
 
 HEAD = """# Commands
 
-This page is generated from the commands; `gaitsim COMMAND --help` prints the same text. After an
-invalid command, one message gives the error, its place, the allowed values and a remedy, and the
-exit code is 2. After Ctrl-C it is 130.
+This page is generated from the commands; `gaitsim COMMAND --help` prints the same text. An
+invalid command prints one message with the error, its place, the allowed values and a remedy, and
+exits with code 2. After Ctrl-C, the exit code is 130.
 """
 TYPES = {int: "N", float: "NUMBER", Path: "PATH", str: "TEXT"}
 
@@ -116,7 +116,7 @@ class _Row:
 
 
 def _bare(annotation: Any) -> Any:
-    """Return the type of a single value: str for `list[str] | None`."""
+    """Return the type of a single value, such as str for `list[str] | None`."""
     if typing.get_origin(annotation) in (typing.Union, types.UnionType):
         annotation = next(one for one in typing.get_args(annotation) if one is not type(None))
     return typing.get_args(annotation)[0] if typing.get_origin(annotation) is list else annotation

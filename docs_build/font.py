@@ -2,8 +2,9 @@
 
 The input is `files/stix-two-math-latin-400-normal.woff` of the npm package
 `@fontsource/stix-two-math` 5.3.0. The output, docs_build/fonts/stix-two-math.woff, keeps letters,
-Greek, operators, arrows, mathematical alphabets, and brackets in all sizes with the pieces of
-larger ones. The same input gives the same glyphs, so the file is reproducible.
+Greek, operators, arrows, mathematical alphabets, and brackets in all sizes, with the pieces of
+which larger brackets are composed. The same input gives the same glyphs, so the file is
+reproducible.
 """
 
 import html
@@ -41,13 +42,13 @@ ITALIC = {"h": "ℎ"} | {
     for code in (*range(0x1D434, 0x1D468), *range(0x1D6E2, 0x1D71C))
     if unicodedata.decomposition(chr(code))
 }
-"""Letter of a variable -> the italic character that browsers draw for it."""
+"""Letter of a variable -> italic character that browsers draw for it."""
 
 
 def write_subset(source: Path) -> None:
-    """Write the subset of a font that the site uses."""
+    """Write the subset of a font that the site needs."""
     font = TTFont(source, recalcTimestamp=False)
-    # `ssty` has the glyphs of subscripts and superscripts; the others place accents.
+    # `ssty` selects the glyphs of subscripts and superscripts; the other features place accents.
     options = Options(layout_features=["ssty", "mkmk", "ccmp"], hinting=False, notdef_outline=True)
     subsetter = Subsetter(options)
     subsetter.populate(unicodes=[one for first, last in KEPT for one in range(first, last + 1)])

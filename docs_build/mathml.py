@@ -10,7 +10,7 @@ from pymdownx.superfences import SuperFencesException
 NARROW = '<mspace width="0.17em"></mspace>'
 NAME = "(?<!<msub>)<m[io]>(sin|cos|tanh|clip|rms|arg|min)</m[io]>"
 SIGN = "<m[io]>([−±∓])</m[io]>"
-BETTER = (
+CORRECTIONS = (
     # A bar as wide as the expression below it, and dots close to their letter.
     ('<mo accent="true">―', '<mo stretchy="true">‾'),
     ("<mover>(<mi>.</mi>|<mrow><mi>.</mi></mrow>)<mo>", r'<mover accent="true">\1<mo>'),
@@ -29,7 +29,7 @@ BETTER = (
     ("<mo>=</mo></mtd>", '<mo form="infix">=</mo></mtd>'),
     ('<mo stretchy="false">[|]', '<mo stretchy="false" lspace="0" rspace="0">|'),
 )
-"""Pattern -> replacement for MathML that browsers space or stretch badly."""
+"""Pairs of a pattern and its replacement, for MathML that browsers space or stretch badly."""
 
 
 def block(
@@ -40,15 +40,15 @@ def block(
     Raises:
         SuperFencesException: the LaTeX cannot be converted, or needs a character outside the font.
     """
-    made = convert(source, display="block")
-    made = re.sub("&#x(?!0003C|0003E|00026)(.{5});", lambda code: chr(int(code[1], 16)), made)
-    for pattern, replacement in BETTER:
-        made = re.sub(pattern, replacement, made)
-    if "\\" in made:
-        # Any other exception would silently show the block as code.
+    mathml = convert(source, display="block")
+    mathml = re.sub("&#x(?!0003C|0003E|00026)(.{5});", lambda code: chr(int(code[1], 16)), mathml)
+    for pattern, replacement in CORRECTIONS:
+        mathml = re.sub(pattern, replacement, mathml)
+    if "\\" in mathml:
+        # After any other exception, the block would silently be shown as code.
         raise SuperFencesException(f"unsupported LaTeX: {source}")
-    if missing := font.missing_characters(made):
+    if missing := font.missing_characters(mathml):
         raise SuperFencesException(
-            f"not in the font, see docs_build/font.py: {missing} in {source}"
+            f"characters missing in the font (see docs_build/font.py): {missing} in {source}"
         )
-    return f'<div class="equation">{made}</div>'
+    return f'<div class="equation">{mathml}</div>'

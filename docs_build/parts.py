@@ -56,7 +56,7 @@ def _table(model: type[BaseModel]) -> Iterator[str]:
         return
     yield "| option | meaning | allowed | default |\n| --- | --- | --- | --- |"
     for name, field in model.model_fields.items():
-        words = (options.meaning(field), options.allowed(field))
-        meaning, allowed = (html.escape(one, quote=False).replace("|", "&#124;") for one in words)
+        texts = (options.meaning(field), options.allowed(field))
+        meaning, allowed = (html.escape(one, quote=False).replace("|", "&#124;") for one in texts)
         yield f"| `{name}` | {meaning} | {allowed} | `{options.default(field)}` |"
     yield ""

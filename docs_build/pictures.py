@@ -1,7 +1,7 @@
-"""Regenerate the pictures of the documentation: `python docs_build/pictures.py`.
+"""Regenerate the pictures in the documentation: `python docs_build/pictures.py`.
 
 The script takes a few minutes. It evolves the runs that it needs, with fixed seeds, and draws them
-with gaitsim. Only the times on the screens of the terminal UI differ between executions.
+with gaitsim. The pictures are reproducible, except for the times on screens of the terminal UI.
 """
 
 import asyncio
@@ -29,7 +29,7 @@ from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.replay import Replay
 
 HERE = Path(__file__).parents[1] / "docs" / "pictures"
-SCREEN = 190  # dots per inch, for sharp letters: plots are 3.4 inches wide
+DPI = 190  # dots per inch, for sharp letters: plots are 3.4 inches wide
 FONTS = re.compile(r"@font-face\s*\{[^}]*\}")
 
 
@@ -38,7 +38,7 @@ def evolve() -> None:
     for name, preset, seed, more in RUNS:
         for _ in gs.evolve(preset, seed=seed, out=f"runs/{name}", set=more):
             pass
-    # The live screen continues this run.
+    # The live screen resumes this run.
     for generation in gs.evolve("spider", seed=1, out=LIVE):
         if generation.number == 20:
             break
@@ -87,12 +87,12 @@ def plots() -> None:
 
 def _plot(figure: object, name: str) -> None:
     path = HERE / f"{name}.png"
-    path.write_bytes(picture(figure, "png", LIGHT, SCREEN))  # type: ignore[arg-type]
+    path.write_bytes(picture(figure, "png", LIGHT, DPI))  # type: ignore[arg-type]
     _write_with_palette(Image.open(path), path)
 
 
 def _write_with_palette(image: Image.Image, path: Path) -> None:
-    """Write a picture with a reduced palette that keeps the exact colours of marks."""
+    """Write an image with a reduced palette that keeps the exact colours of marks."""
     pixels = np.asarray(image.convert("RGB"))
     white = np.full((1, 3), 255, dtype=np.uint8)
     colours, indices = palette([pixels], np.concatenate([THEMES["light"].exact, white]))
@@ -102,7 +102,7 @@ def _write_with_palette(image: Image.Image, path: Path) -> None:
 
 
 def bodies() -> None:
-    """Draw stills and short films of the champions."""
+    """Draw stills and short animations of the champions."""
     for name, seconds in (("spider", 4.2), ("millipede", 0.75), ("quadruped", 2.2)):
         still = gs.picture(gs.load(name).champion, seconds, size=(640, 360))
         _write_with_palette(still, HERE / f"{name}.png")
@@ -112,9 +112,9 @@ def bodies() -> None:
     skeleton = gs.load("quadruped").champion.skeleton
     write_still(skeleton, standing, "quadruped", size=(640, 360))
     _write_with_palette(Image.open(standing), standing)
-    _film("spider", RenderSettings("gif", (400, 240), 15, intro=False), 40)
-    _film("fly", RenderSettings("gif", (400, 240), 25, intro=False), 75)
-    _film("walker", RenderSettings("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
+    _animation("spider", RenderSettings("gif", (400, 240), 15, intro=False), 40)
+    _animation("fly", RenderSettings("gif", (400, 240), 25, intro=False), 75)
+    _animation("walker", RenderSettings("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
     champion = gs.load("spider").champion.generation
     several = Video(
         RunSnapshot(Path("runs/spider")),
@@ -126,37 +126,38 @@ def bodies() -> None:
     )
 
 
-def _film(run: str, settings: RenderSettings, pictures: int) -> None:
-    """Write the first pictures of a champion's video as a GIF."""
-    made = list(islice(Video(RunSnapshot(Path("runs") / run), (), settings).pictures(), pictures))
+def _animation(run: str, settings: RenderSettings, frames: int) -> None:
+    """Write the first frames of a champion's video as a GIF."""
+    video = Video(RunSnapshot(Path("runs") / run), (), settings)
+    images = list(islice(video.pictures(), frames))
     encode(
-        made,
+        images,
         HERE / f"{run}.gif",
         format="gif",
         size=settings.pixels,
         fps=settings.rate,
-        samples=made[::12],
+        samples=images[::12],
         exact=THEMES[settings.theme].exact,
     )
 
 
 def screens() -> None:
-    """Write screens of the terminal UI."""
+    """Write screenshots of the terminal UI."""
 
     async def home(app: GaitsimApp, press: Press) -> None:
         await press("down")
-        _screen(app, "tui-home")
+        _screenshot(app, "tui-home")
 
     async def new(app: GaitsimApp, press: Press) -> None:
         await press("n")
         await asyncio.sleep(3)
-        _screen(app, "tui-new")
+        _screenshot(app, "tui-new")
 
     async def replay(app: GaitsimApp, press: Press) -> None:
         app.push_screen(Replay(Path("runs/spider")))
         await asyncio.sleep(6)
         await press("space")
-        _screen(app, "tui-replay")
+        _screenshot(app, "tui-replay")
 
     async def live(app: GaitsimApp, press: Press) -> None:
         screen = Live(LIVE, resume=True)
@@ -164,7 +165,7 @@ def screens() -> None:
         async with asyncio.timeout(120):
             while not screen.is_mounted or screen.snapshot.generation < 150:
                 await asyncio.sleep(0.1)
-        _screen(app, "tui-live")
+        _screenshot(app, "tui-live")
         await press("s")
         async with asyncio.timeout(60):
             while screen.snapshot.state != "stopped":
@@ -189,8 +190,8 @@ async def _visit(visit: Callable[[GaitsimApp, Press], Awaitable[None]], lines: i
         await visit(app, press)
 
 
-def _screen(app: GaitsimApp, name: str) -> None:
-    """Write the screen as SVG, without web fonts."""
+def _screenshot(app: GaitsimApp, name: str) -> None:
+    """Write a screenshot as SVG, without web fonts."""
     drawn = FONTS.sub("", app.export_screenshot(title="gaitsim tui"))
     drawn = drawn.replace("Fira Code", "DejaVu Sans Mono")
     (HERE / f"{name}.svg").write_text(drawn)

@@ -32,7 +32,7 @@ def module(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 def test_every_page_is_in_the_navigation(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     build = module("build", monkeypatch)
     monkeypatch.setattr(build, "STAGE", tmp_path / "docs")
-    build.stage()
+    build.collect_pages()
     listed = re.findall(r": ([\w-]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE)
     assert sorted(listed) == sorted(page.name for page in (tmp_path / "docs").glob("*.md"))
 
@@ -42,7 +42,7 @@ def test_links_to_files_outside_docs_lead_to_pages(
 ) -> None:
     build = module("build", monkeypatch)
     monkeypatch.setattr(build, "STAGE", tmp_path / "docs")
-    build.stage()
+    build.collect_pages()
     for page in (tmp_path / "docs").glob("*.md"):
         assert "](../" not in page.read_text(), page.name
     text = "[a](docs/tui.md#keys) [b](https://x.org) [c](#d) [e](data/make_gaits.py)"
