@@ -215,7 +215,9 @@ def _scope(verdict: Verdict) -> list[str]:
     """Describe what was reproduced, and the versions and processor that computed the run."""
     found = []
     if verdict.reproduced:
-        found.append(f"reproduced in full: {_ranges(verdict.reproduced)} of {verdict.last}")
+        found.append(
+            f"reproduced in full: {_ranges(verdict.reproduced)} (last generation: {verdict.last})"
+        )
     if verdict.best_only:
         found.append(f"best individual reproduced: {_ranges(verdict.best_only)}")
     if verdict.not_reproduced:

@@ -25,14 +25,14 @@ def change_history(run):
 def test_an_identical_run_exits_with_0(gaitsim, run):
     assert gaitsim("verify", "puppet").stdout.splitlines() == [
         "runs/puppet: identical",
-        "reproduced in full: 1, 5 of 5",
+        "reproduced in full: 1, 5 (last generation: 5)",
         "best individual reproduced: 2 to 4",
         "computed with the versions and processor of this machine",
     ]
     some = gaitsim("verify", "puppet", "--generations", "1,3").stdout
     assert "not reproduced: 2, 4 to 5; only their files were checked" in some
     done = gaitsim("verify", "puppet", "--all", "--workers", 1)
-    assert "reproduced in full: 1 to 5 of 5" in done.stdout
+    assert "reproduced in full: 1 to 5 (last generation: 5)" in done.stdout
     assert done.stderr == ""
 
 
