@@ -90,7 +90,7 @@ def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):
     kept = f"{100 * forward['physical'] / forward['kinematic']:.0f} %"
     shown = gaitsim("analyse", "spider", *tetrapod).stdout
     assert "rigid-body physics, spider-physics" in shown
-    assert f"It keeps {kept} of the forward distance." in shown
+    assert f"The forward distance is {kept} of the distance in the first column." in shown
 
 
 def test_the_output_fits_80_columns(gaitsim, spider, monkeypatch):

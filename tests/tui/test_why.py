@@ -52,7 +52,7 @@ def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
         driver.app.open_why(here / "runs/eight")
         await driver.until(lambda: driver.screen.check_action("physics", ()))
         await driver.press("p")
-        await driver.until(lambda: "of the forward distance" in displayed_texts(driver.screen))
+        await driver.until(lambda: "The forward distance is" in displayed_texts(driver.screen))
         assert driver.screen.command_line().endswith("--physics")
         assert not driver.screen.check_action("physics", ())
 

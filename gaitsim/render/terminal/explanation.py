@@ -103,7 +103,8 @@ def _compare(
         (one.name, _format(one, one.own), _format(one, one.other), one.unit) for one in found
     )
     notes = tuple(
-        f"It keeps {100 * one.other / one.own:.0f} % of the forward distance."
+        f"The forward distance is {100 * one.other / one.own:.0f} % "
+        "of the distance in the first column."
         for one in found
         if one.name == "forward" and one.own > 0
     )
