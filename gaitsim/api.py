@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import evolution
-from gaitsim.adaptation.of_run import RunAdaptations
+from gaitsim.adaptation.run_methods import RunAdaptations
 from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
 from gaitsim.contracts import GenomeSpace
 from gaitsim.contracts.search import Members

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-class Belief(NamedTuple):
+class Prediction(NamedTuple):
     """The predicted performance of each member of a map.
 
     Attributes:
@@ -36,8 +36,8 @@ def posterior(
     measured: Floats,
     length_scale: float,
     noise: float,
-) -> Belief:
-    """Return the belief about all members of a map, given trials of some of them.
+) -> Prediction:
+    """Predict the performance of all members of a map, given trials of some of them.
 
     The process models the difference between the trials and the map. Source: Rasmussen and
     Williams 2006, eq. 2.25, 2.26 and 2.38.
@@ -54,10 +54,10 @@ def posterior(
     from scipy.spatial.distance import cdist
 
     if not len(tried):
-        return Belief(prior.copy(), np.ones(len(prior)))
+        return Prediction(prior.copy(), np.ones(len(prior)))
     covariance = matern(cdist(points[tried], points), length_scale)  # (trials, members)
     factor = cho_factor(covariance[:, tried] + noise * np.eye(len(tried)), lower=True)
     weights = cho_solve(factor, measured - prior[tried])
     explained = solve_triangular(factor[0], covariance, lower=True)
     variance = 1 - np.einsum("tm,tm->m", explained, explained)
-    return Belief(prior + weights @ covariance, np.sqrt(np.maximum(variance, 0)))
+    return Prediction(prior + weights @ covariance, np.sqrt(np.maximum(variance, 0)))

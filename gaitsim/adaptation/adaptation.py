@@ -6,23 +6,32 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gaitsim.adaptation.performance import MEASURE
-from gaitsim.adaptation.prior import OnProgress, Prior, atlas_members, checksum_of, read_prior
+from gaitsim.adaptation.performance import DEFAULT_MEASURE
+from gaitsim.adaptation.prior import OnProgress, Prior, atlas_checksum, atlas_members, read_prior
 from gaitsim.adaptation.session import (
+    REMEDY,
     Place,
     Session,
-    canonical,
     default_name,
     mismatch,
+    normalise_damage,
     read_session,
     replace_session,
     session_file,
     write_session,
 )
 from gaitsim.adaptation.settings import Settings
-from gaitsim.adaptation.simulation import in_simulation
-from gaitsim.adaptation.transfer import measured_intact, transferred
-from gaitsim.adaptation.trials import Measured, Proposal, Trial, best_of, ending, propose, tried
+from gaitsim.adaptation.simulation import simulated_robot
+from gaitsim.adaptation.transfer import measure_intact, transfer_map
+from gaitsim.adaptation.trials import (
+    MeasureGait,
+    Proposal,
+    Trial,
+    best_of,
+    create_trial,
+    ending,
+    propose,
+)
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.executors import cores
 from gaitsim.evaluation.processes import OnWarning
@@ -39,7 +48,8 @@ class Adaptation(ReprMixin, Iterator[Trial]):
     Args:
         prior: map of the intact body.
         session: conditions of the adaptation, and its trials so far.
-        measured: function that returns the performance of a gait; None if a person records it.
+        measure_gait: function that returns the performance of a gait; None if the caller records
+            each value.
         path: file of the session; None saves nothing.
 
     Attributes:
@@ -50,25 +60,25 @@ class Adaptation(ReprMixin, Iterator[Trial]):
     """
 
     def __init__(
-        self, prior: Prior, session: Session, measured: Measured | None, path: Path | None
+        self, prior: Prior, session: Session, measure_gait: MeasureGait | None, path: Path | None
     ) -> None:
         self.prior, self.session, self.path = prior, session, path
-        self._measured = measured
+        self._measure_gait = measure_gait
         self.proposal: Proposal | None = propose(prior, session.trials, session.settings)
 
     @property
     def trials(self) -> tuple[Trial, ...]:
-        """The trials so far, in order."""
+        """Trials so far, in order."""
         return self.session.trials
 
     @property
     def best(self) -> Trial | None:
-        """The trial with the best measured performance; None before the first."""
+        """Trial with the best measured performance; None before the first trial."""
         return best_of(self.trials)
 
     @property
     def gait(self) -> Individual | None:
-        """The gait of the best trial, on the intact body; None before the first trial."""
+        """Gait of the best trial, on the intact body; None before the first trial."""
         best = self.best
         return None if best is None else self.prior.individual(best.member)
 
@@ -80,12 +90,12 @@ class Adaptation(ReprMixin, Iterator[Trial]):
     def __next__(self) -> Trial:
         if self.proposal is None:
             raise StopIteration
-        if self._measured is None:
+        if self._measure_gait is None:
             raise GaitsimError(
                 "the adaptation has no function that measures a gait",
                 remedy="add the next trial with record()",
             )
-        return self.record(self._measured(self.prior.individual(self.proposal.member)))
+        return self.record(self._measure_gait(self.prior.individual(self.proposal.member)))
 
     def record(self, measured: float) -> Trial:
         """Add the trial of the proposed gait.
@@ -100,9 +110,9 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         if self.proposal is None:
             raise GaitsimError(
                 f"the adaptation has ended: {self.ending}",
-                remedy="continue it with more trials or another value of stop",
+                remedy="continue it with a larger value of trials or a different value of stop",
             )
-        trial = tried(self.proposal, measured)
+        trial = create_trial(self.proposal, measured)
         session = replace(self.session, trials=(*self.trials, trial))
         proposal = propose(self.prior, session.trials, session.settings)
         if self.path is not None:
@@ -125,7 +135,7 @@ def open_adaptation(
     damage: Sequence[str] = (),
     *,
     place: Place = "simulation",
-    robot: Measured | None = None,
+    robot: MeasureGait | None = None,
     measure: str | None = None,
     settings: Mapping[str, Any] | None = None,
     record: bool = True,
@@ -135,7 +145,7 @@ def open_adaptation(
     on_progress: OnProgress = lambda done: None,
     on_warning: OnWarning = lambda text: None,
 ) -> Adaptation:
-    """Start an adaptation, or continue the one in its file.
+    """Start an adaptation, or continue the adaptation in its file.
 
     For trials in physics, the most promising gaits are first measured on the intact twin, and
     these measurements correct the map.
@@ -144,34 +154,35 @@ def open_adaptation(
         run: the atlas.
         damage: damage to the simulated body, such as 'L2 lost'.
         place: place of the trials.
-        robot: function that returns the performance of a gait on a robot; None if a person
-            records it.
-        measure: name of the performance measure; None for the measure in the file, or forward.
-        settings: fields of `Settings` by name; the file, or else `Settings`, has the others.
+        robot: function that returns the performance of a gait on a robot; None if the caller
+            records each value.
+        measure: name of the performance measure; None for the measure in the file, or 'forward'.
+        settings: fields of `Settings` by name. Other fields keep their values in the file, or have
+            their defaults.
         record: whether to save the trials in a file in the run's folder.
-        name: name of that file; None for a name that consists of the damage or the place.
-        fresh: whether to replace the file.
+        name: name of that file; None for a name that describes the damage or the place.
+        fresh: whether to start over and replace the file.
         workers: number of workers that evaluate the map; None for a number that suits the body.
         on_progress: called with the number of gaits evaluated since the last call.
         on_warning: called with a message for the user.
 
     Raises:
-        GaitsimError: the body does not support the damage, a setting is invalid, or the body does
-            not have the measure.
+        GaitsimError: the body does not support the damage, a setting is invalid, the body does not
+            have the measure, or `robot` is combined with damage or physics.
         RunError: the run is not an atlas, or the file is damaged or belongs to a different
             adaptation.
     """
     members = atlas_members(run)
-    experiment, wanted = run.experiment_at(run.generation), canonical(damage)
+    experiment, wanted = run.experiment_at(run.generation), normalise_damage(damage)
     path = session_file(run.path, name or default_name(place, wanted)) if record else None
     found = None if path is None or fresh else read_session(path)
-    known = found.settings if found else Settings()
+    stored = found.settings if found else Settings()
     session = Session(
-        checksum_of(members),
+        atlas_checksum(members),
         place,
         wanted,
-        measure or (found.measure if found else MEASURE),
-        replace(known, **(settings or {})),
+        measure or (found.measure if found else DEFAULT_MEASURE),
+        replace(stored, **(settings or {})),
         found.trials if found else (),
         found.intact if found else {},
     )
@@ -179,19 +190,21 @@ def open_adaptation(
         raise RunError(
             f"the adaptation in {path} cannot be continued: {reason}",
             allowed="the same atlas, damage, measure and settings; trials and stop may differ",
-            remedy="start over with --fresh, or start another adaptation with --name",
+            remedy="start over with --fresh, or start a new adaptation with --name",
         )
     named = (*session.intact, *(trial.member for trial in session.trials))
     if not all(1 <= member <= len(members.scores) for member in named):
-        raise RunError(f"{path} is damaged: it names members that the atlas does not have")
-    measured = robot
+        raise RunError(
+            f"{path} is damaged: it contains members that the atlas does not have", remedy=REMEDY
+        )
+    measure_gait = robot
     if robot is not None and place != "robot":
         raise GaitsimError(
             "damage and physics apply to trials in simulation, not on a robot", where="robot"
         )
     if place != "robot":
         physics = place == "physics"
-        measured = in_simulation(experiment, wanted, session.measure, physics=physics)
+        measure_gait = simulated_robot(experiment, wanted, session.measure, physics=physics)
     prior = read_prior(
         run,
         session.measure,
@@ -201,13 +214,13 @@ def open_adaptation(
     )
     if place == "physics":
         if not session.intact:
-            simulated = in_simulation(experiment, (), session.measure, physics=True)
+            intact_twin = simulated_robot(experiment, (), session.measure, physics=True)
             with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
-                intact = measured_intact(prior, simulated, pool, on_progress)
+                intact = measure_intact(prior, intact_twin, pool, on_progress)
             session = replace(session, intact=intact)
-        prior = transferred(prior, session.intact)
+        prior = transfer_map(prior, session.intact)
     if path is not None and fresh:
         write_session(path, session)
     elif path is not None and session != found:
         replace_session(path, found, session)
-    return Adaptation(prior, session, measured, path)
+    return Adaptation(prior, session, measure_gait, path)

@@ -1,4 +1,4 @@
-"""Cache of an atlas's performance on the intact body, as computing it can take minutes."""
+"""Cache of the performance of an atlas on the intact body, as computing it can take minutes."""
 
 import hashlib
 import re
@@ -22,7 +22,7 @@ def read_intact(run: Path, measure: str, key: str, members: int) -> Floats | Non
     Args:
         run: folder of the atlas.
         measure: name of the performance measure.
-        key: text that identifies everything on which the performance depends.
+        key: string that identifies everything on which the performance depends.
         members: number of members.
     """
     try:

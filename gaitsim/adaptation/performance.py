@@ -1,4 +1,4 @@
-"""The performance of gaits: a measure of their motion, of which more is better."""
+"""The performance of gaits: a measure of their motion, where more is better."""
 
 from collections.abc import Mapping
 
@@ -12,14 +12,14 @@ from gaitsim.evaluation.values import values_of
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_errors
 
-MEASURE = "forward"
+DEFAULT_MEASURE = "forward"
 Floats = NDArray[np.float64]
 
 
 def performance(experiment: Experiment, genomes: Genomes, measure: str) -> Floats:
-    """Simulate genomes, (population, genes), and return a measure of each, (population,).
+    """Simulate genomes, (population, genes), and return their performance, (population,).
 
-    The performance is 0 for a gait that fails or whose measure is not finite.
+    The performance is the measure of a gait, or 0 if the gait fails or the measure is not finite.
 
     Raises:
         GaitsimError: the body does not have the measure.
@@ -29,7 +29,7 @@ def performance(experiment: Experiment, genomes: Genomes, measure: str) -> Float
 
 
 def performance_of(experiment: Experiment, motion: Motion, measure: str) -> Floats:
-    """Return the performance of a motion, (population,), as `performance` does."""
+    """Return the performance of the gaits in a motion, (population,); see `performance`."""
     known = _measures(experiment, motion, measure)
     values = values_of(experiment.entries["organism"], known, measure, motion.population)
     values[list(motion.failures)] = 0.0
@@ -37,7 +37,7 @@ def performance_of(experiment: Experiment, motion: Motion, measure: str) -> Floa
 
 
 def unit_of(experiment: Experiment, genomes: Genomes, measure: str) -> str:
-    """Return the unit of a measure.
+    """Return the unit of a measure; simulates one genome.
 
     Raises:
         GaitsimError: the body does not have the measure.
@@ -46,7 +46,7 @@ def unit_of(experiment: Experiment, genomes: Genomes, measure: str) -> str:
 
 
 def _measures(experiment: Experiment, motion: Motion, measure: str) -> Mapping[str, Measure]:
-    """Return the measures of a motion after checking that `measure` is among them."""
+    """Return the measures of a motion, after checking that they include `measure`."""
     body = experiment.entries["organism"]
     with plugin_errors(body, "measuring a population"):
         known: Mapping[str, Measure] = experiment.organism.measures(motion)

@@ -1,4 +1,4 @@
-"""The map of an atlas: the behaviour of each gait and its performance on the intact body."""
+"""The map of an atlas: the behaviour of each gait, and its performance on the intact body."""
 
 import hashlib
 import math
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.adaptation.intact import read_intact, write_intact
-from gaitsim.adaptation.performance import MEASURE, Floats, performance, unit_of
+from gaitsim.adaptation.performance import DEFAULT_MEASURE, Floats, performance, unit_of
 from gaitsim.contracts import Genomes, Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
@@ -23,7 +23,7 @@ from gaitsim.runs.compatibility import ENGINES, versions
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
-_BETWEEN = 0.2  # seconds, minimum interval between reports of progress
+_PROGRESS_INTERVAL = 0.2  # s, shortest time between reports of progress
 
 OnProgress = Callable[[int], None]
 """Called with the number of gaits evaluated since the last call."""
@@ -37,12 +37,12 @@ class Prior:
         experiment: experiment with the intact body.
         source: folder of the run.
         generation: generation of the archive.
-        measure: name of the performance measure, of which more is better.
+        measure: name of the performance measure, where more is better.
         unit: unit of that measure.
         genomes: genomes of the members, (members, genes).
         scores: scores of the members in the search, (members,).
         axes: names of the axes of the archive.
-        behaviour: values on the axes in shares of their ranges, (members, axes).
+        behaviour: values on the axes, scaled to 0 to 1 over their ranges, (members, axes).
         performance: performance on the intact body, (members,); 0 for a gait that fails.
     """
 
@@ -59,11 +59,11 @@ class Prior:
 
     @property
     def best(self) -> float:
-        """The best performance on the intact body, above 0."""
+        """Best performance on the intact body, above 0."""
         return float(self.performance.max())
 
     def individual(self, member: int) -> Individual:
-        """Return the gait of a member, counted from 1, on the intact body; without terms."""
+        """Return the gait of a member, counted from 1, on the intact body; it has no terms."""
         index = member - 1
         return Individual(
             self.experiment,
@@ -78,7 +78,7 @@ class Prior:
 
 def read_prior(
     run: RunSnapshot,
-    measure: str = MEASURE,
+    measure: str = DEFAULT_MEASURE,
     *,
     workers: int | None = None,
     on_progress: OnProgress = lambda done: None,
@@ -86,7 +86,7 @@ def read_prior(
 ) -> Prior:
     """Evaluate all members of an atlas on the intact body.
 
-    The result is cached in the run's folder, so that the next call evaluates nothing.
+    The result is cached in the run's folder, so that later calls need not evaluate the members.
 
     Args:
         run: run of a search that keeps an archive.
@@ -104,18 +104,18 @@ def read_prior(
     members = atlas_members(run)
     experiment, genomes = run.experiment_at(run.generation), members.genomes
     unit = unit_of(experiment, genomes, measure)
-    key = _key(run, members, measure)
+    key = _cache_key(run, members, measure)
     performed = read_intact(run.path, measure, key, len(genomes))
     if performed is None:
         with Evaluator(experiment, workers, on_warning) as evaluator:
-            performed = _evaluated(evaluator, genomes, measure, on_progress)
+            performed = _evaluate_map(evaluator, genomes, measure, on_progress)
         write_intact(run.path, measure, key, performed)
     else:
         on_progress(len(genomes))
     if not performed.max() > 0:
         raise GaitsimError(
             f"no gait of the atlas {run.path} has a measure {measure!r} above 0",
-            allowed="a measure of which more is better",
+            allowed="a measure that is above 0 for at least one gait, and where more is better",
             remedy=f"choose another measure, or continue the atlas: {command('resume', run.path)}",
         )
     return Prior(
@@ -127,35 +127,35 @@ def read_prior(
         genomes,
         members.scores,
         tuple(members.values),
-        _shares(members),
+        _behaviour(members),
         performed,
     )
 
 
-def _key(run: RunSnapshot, members: Members, measure: str) -> str:
-    """Return a text that identifies everything on which the members' performance depends."""
+def _cache_key(run: RunSnapshot, members: Members, measure: str) -> str:
+    """Return a string that identifies everything on which the members' performance depends."""
     experiment = run.experiment_at(run.generation)
-    # The versions are complete only after a gait was simulated, as that loads the engine.
+    # The versions are complete only after a gait has been simulated, as that loads the engine.
     known = versions(experiment)
-    if not experiment.organism.dynamic:  # an engine was loaded for another body
+    if not experiment.organism.dynamic:  # an engine may have been loaded for a different body
         known = {name: version for name, version in known.items() if name not in ENGINES}
-    parts = (measure, checksum_of(members), run.finished.experiment, sorted(known.items()))
+    parts = (measure, atlas_checksum(members), run.finished.experiment, sorted(known.items()))
     return "\n".join(map(str, parts))
 
 
-def _evaluated(
+def _evaluate_map(
     evaluator: Evaluator, genomes: Genomes, measure: str, on_progress: OnProgress
 ) -> Floats:
     found: list[Floats] = []
     first, size = 0, evaluator.workers
     while first < len(genomes):
-        some = genomes[first : first + size]
-        parts = max(min(evaluator.workers, len(some)), math.ceil(len(some) / IN_CACHE))
+        batch = genomes[first : first + size]
+        chunks = max(min(evaluator.workers, len(batch)), math.ceil(len(batch) / IN_CACHE))
         start = time.perf_counter()
-        found += evaluator.map(partial(performance, measure=measure), np.array_split(some, parts))
-        first += len(some)
-        on_progress(len(some))
-        if time.perf_counter() - start < _BETWEEN:
+        found += evaluator.map(partial(performance, measure=measure), np.array_split(batch, chunks))
+        first += len(batch)
+        on_progress(len(batch))
+        if time.perf_counter() - start < _PROGRESS_INTERVAL:
             size *= 2
     return np.concatenate(found)
 
@@ -181,19 +181,20 @@ def atlas_members(run: RunSnapshot) -> Members:
     return members
 
 
-def checksum_of(members: Members) -> str:
-    """Return the SHA-256 of the genomes and the behaviour of the members of an atlas."""
+def atlas_checksum(members: Members) -> str:
+    """Return the SHA-256 hash of the genomes and the behaviour of the members of an atlas."""
     digest = hashlib.sha256(np.ascontiguousarray(members.genomes).tobytes())
     digest.update("\0".join(members.values).encode())
-    digest.update(np.ascontiguousarray(_shares(members)).tobytes())
+    digest.update(np.ascontiguousarray(_behaviour(members)).tobytes())
     return digest.hexdigest()
 
 
-def _shares(members: Members) -> Floats:
+def _behaviour(members: Members) -> Floats:
+    """Return the values on the axes, scaled to 0 to 1 over their ranges, (members, axes)."""
     ends = {name: (borders[0], borders[-1]) for name, borders in (members.borders or {}).items()}
-    shares = [
+    scaled = [
         (values - ends[name][0]) / (ends[name][1] - ends[name][0])
         for name, values in members.values.items()
     ]
-    # Cells at the border also hold the values beyond it.
-    return np.asarray(np.clip(np.stack(shares, axis=1), 0.0, 1.0))
+    # Cells at the border also contain values beyond the range.
+    return np.asarray(np.clip(np.stack(scaled, axis=1), 0.0, 1.0))

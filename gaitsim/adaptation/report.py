@@ -1,4 +1,4 @@
-"""Adaptations to many damages, compared with the unadapted champion and with random gaits."""
+"""Adaptations to the loss of legs, compared with the unadapted champion and with random gaits."""
 
 import threading
 import zlib
@@ -12,13 +12,13 @@ from typing import ClassVar
 import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from gaitsim.adaptation.performance import MEASURE
-from gaitsim.adaptation.prior import OnProgress, Prior, atlas_members, checksum_of, read_prior
+from gaitsim.adaptation.performance import DEFAULT_MEASURE
+from gaitsim.adaptation.prior import OnProgress, Prior, atlas_checksum, atlas_members, read_prior
 from gaitsim.adaptation.session import Place
 from gaitsim.adaptation.settings import Settings
-from gaitsim.adaptation.simulation import in_simulation
-from gaitsim.adaptation.transfer import measured_intact, most_promising, transferred
-from gaitsim.adaptation.trials import Measured, Trial, adapt, best_of
+from gaitsim.adaptation.simulation import simulated_robot
+from gaitsim.adaptation.transfer import measure_intact, most_promising, transfer_map
+from gaitsim.adaptation.trials import MeasureGait, Trial, adapt, best_of
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.executors import cores
 from gaitsim.evaluation.scoring import LARGEST_SCORE
@@ -38,7 +38,7 @@ OnSteps = Callable[[int, int], object]
 
 @dataclass(frozen=True)
 class Case:
-    """The adaptation to one damage.
+    """The adaptation to one case of damage.
 
     Attributes:
         damage: damage to the body, such as ('L1 lost', 'L2 lost').
@@ -52,12 +52,12 @@ class Case:
 
     @property
     def name(self) -> str:
-        """The damage in short, such as 'L1 + L2' for lost legs."""
+        """Short description of the damage, such as 'L1 + L2' for lost legs."""
         return " + ".join(text.removesuffix(" lost") for text in self.damage)
 
     @property
     def best(self) -> Trial:
-        """The trial with the best measured performance."""
+        """Trial with the best measured performance."""
         best = best_of(self.trials)
         if best is None:
             raise ValueError("a case has at least one trial")
@@ -71,7 +71,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Report:
-    """Adaptations of one atlas to many damages.
+    """Adaptations of one atlas to different damage.
 
     Attributes:
         atlas: checksum of the atlas's members.
@@ -80,7 +80,7 @@ class Report:
         unit: unit of that measure.
         settings: settings of the adaptations.
         intact: measured performance of the most promising gaits on the intact body, by member.
-        cases: adaptations, one for each damage.
+        cases: finished adaptations.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -95,7 +95,7 @@ class Report:
 
     @property
     def best(self) -> float:
-        """The best measured performance on the intact body."""
+        """Best measured performance on the intact body."""
         return max(self.intact.values())
 
     def kept(self, measured: float) -> float:
@@ -116,7 +116,7 @@ def leg_losses(experiment: Experiment, *, pairs: bool = False) -> list[tuple[str
     if len(legs) < 3:
         raise GaitsimError(
             f"{experiment.entries['organism']} has {len(legs)} legs",
-            allowed="a body with three legs or more",
+            allowed="a body with at least three legs",
         )
     lost = [f"{leg} lost" for leg in legs]
     return [*combinations(lost, 1), *(combinations(lost, 2) if pairs else ())]
@@ -128,7 +128,7 @@ def make_report(
     *,
     pairs: bool = False,
     physics: bool = False,
-    measure: str = MEASURE,
+    measure: str = DEFAULT_MEASURE,
     settings: Settings | None = None,
     workers: int | None = None,
     on_atlas: OnProgress = lambda done: None,
@@ -153,46 +153,46 @@ def make_report(
 
     Raises:
         GaitsimError: the body cannot lose legs, has no twin, or does not have the measure.
-        RunError: the run is not an atlas, or the folder holds a different report or cannot be
-            written.
+        RunError: the run is not an atlas, the folder contains a different report, or the folder
+            cannot be written.
     """
     prior = read_prior(run, measure, workers=workers, on_progress=on_atlas)
     damages, experiment = leg_losses(prior.experiment, pairs=pairs), prior.experiment
     place: Place = "physics" if physics else "simulation"
-    path, wanted = folder / FILE, settings or Settings()
+    path, settings = folder / FILE, settings or Settings()
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    atlas = checksum_of(atlas_members(run))
-    report = _continued(
-        path, Report(atlas, place, measure, prior.unit, wanted, {}), len(prior.genomes)
+    atlas = atlas_checksum(atlas_members(run))
+    report = _stored_report(
+        path, Report(atlas, place, measure, prior.unit, settings, {}), len(prior.genomes)
     )
     stopped = threading.Event()
 
-    def measured_with(damage: Sequence[str]) -> Measured:
-        simulated = in_simulation(experiment, damage, measure, physics=physics)
+    def stoppable_robot(damage: Sequence[str]) -> MeasureGait:
+        robot = simulated_robot(experiment, damage, measure, physics=physics)
 
-        def measured(individual: Individual) -> float:
+        def measure_gait(individual: Individual) -> float:
             if stopped.is_set():
                 raise _StoppedError
-            return simulated(individual)
+            return robot(individual)
 
-        return measured
+        return measure_gait
 
     with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
         try:
             if not report.intact:
                 found = {most_promising(prior, 1)[0]: prior.best}
                 if physics:
-                    found = measured_intact(prior, measured_with(()), pool, on_atlas)
+                    found = measure_intact(prior, stoppable_robot(()), pool, on_atlas)
                 report = replace(report, intact=found)
                 _write(path, report)
             if physics:
-                prior = transferred(prior, report.intact)
+                prior = transfer_map(prior, report.intact)
             known = {case.damage: case for case in report.cases}
             missing = [damage for damage in damages if damage not in known]
             on_case(len(damages) - len(missing), len(damages))
             adapting = [
-                pool.submit(_case, prior, damage, measured_with(damage), wanted)
+                pool.submit(_adapt_to_damage, prior, damage, stoppable_robot(damage), settings)
                 for damage in missing
             ]
             for done in as_completed(adapting):
@@ -208,29 +208,30 @@ def make_report(
 
 
 class _StoppedError(Exception):
-    """Stops the remaining trials of an interrupted report."""
+    """Raised to stop the remaining trials of an interrupted report."""
 
 
-def _case(prior: Prior, damage: tuple[str, ...], measured: Measured, settings: Settings) -> Case:
-    trials = tuple(adapt(prior, measured, settings))
+def _adapt_to_damage(
+    prior: Prior, damage: tuple[str, ...], measure_gait: MeasureGait, settings: Settings
+) -> Case:
+    trials = tuple(adapt(prior, measure_gait, settings))
     rng = np.random.default_rng(zlib.crc32(" ".join(damage).encode()))
     drawn = rng.choice(len(prior.performance), len(trials), replace=False)
-    return Case(
-        damage, trials, tuple(measured(prior.individual(int(index) + 1)) for index in drawn)
-    )
+    random = tuple(measure_gait(prior.individual(int(index) + 1)) for index in drawn)
+    return Case(damage, trials, random)
 
 
-def _continued(path: Path, wanted: Report, members: int) -> Report:
-    """Return the report in a file, or `wanted` if there is no file.
+def _stored_report(path: Path, wanted: Report, members: int) -> Report:
+    """Return the report in a file, or `wanted` if the file does not exist.
 
     Raises:
-        RunError: the file is damaged, contradicts the number of members, or holds a different
+        RunError: the file is damaged, contradicts the number of members, or contains a different
             report.
     """
-    remedy = "remove it, or choose another folder"
+    remedy = "delete the file, or choose a different folder"
     try:
         found = _REPORT.validate_json(read_regular(path, _LARGEST))
-        reason = _contradiction(found, members)
+        reason = _inconsistency(found, members)
     except FileNotFoundError:
         return wanted
     except OSError as error:
@@ -244,12 +245,13 @@ def _continued(path: Path, wanted: Report, members: int) -> Report:
         raise RunError(f"{path} is damaged: {reason}", remedy=remedy)
     if replace(found, intact={}, cases=()) != wanted:
         raise RunError(
-            f"{path} holds a report of a different atlas or with different options", remedy=remedy
+            f"{path} contains a report on a different atlas or with different options",
+            remedy=remedy,
         )
     return found
 
 
-def _contradiction(report: Report, members: int) -> str:
+def _inconsistency(report: Report, members: int) -> str:
     """Return why a report on an atlas of `members` members is inconsistent, or ''."""
     trials = [trial for case in report.cases for trial in case.trials]
     numbers = [*report.intact.values(), *(one for case in report.cases for one in case.random)]
@@ -258,7 +260,7 @@ def _contradiction(report: Report, members: int) -> str:
     if not all(abs(number) < LARGEST_SCORE for number in numbers):
         return "a value is not a finite number"
     if not all(1 <= one <= members for one in (*report.intact, *(one.member for one in trials))):
-        return "it names members that the atlas does not have"
+        return "it contains members that the atlas does not have"
     if not max(report.intact.values(), default=0) > 0:
         return "it has no gait that walks on the intact body"
     if not all(len(case.trials) == len(case.random) > 0 for case in report.cases):

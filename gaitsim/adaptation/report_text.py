@@ -11,7 +11,7 @@ _COLUMNS = ("damage", "way", "trial", "member", "expected", "deviation", "measur
 
 
 def trials_table(report: Report) -> str:
-    """Return a CSV table with a row for each trial; for each damage, random gaits come last."""
+    """Return a CSV table with a row for each trial, followed by the random gaits of its case."""
     text = line(_COLUMNS)
     for case in report.cases:
         for trial in case.trials:
@@ -38,19 +38,19 @@ def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
     Args:
         report: the report, with all its cases.
         source: name of the atlas.
-        figures: names of image files in the same folder.
+        figures: names of image files in the same folder, which are shown below the table.
     """
     where = "in rigid-body physics" if report.place == "physics" else "in simulation"
-    tried = len(report.intact)
+    measured = len(report.intact)
     unit = f" {report.unit}".rstrip()
     lines = [
         f"# {source}: adaptation to damage",
         "",
         f"Trials {where}. Best on the intact body: {report.best:.3g}{unit}"
-        + (f", of the {tried} most promising gaits." if tried > 1 else "."),
-        "The last three columns are shares of this value. Kept is that of the best gait found by "
-        "adaptation. The champion is the map's best gait, without adaptation. Random is the best "
-        "of as many random gaits of the map as there were trials.",
+        + (f", of the {measured} most promising gaits." if measured > 1 else "."),
+        "The last three columns are shares of this value. Kept: the best gait found by adaptation. "
+        "Champion: the map's best gait, without adaptation. Random: the best of random gaits of "
+        "the map, as many as there were trials.",
         "",
         "| damage | trials | kept | champion | random |",
         "| --- | --- | --- | --- | --- |",
@@ -64,8 +64,8 @@ def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
 
 
 def _row(report: Report, name: str, cases: Sequence[Case]) -> str:
-    def median(of: Callable[[Case], float]) -> float:
-        return statistics.median(map(of, cases))
+    def median(value: Callable[[Case], float]) -> float:
+        return statistics.median(map(value, cases))
 
     shares = (
         median(lambda case: report.kept(case.best.measured)),

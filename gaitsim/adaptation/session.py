@@ -19,7 +19,7 @@ from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
 from gaitsim.toml import checksum
 
 LARGEST = 1_000_000  # bytes
-_REMEDY = "remove it, or start over with --fresh"
+REMEDY = "delete the file, or start over with --fresh"
 _NAME = re.compile(r"[^\W_][\w.-]{0,99}", re.ASCII)
 
 Place = Literal["simulation", "physics", "robot"]
@@ -31,7 +31,7 @@ class Session:
     """The conditions of an adaptation, and its trials so far.
 
     Attributes:
-        atlas: checksum of the members of the atlas; see `prior.checksum_of`.
+        atlas: checksum of the members of the atlas; see `prior.atlas_checksum`.
         place: place of the trials.
         damage: damage to the simulated body, in alphabetical order.
         measure: name of the performance measure.
@@ -80,51 +80,57 @@ def default_name(place: Place, damage: Sequence[str]) -> str:
     return name if _NAME.fullmatch(name) else f"damage-{checksum(name)[:12]}"
 
 
-def canonical(damage: Sequence[str]) -> tuple[str, ...]:
-    """Return damage in alphabetical order, with single spaces; a single text is one damage."""
+def normalise_damage(damage: Sequence[str]) -> tuple[str, ...]:
+    """Return damage in alphabetical order, with single spaces; a plain string is one damage."""
     texts = [damage] if isinstance(damage, str) else damage
     return tuple(sorted(" ".join(text.split()) for text in texts))
 
 
 def read_session(path: Path) -> Session | None:
-    """Read a session; return None if there is no file.
+    """Return the session in a file; None if the file does not exist.
 
     Raises:
         RunError: the file is damaged, or cannot be read.
     """
     try:
         session = _SESSION.validate_json(read_regular(path, LARGEST), strict=True)
-        reason = _contradiction(session)
+        reason = _inconsistency(session)
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise RunError(f"cannot read {path}: {error.strerror}", remedy=_REMEDY) from None
+        raise RunError(f"cannot read {path}: {error.strerror}", remedy=REMEDY) from None
     except ValidationError as error:
         key, what = first_problem(error, "adaptation")
         reason = f"{key}: {what}"
     except GaitsimError as error:  # invalid settings
         reason = error.what
     if reason:
-        raise RunError(f"{path} is damaged: {reason}", remedy=_REMEDY)
+        raise RunError(f"{path} is damaged: {reason}", remedy=REMEDY)
     return session
 
 
 def replace_session(path: Path, read: Session | None, session: Session) -> None:
-    """Replace the session that was read from a file.
+    """Write a session to the file from which it was read.
+
+    Args:
+        path: the file.
+        read: content of the file when it was read; None if it did not exist.
+        session: new content.
 
     Raises:
         RunError: another process has changed the file since, or it cannot be written.
     """
     if read_session(path) != read:
         raise RunError(
-            f"{path} has changed since it was read: another process uses it",
-            remedy="run the same command again to continue it, or choose another --name",
+            f"{path} has changed since it was read: another process is using it",
+            remedy="run the same command again to continue the adaptation, or choose a different "
+            "--name",
         )
     write_session(path, session)
 
 
 def write_session(path: Path, session: Session) -> None:
-    """Write a session atomically, and replace any existing file.
+    """Write a session atomically, replacing any existing file.
 
     Raises:
         RunError: the file cannot be written.
@@ -133,16 +139,16 @@ def write_session(path: Path, session: Session) -> None:
 
 
 def mismatch(found: Session, wanted: Session) -> str:
-    """Return the difference that keeps a session from being continued as the wanted one, or ''.
+    """Return why the session in a file cannot be continued as the wanted session, or ''.
 
-    `trials` and `stop` may differ, as they do not change the earlier trials.
+    The settings `trials` and `stop` may differ, as they do not change the earlier trials.
     """
     if found.atlas != wanted.atlas:
-        return "the atlas has changed since"
+        return "the atlas has changed since then"
     for name in ("place", "damage", "measure"):
         one, other = getattr(found, name), getattr(wanted, name)
         if one != other:
-            return f"its {name} is {_words(one)}, not {_words(other)}"
+            return f"its {name} is {_format_value(one)}, not {_format_value(other)}"
     for name in (one.name for one in fields(Settings)):
         one, other = (getattr(session.settings, name) for session in (found, wanted))
         if one != other and name not in ("trials", "stop"):
@@ -150,11 +156,11 @@ def mismatch(found: Session, wanted: Session) -> str:
     return ""
 
 
-def _words(value: str | tuple[str, ...]) -> str:
+def _format_value(value: str | tuple[str, ...]) -> str:
     return repr(value) if isinstance(value, str) else ", ".join(value) or "none"
 
 
-def _contradiction(session: Session) -> str:
+def _inconsistency(session: Session) -> str:
     """Return why the content of a session is inconsistent, or ''."""
     trials = session.trials
     if len(trials) > MOST_TRIALS:

@@ -11,11 +11,12 @@ MOST_TRIALS = 1000
 class Settings:
     """The settings of an adaptation.
 
-    Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals", with a
-    length scale of 0.4 over six axes and a stop at 0.9. For the spider's eight axes, a shorter
-    length scale works better.
-    Performance is in shares of the map's best, distances between behaviours are in shares of the
-    axes' ranges.
+    Performance is relative to the best in the map, and distances between behaviours are relative to
+    the ranges of the axes.
+
+    Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals", who use
+    six axes, a length scale of 0.4 and a stop at 0.9. For the spider's eight axes, a shorter length
+    scale works better.
 
     Attributes:
         trials: maximum number of trials.
@@ -23,8 +24,7 @@ class Settings:
             the best expected performance.
         length_scale: distance over which a trial informs about other gaits.
         noise: variance of a measured performance.
-        stop: share of the best expected performance; the trials end when the best measured
-            performance reaches it.
+        stop: share of the best expected performance at which the trials end.
 
     Raises:
         GaitsimError: a value is out of range.

@@ -3,24 +3,24 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from gaitsim.adaptation.performance import MEASURE, performance_of
-from gaitsim.adaptation.trials import Measured
+from gaitsim.adaptation.performance import DEFAULT_MEASURE, performance_of
+from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.experiment import Experiment
 from gaitsim.gait.damaged import damage_body
 from gaitsim.gait.twin import play_on, twin_of
 from gaitsim.individual import Individual
 
 
-def in_simulation(
+def simulated_robot(
     experiment: Experiment,
     damage: Sequence[str],
-    measure: str = MEASURE,
+    measure: str = DEFAULT_MEASURE,
     *,
     physics: bool = False,
-) -> Measured:
-    """Return a function that measures gaits on the damaged body; a gait that fails measures 0.
+) -> MeasureGait:
+    """Return a function that measures gaits on the damaged body in simulation.
 
-    Several threads may call the function at the same time.
+    A failed gait has a performance of 0. Several threads may call the function at the same time.
 
     Args:
         experiment: experiment with the intact body.
@@ -36,8 +36,8 @@ def in_simulation(
     else:
         body = damage_body(experiment, damage) if damage else experiment
 
-    def measured(individual: Individual) -> float:
+    def measure_gait(individual: Individual) -> float:
         moved = play_on(individual, body) if physics else replace(individual, experiment=body)
         return float(performance_of(body, moved.motion, measure)[0])
 
-    return measured
+    return measure_gait

@@ -1,4 +1,4 @@
-"""The map of an atlas transferred to another intact body, such as the physical twin."""
+"""The map of an atlas transfer_map to another intact body, such as the physical twin."""
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
@@ -7,44 +7,47 @@ from dataclasses import replace
 import numpy as np
 
 from gaitsim.adaptation.prior import OnProgress, Prior, atlas_members
-from gaitsim.adaptation.trials import Measured
+from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.snapshot import RunSnapshot
 
-INTACT = 100  # number of gaits measured on the other body
+MAX_MEASURED = 100  # number of gaits measured on the other body
 
 
-def intact_gaits(run: RunSnapshot, *, physics: bool) -> int:
-    """Return the maximum number of gaits measured on the intact body before an adaptation.
+def count_intact_gaits(run: RunSnapshot, *, physics: bool) -> int:
+    """Return the largest number of gaits that are measured on intact bodies before an adaptation.
 
     Raises:
         RunError: the run is not an atlas, or has no members.
     """
     members = len(atlas_members(run).scores)
-    return members + (min(members, INTACT) if physics else 0)
+    return members + (min(members, MAX_MEASURED) if physics else 0)
 
 
-def measured_intact(
-    prior: Prior, measured: Measured, pool: Executor, on_progress: OnProgress = lambda done: None
+def measure_intact(
+    prior: Prior,
+    measure_gait: MeasureGait,
+    pool: Executor,
+    on_progress: OnProgress = lambda done: None,
 ) -> dict[int, float]:
     """Measure the most promising gaits on another intact body.
 
     Args:
-        prior: map on its own body.
-        measured: function that measures a gait on the other body.
-        pool: thread pool in which gaits are measured.
+        prior: map for the atlas's own body.
+        measure_gait: function that measures a gait on the other body.
+        pool: thread pool in which the gaits are measured.
         on_progress: called with the number of gaits measured since the last call.
 
     Returns:
-        The measured performance by the number of the member, counted from 1.
+        The measured performance by member, counted from 1.
 
     Raises:
         GaitsimError: no measured performance is above 0.
     """
-    members = most_promising(prior, INTACT)
+    members = most_promising(prior, MAX_MEASURED)
     found: dict[int, float] = {}
     for member, value in zip(
-        members, pool.map(measured, map(prior.individual, members)), strict=True
+        members, pool.map(measure_gait, map(prior.individual, members)), strict=True
     ):
         found[member] = value
         on_progress(1)
@@ -63,18 +66,18 @@ def most_promising(prior: Prior, count: int) -> tuple[int, ...]:
     return tuple(int(index) + 1 for index in order if prior.performance[index] > 0)
 
 
-def transferred(prior: Prior, measured: Mapping[int, float]) -> Prior:
-    """Return the map for another intact body, on which some of its gaits were measured.
+def transfer_map(prior: Prior, measured: Mapping[int, float]) -> Prior:
+    """Return the map for another intact body, given measurements of some gaits on that body.
 
-    Measured gaits get their measured performance. The performance of all others is scaled by the
-    median ratio of the measured ones.
+    Measured gaits get their measured performance. The performance of all other gaits is scaled by
+    the median ratio of measured performance to performance in the map.
 
     Args:
-        prior: map on its own body.
-        measured: performance on the other body by the number of the member, counted from 1. Each
-            of these members has a performance above 0 on its own body.
+        prior: map for the atlas's own body.
+        measured: performance on the other body by member, counted from 1. Each of these members
+            must have a performance above 0 in the map.
     """
-    tried, values = np.array([*measured]) - 1, np.array([*measured.values()])
-    performance = prior.performance * np.median(values / prior.performance[tried])
-    performance[tried] = values
+    indices, values = np.array([*measured]) - 1, np.array([*measured.values()])
+    performance = prior.performance * np.median(values / prior.performance[indices])
+    performance[indices] = values
     return replace(prior, performance=performance)

@@ -1,6 +1,6 @@
 """Intelligent trial and error: choose the next gait of a damaged body, and decide when to stop.
 
-    map ─▶ propose ─▶ a gait ─▶ measured on the damaged body ─▶ belief ─▶ propose …
+    map ─▶ propose ─▶ gait ─▶ measure on the damaged body ─▶ predict ─▶ propose ─▶ …
 
 Source: the map-based Bayesian optimisation (M-BOA) of Cully, Clune, Tarapore and Mouret 2015,
 "Robots that can adapt like animals". Each member is tried at most once: as the noise is small, a
@@ -16,11 +16,11 @@ from gaitsim.adaptation.prior import Prior
 from gaitsim.adaptation.settings import Settings
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
-from gaitsim.gaussian_process import Belief, posterior
+from gaitsim.gaussian_process import Prediction, posterior
 from gaitsim.individual import Individual
 
-Measured = Callable[[Individual], float]
-"""Function that returns the performance of a gait on the damaged body, in the prior's unit."""
+MeasureGait = Callable[[Individual], float]
+"""Function that returns the performance of a gait on the damaged body, in the unit of the map."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,11 @@ class Trial(Proposal):
     measured: float
 
 
-def believe(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Belief:
-    """Return the expected performance of each member after some trials.
+def predict_performance(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Prediction:
+    """Predict the performance of each member on the damaged body, given the trials so far.
 
     Returns:
-        Mean and standard deviation in the unit of the prior, (members,) each.
+        Mean and standard deviation, (members,) each, in the unit of the map.
     """
     tried = np.array([trial.member - 1 for trial in trials], np.intp)
     measured = np.array([trial.measured for trial in trials], np.float64)
@@ -68,7 +68,7 @@ def believe(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Belief
         settings.length_scale,
         settings.noise,
     )
-    return Belief(mean * best, deviation * best)
+    return Prediction(mean * best, deviation * best)
 
 
 def propose(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Proposal | None:
@@ -77,20 +77,19 @@ def propose(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Propos
     The untried gait with the highest sum of mean and `kappa` standard deviations is chosen. Ties go
     to the first member.
     """
-    belief = believe(prior, trials, settings)
-    if _ending(prior, trials, settings, belief):
+    prediction = predict_performance(prior, trials, settings)
+    if _ending(prior, trials, settings, prediction):
         return None
-    bound = belief.mean + settings.kappa * belief.deviation
+    bound = prediction.mean + settings.kappa * prediction.deviation
     bound[[trial.member - 1 for trial in trials]] = -np.inf
     chosen = int(np.argmax(bound))
-    return Proposal(
-        len(trials) + 1, chosen + 1, float(belief.mean[chosen]), float(belief.deviation[chosen])
-    )
+    mean, deviation = float(prediction.mean[chosen]), float(prediction.deviation[chosen])
+    return Proposal(len(trials) + 1, chosen + 1, mean, deviation)
 
 
 def ending(prior: Prior, trials: Sequence[Trial], settings: Settings) -> str:
     """Return why the adaptation has ended, one sentence; '' until then."""
-    return _ending(prior, trials, settings, believe(prior, trials, settings))
+    return _ending(prior, trials, settings, predict_performance(prior, trials, settings))
 
 
 def best_of(trials: Sequence[Trial]) -> Trial | None:
@@ -99,7 +98,7 @@ def best_of(trials: Sequence[Trial]) -> Trial | None:
 
 
 def adapt(
-    prior: Prior, measured: Measured, settings: Settings, trials: Sequence[Trial] = ()
+    prior: Prior, measure_gait: MeasureGait, settings: Settings, trials: Sequence[Trial] = ()
 ) -> Iterator[Trial]:
     """Try gaits on the damaged body until one is good enough.
 
@@ -107,7 +106,7 @@ def adapt(
 
     Args:
         prior: map of the intact body.
-        measured: function that returns the performance of a gait on the damaged body.
+        measure_gait: function that returns the performance of a gait on the damaged body.
         settings: settings of the adaptation.
         trials: earlier trials, from which to continue.
 
@@ -117,15 +116,15 @@ def adapt(
     Raises:
         GaitsimError: a measured performance is not a finite number.
     """
-    made = [*trials]
-    while (proposal := propose(prior, made, settings)) is not None:
-        trial = tried(proposal, measured(prior.individual(proposal.member)))
-        made.append(trial)
+    done = [*trials]
+    while (proposal := propose(prior, done, settings)) is not None:
+        trial = create_trial(proposal, measure_gait(prior.individual(proposal.member)))
+        done.append(trial)
         yield trial
 
 
-def tried(proposal: Proposal, measured: float) -> Trial:
-    """Return the trial of a proposal.
+def create_trial(proposal: Proposal, measured: float) -> Trial:
+    """Return the trial of a proposed gait with its measured performance.
 
     Raises:
         GaitsimError: the measured performance is not a finite number.
@@ -143,11 +142,13 @@ def tried(proposal: Proposal, measured: float) -> Trial:
     return Trial(proposal.number, proposal.member, proposal.expected, proposal.deviation, value)
 
 
-def _ending(prior: Prior, trials: Sequence[Trial], settings: Settings, belief: Belief) -> str:
+def _ending(
+    prior: Prior, trials: Sequence[Trial], settings: Settings, prediction: Prediction
+) -> str:
     best = best_of(trials)
     if best is None:
         return ""
-    expected, unit = float(belief.mean.max()), f" {prior.unit}".rstrip()
+    expected, unit = float(prediction.mean.max()), f" {prior.unit}".rstrip()
     if best.measured >= settings.stop * expected:
         return (
             f"trial {best.number} reached {best.measured:.3g}{unit}, at least "

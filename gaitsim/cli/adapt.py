@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
-from gaitsim.adaptation.performance import MEASURE
-from gaitsim.adaptation.session import Place, canonical, default_name, session_file
+from gaitsim.adaptation.performance import DEFAULT_MEASURE
+from gaitsim.adaptation.session import Place, default_name, normalise_damage, session_file
 from gaitsim.adaptation.settings import MOST_TRIALS, Settings
-from gaitsim.adaptation.transfer import intact_gaits
+from gaitsim.adaptation.transfer import count_intact_gaits
 from gaitsim.choices import GaitFormat
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.adaptation_report import write_report
@@ -144,7 +144,7 @@ def adapt(
     if figure is not None:
         check_target(figure)
     run = RunSnapshot(find_run(atlas))
-    damaged = canonical(damage or ())
+    damaged = normalise_damage(damage or ())
     given = {
         key: value
         for key, value in {
@@ -158,7 +158,7 @@ def adapt(
     }
     if report is not None or pairs:
         others = damage or interactive or measured or name or fresh or figure or json
-        options = {"physics": physics, "pairs": pairs, "measure": measure or MEASURE}
+        options = {"physics": physics, "pairs": pairs, "measure": measure or DEFAULT_MEASURE}
         write_report(run, None if others else report, given, workers=workers, **options)
         return
     adaptation_name = name or default_name(place, damaged)
@@ -229,7 +229,7 @@ def _check(place: Place, interactive: bool, measured: str | None, json: bool) ->
 
 
 def _open(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any) -> Adaptation:
-    gaits = intact_gaits(run, physics=options["place"] == "physics")
+    gaits = count_intact_gaits(run, physics=options["place"] == "physics")
     log = "" if json else f"reading the {gaits:,} gaits of the atlas"
     with Progress("evaluating the atlas", "gaits", gaits, log=log) as progress:
         return open_adaptation(

@@ -9,7 +9,7 @@ from typing import Any
 from gaitsim.adaptation.report import Report, make_report
 from gaitsim.adaptation.report_text import SUMMARY, TRIALS, summary, trials_table
 from gaitsim.adaptation.settings import Settings
-from gaitsim.adaptation.transfer import intact_gaits
+from gaitsim.adaptation.transfer import count_intact_gaits
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.console import echo, notice, report_files
 from gaitsim.cli.interrupts import interruptible
@@ -52,7 +52,7 @@ def write_report(
 
 
 def _compute(run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any) -> Report:
-    gaits = intact_gaits(run, physics=options["physics"])
+    gaits = count_intact_gaits(run, physics=options["physics"])
     with ExitStack() as bars:
 
         def bar(what: str, unit: str, total: int) -> Progress:

@@ -1,4 +1,4 @@
-"""`gaitsim adapt`: trials in simulation and on a robot, continued, refused, hostile."""
+"""`gaitsim adapt`: trials in simulation and on a robot, continued sessions, errors, hostile files."""
 
 import io
 import json
@@ -26,7 +26,7 @@ def adapt(gaitsim, atlas):
 
 @pytest.fixture
 def answers(monkeypatch):
-    """Answers questions by lines; None presses Ctrl-C."""
+    """Answer questions with the given lines; the line "^C" presses Ctrl-C."""
 
     class Typed(io.StringIO):
         def readline(self):
@@ -38,7 +38,7 @@ def answers(monkeypatch):
     return lambda *lines: monkeypatch.setattr("sys.stdin", Typed("\n".join([*lines, ""])))
 
 
-def test_trials_are_those_of_the_damaged_body_and_the_commands_show_its_gait(adapt, gaitsim, atlas):
+def test_trials_measure_the_damaged_body_and_the_output_ends_with_commands(adapt, gaitsim, atlas):
     *trials, last = objects(adapt(*LOST, "--json"))
     members = gs.load(atlas).members
     for trial in trials:
@@ -66,7 +66,7 @@ def test_the_same_command_continues_and_never_repeats_a_trial(adapt, atlas):
 
 
 @pytest.mark.parametrize("other", [("--kappa", "1"), ("--measure", "turn B"), ("--name", "A-lost")])
-def test_another_task_is_refused_in_the_same_file_until_fresh(adapt, other):
+def test_a_file_of_a_different_adaptation_is_refused_without_fresh(adapt, other):
     adapt(*LOST, "--trials", "2")
     changed = (*other, "--damage", "B lost") if "--name" in other else (*LOST, *other)
     assert "--fresh" in adapt(*changed, code=2).stderr
@@ -88,7 +88,7 @@ def test_an_interrupted_interactive_session_continues_where_it_was(adapt, atlas,
     adapt("--interactive")
     stored = json.loads((atlas / "adaptations/robot.json").read_text())
     assert [trial["measured"] for trial in stored["trials"]] == [0.5, -0.25, 1.0]
-    answers()  # a closed input leaves, too
+    answers()  # the end of the input also ends the session
     asked = adapt("--interactive", "--format", "npz").stdout
     file = atlas / "exports/robot-trial-4.npz"
     assert str(file.relative_to(atlas.parent.parent)) in asked
@@ -108,7 +108,7 @@ def test_a_program_gives_measured_values_one_by_one(adapt):
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         (("--damage", "D lost"), "A, B, C"),
         (("--damage", "A lost", "--damage", "B lost", "--damage", "C lost"), "all legs"),
@@ -119,12 +119,14 @@ def test_a_program_gives_measured_values_one_by_one(adapt):
         (("--interactive", "--name", "../up"), "name"),
     ],
 )
-def test_a_mistake_gets_one_message(adapt, given, told):
+def test_a_mistake_gets_one_message(adapt, given, message):
     error = adapt(*given, code=2).stderr
-    assert told in error
+    assert message in error
 
 
-def test_what_is_not_an_atlas_or_cannot_be_damaged_is_refused(gaitsim, puppet_file, tmp_path):
+def test_runs_without_an_archive_and_bodies_without_damage_are_refused(
+    gaitsim, puppet_file, tmp_path
+):
     gaitsim("run", puppet_file, "--workers", 1)
     assert "not an atlas" in gaitsim("adapt", "puppet", *LOST, code=2).stderr
     puppet_file.write_text(
@@ -166,7 +168,7 @@ def test_a_hostile_file_is_refused_and_nothing_outside_changes(adapt, atlas, tmp
     file, outside = atlas / "adaptations/A-lost.json", tmp_path / "outside"
     data = file.read_bytes()
     for attack, replace in ATTACKS.items():
-        if attack in ("mutated", "missing"):  # a bit may be one of a number
+        if attack in ("mutated", "missing"):  # a flipped bit may give a valid number
             continue
         outside.mkdir()
         (outside / file.name).write_bytes(data)
@@ -188,7 +190,7 @@ def test_a_hostile_file_is_refused_and_nothing_outside_changes(adapt, atlas, tmp
     assert "is damaged" in adapt(*given, code=2).stderr
 
 
-def test_python_makes_the_same_trials_and_takes_a_function_for_a_robot(adapt, atlas):
+def test_python_gives_the_same_trials_and_accepts_a_function_for_a_robot(adapt, atlas):
     *trials, _ = objects(adapt(*LOST, "--trials", "4", "--stop", "1.5", "--json"))
     run = gs.load(atlas)
     adaptation = run.adapt(["A lost"], trials=4, stop=1.5)
@@ -213,7 +215,7 @@ def test_python_makes_the_same_trials_and_takes_a_function_for_a_robot(adapt, at
             run.adapt(**simulated, robot=robot)
 
 
-def test_two_processes_lose_no_trial_of_each_other(atlas):
+def test_two_processes_do_not_overwrite_each_others_trials(atlas):
     run = gs.load(atlas)
     one, other = (run.adapt(name="mine") for _ in range(2))
     first = one.record(1.0)
@@ -242,7 +244,7 @@ def test_the_figure_shows_each_trial_and_its_place_on_the_map(adapt, atlas, tmp_
 
 
 @pytest.mark.slow
-def test_a_report_is_over_all_leg_losses_and_continues(adapt, atlas, tmp_path):
+def test_a_report_covers_all_leg_losses_and_continues(adapt, atlas, tmp_path):
     given = ("--report", "losses", "--pairs", "--trials", 3, "--stop", 2)
     assert "**2 legs, median of 3**" in adapt(*given).stdout
     folder = tmp_path / "losses"

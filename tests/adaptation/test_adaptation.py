@@ -1,4 +1,4 @@
-"""Intelligent trial and error against the textbook, closed forms, and the rules of its ending."""
+"""Trial and error: predictions against the textbook and closed forms, and when the trials end."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from gaitsim.adaptation import Prior, Settings, adapt, best_of, ending, propose, read_prior
-from gaitsim.adaptation.simulation import in_simulation
-from gaitsim.adaptation.transfer import most_promising, transferred
-from gaitsim.adaptation.trials import Trial, believe, tried
+from gaitsim.adaptation.simulation import simulated_robot
+from gaitsim.adaptation.transfer import most_promising, transfer_map
+from gaitsim.adaptation.trials import Trial, create_trial, predict_performance
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import play_on_twin
@@ -40,13 +40,13 @@ def prior_of(performance, behaviour):
     )
 
 
-def drawn(members=60, axes=3, seed=1):
+def random_prior(members=60, axes=3, seed=1):
     rng = np.random.default_rng(seed)
     return prior_of(rng.random(members) * 2, rng.random((members, axes)))
 
 
 def textbook(prior, points, tried, measured, length, noise):
-    """Rasmussen and Williams 2006, eq. 2.25 and 2.26, by inverses and loops, eq. 4.17."""
+    """Evaluate eq. 2.25, 2.26 and 4.17 of Rasmussen and Williams 2006 with inverses and loops."""
 
     def k(a, b):
         r = math.dist(a, b) * math.sqrt(5) / length
@@ -76,7 +76,7 @@ def test_the_posterior_is_that_of_scikit_learn():
     kernels = pytest.importorskip("sklearn.gaussian_process.kernels")  # in the extra benchmarks
     from sklearn.gaussian_process import GaussianProcessRegressor
 
-    prior, tried = drawn(400, 8), np.arange(0, 400, 37)
+    prior, tried = random_prior(400, 8), np.arange(0, 400, 37)
     measured = np.random.default_rng(3).random(len(tried))
     residuals = measured - prior.performance[tried]
     kernel = kernels.Matern(0.4, "fixed", nu=2.5)
@@ -90,7 +90,7 @@ def test_the_posterior_is_that_of_scikit_learn():
 
 def test_one_trial_has_a_closed_form():
     prior = prior_of([1.0, 0.8], [[0.0], [0.2]])  # one length scale apart
-    belief = believe(prior, [Trial(1, 1, 1.0, 1.0, 0.5)], SETTINGS)
+    belief = predict_performance(prior, [Trial(1, 1, 1.0, 1.0, 0.5)], SETTINGS)
     r = math.sqrt(5)
     k = (1 + r + r * r / 3) * math.exp(-r)
     assert belief.mean == pytest.approx([1 - 0.5 / 1.001, 0.8 - 0.5 * k / 1.001])
@@ -99,31 +99,31 @@ def test_one_trial_has_a_closed_form():
     )
 
 
-def test_units_do_not_matter():
-    prior = drawn()
+def test_the_unit_of_performance_does_not_matter():
+    prior = random_prior()
     scaled = replace(prior, performance=1000 * prior.performance)
     one = [*adapt(prior, lambda gait: 0.1 * gait.genome[0] / 60, SETTINGS)]
     other = [*adapt(scaled, lambda gait: 100 * gait.genome[0] / 60, SETTINGS)]
     assert [trial.member for trial in one] == [trial.member for trial in other]
 
 
-def test_the_first_proposal_is_the_best_of_the_map_and_the_first_of_equal_ones():
+def test_the_first_proposal_is_the_best_of_the_map_and_ties_go_to_the_first_member():
     assert propose(prior_of([1, 3, 3], [[0], [0.5], [1]]), [], SETTINGS).member == 2
 
 
-def test_a_wrong_map_is_left_behind():
-    # The map's peak and its surroundings fail; further away, gaits keep what the map promises.
+def test_trials_leave_a_region_in_which_the_map_is_wrong():
+    # Gaits near the peak of the map fail; farther away, gaits perform as the map predicts.
     behaviour = np.linspace(0, 3, 31)
-    promised = 1 - 0.1 * behaviour
-    real = np.where(behaviour < 1, 0.0, promised)
-    trials = [*adapt(prior_of(promised, behaviour), lambda g: real[int(g.genome[0])], SETTINGS)]
+    predicted = 1 - 0.1 * behaviour
+    real = np.where(behaviour < 1, 0.0, predicted)
+    trials = [*adapt(prior_of(predicted, behaviour), lambda g: real[int(g.genome[0])], SETTINGS)]
     assert best_of(trials).measured >= 0.9 * real.max()
     assert len(trials) < 8
     assert len({trial.member for trial in trials}) == len(trials)
 
 
 def test_trials_end_when_one_is_good_enough():
-    prior = drawn()
+    prior = random_prior()
     trials = [*adapt(prior, lambda gait: prior.performance[int(gait.genome[0])], SETTINGS)]
     assert len(trials) == 1
     assert "95%" in ending(prior, trials, SETTINGS)
@@ -131,8 +131,8 @@ def test_trials_end_when_one_is_good_enough():
     assert propose(prior, trials, replace(SETTINGS, stop=10.0)).number == 2
 
 
-def test_trials_end_at_their_number_and_when_all_gaits_were_tried():
-    prior = drawn(5)
+def test_trials_end_at_their_maximum_number_and_when_all_gaits_were_tried():
+    prior = random_prior(5)
     failed = [*adapt(prior, lambda gait: 0.0, replace(SETTINGS, trials=3))]
     assert len(failed) == 3
     every = [*adapt(prior, lambda gait: -1.0, SETTINGS)]
@@ -141,7 +141,7 @@ def test_trials_end_at_their_number_and_when_all_gaits_were_tried():
 
 
 def test_an_adaptation_continues_as_if_it_had_never_stopped_in_any_thread():
-    prior = drawn()
+    prior = random_prior()
 
     def measured(gait):
         return 0.3 * math.sin(gait.genome[0])
@@ -158,7 +158,7 @@ def test_an_adaptation_continues_as_if_it_had_never_stopped_in_any_thread():
 @pytest.mark.parametrize("value", [math.nan, math.inf, "far", None])
 def test_a_value_that_is_not_a_number_is_refused(value):
     with pytest.raises(GaitsimError, match="finite"):
-        tried(propose(drawn(), [], SETTINGS), value)
+        create_trial(propose(random_prior(), [], SETTINGS), value)
 
 
 @pytest.mark.parametrize("wrong", [{"trials": 0}, {"kappa": -1}, {"noise": 0}, {"stop": math.nan}])
@@ -167,7 +167,7 @@ def test_invalid_settings_are_refused(wrong):
         Settings(**wrong)
 
 
-def test_the_prior_of_an_atlas_holds_its_members_measured_on_the_intact_body(puppet_run):
+def test_the_map_of_an_atlas_has_the_performance_of_its_members_on_the_intact_body(puppet_run):
     axes = "{ reach = [-3, 3], price = [-0.2, 0] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=30")
     done = []
@@ -178,12 +178,12 @@ def test_the_prior_of_an_atlas_holds_its_members_measured_on_the_intact_body(pup
     np.testing.assert_allclose(prior.behaviour[:, 0], (members.values["reach"] + 3) / 6)
     np.testing.assert_allclose(prior.behaviour[:, 1].min(), 0)  # a cell at the border
     assert prior.individual(2).measures["reach"] == prior.performance[1]
-    for spoilt in (None, slice(0, -8), slice(1, None)):  # what is kept is checked
-        kept = next(Path("run/adaptations").iterdir())
-        if spoilt:
-            kept.write_bytes(kept.read_bytes()[spoilt])
-        again = read_prior(RunSnapshot(run.path), "reach").performance
-        np.testing.assert_array_equal(again, prior.performance)
+    for damaged in (None, slice(0, -8), slice(1, None)):  # the cache is validated
+        cache = next(Path("run/adaptations").iterdir())
+        if damaged:
+            cache.write_bytes(cache.read_bytes()[damaged])
+        reread = read_prior(RunSnapshot(run.path), "reach").performance
+        np.testing.assert_array_equal(reread, prior.performance)
     with pytest.raises(GaitsimError, match="unknown measure 'forward'"):
         read_prior(run)
 
@@ -193,22 +193,22 @@ def test_a_run_without_an_archive_is_not_an_atlas(puppet_run):
         read_prior(puppet_run(), "reach")
 
 
-def test_trials_in_simulation_are_made_on_the_damaged_body_or_its_twin():
+def test_simulated_trials_use_the_damaged_body_or_its_damaged_twin():
     experiment = load_experiment("spider")
     genome = experiment.space().random(1, np.random.default_rng(5))[0]
     gait = Individual(experiment, 0.0, {}, 1, genome)
     lost = ["L2 lost"]
     moved = {"forward": with_damage(gait, lost), "lateral": play_on_twin(gait, lost)}
     for physics, (measure, individual) in enumerate(moved.items()):
-        measured = in_simulation(experiment, lost, measure, physics=bool(physics))
+        measured = simulated_robot(experiment, lost, measure, physics=bool(physics))
         assert measured(gait) == individual.measures[measure] != gait.measures[measure]
     for physics in (False, True):
         with pytest.raises(GaitsimError, match="L9"):
-            in_simulation(experiment, ["L9 lost"], physics=physics)
+            simulated_robot(experiment, ["L9 lost"], physics=physics)
 
 
-def test_a_map_is_transferred_by_gaits_that_were_measured_on_the_other_body():
+def test_measured_gaits_scale_the_map_of_another_body():
     prior = prior_of([2.0, 0.0, 1.0, 4.0, 3.0], range(5))
     assert most_promising(prior, 9) == (4, 5, 1, 3)
-    found = transferred(prior, {4: 2.0, 5: 2.1, 1: 1.6})
+    found = transfer_map(prior, {4: 2.0, 5: 2.1, 1: 1.6})
     np.testing.assert_allclose(found.performance, [1.6, 0.0, 0.7, 2.0, 2.1])

@@ -1,4 +1,4 @@
-"""Commands that arrive late or seldom."""
+"""Delayed commands, and commands at a lower rate than the frames."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from gaitsim.legged import delay_angles, hold_commands
 RAMP = np.arange(20.0)[:, None] * [1.0, -2.0]
 
 
-def test_a_ramp_arrives_late_by_any_time():
+def test_a_ramp_is_delayed_by_whole_and_fractional_steps():
     late = delay_angles(np.stack([RAMP, 3 * RAMP]), np.array([1.5, 3.0]))
     assert late[0, 4:, 0] == pytest.approx(RAMP[4:, 0] - 1.5)
     assert np.array_equal(late[1, 3:, 1], 3 * RAMP[:-3, 1])
@@ -16,7 +16,7 @@ def test_a_ramp_arrives_late_by_any_time():
 
 
 @pytest.mark.parametrize("rate", [30.0, 7.0, 3.7])
-def test_commands_are_those_of_the_moment_when_they_were_sent(rate):
+def test_each_command_is_held_until_the_next_one_is_sent(rate):
     found = hold_commands(RAMP, 30.0, rate, steps=4)[:-4, 0]
     times = np.arange(len(found)) / 120  # s
     sent = np.floor(times * rate + 1e-9) / rate

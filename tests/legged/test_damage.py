@@ -1,4 +1,4 @@
-"""Damage as people write it."""
+"""Descriptions of damage."""
 
 import math
 
@@ -10,7 +10,7 @@ from gaitsim.legged import Damage, parse_damage
 LEGS = {"L1": ("L1 coxa", "L1 femur"), "R1": ("R1 coxa", "R1 femur")}
 
 
-def test_each_kind_is_read_with_its_value_or_a_default():
+def test_each_kind_is_parsed_with_its_value_or_a_default():
     texts = ("L1 lost", "R1 coxa stuck -20", "R1 femur weak 0.25")
     lost, stuck, weak = parse_damage(texts, LEGS)
     assert lost == Damage("L1", "lost")
@@ -24,7 +24,7 @@ def test_each_kind_is_read_with_its_value_or_a_default():
 
 
 @pytest.mark.parametrize(
-    ("texts", "named"),
+    ("texts", "message"),
     [
         (["L3 lost"], "L1, R1"),
         (["L1 lost 3"], "'L1 lost'"),
@@ -42,20 +42,20 @@ def test_each_kind_is_read_with_its_value_or_a_default():
         (["L1 lost", "R1 lost"], "at most 1"),
     ],
 )
-def test_invalid_damage_is_refused_with_what_is_allowed(texts, named):
+def test_invalid_damage_is_refused_with_allowed_values(texts, message):
     with pytest.raises(GaitsimError) as caught:
         parse_damage(texts, LEGS)
     assert caught.value.key == "damage"
-    assert named in str(caught.value)
+    assert message in str(caught.value)
 
 
-def test_a_body_can_have_fewer_kinds_of_damage():
+def test_a_body_can_support_fewer_kinds_of_damage():
     with pytest.raises(GaitsimError, match="stuck") as caught:
         parse_damage(["L1 femur weak"], LEGS, ("lost", "stuck", "slow"))
     assert "weak" not in caught.value.allowed
 
 
-def test_a_joint_is_stuck_within_its_limits():
+def test_the_angle_of_a_stuck_joint_is_within_its_limits():
     limits = {"L1 femur": (-0.5236, 0.5236)}
     assert parse_damage(["L1 femur stuck 30"], LEGS, limits=limits)
     with pytest.raises(GaitsimError, match="outside the joint's limits") as caught:

@@ -1,4 +1,4 @@
-"""Measures of steps, against the analysis of single gaits."""
+"""Measures of steps, compared with the analysis of single gaits."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ LEGS = [name for side in SIDES for name in side]
 
 @pytest.mark.parametrize("physics", [False, True], ids=["spider", "twin"])
 @pytest.mark.parametrize("gait", ["alternating-tripod", "alternating-tetrapod", "wave", "standing"])
-def test_stride_and_phase_lag_are_those_of_the_analysis(gait, physics):
+def test_stride_and_phase_lag_match_the_analysis(gait, physics):
     individual = play_gait(read_gait(GAITS / f"{gait}.npz"), load_experiment("spider"))
     individual = play_on_twin(individual) if physics else individual
     found = individual.measures
@@ -38,7 +38,7 @@ def test_stride_and_phase_lag_are_those_of_the_analysis(gait, physics):
 
 
 def walking(duty, lag, strides=10, length=20):
-    """Contacts of four feet: each begins its stance `lag` of a stride after that in front of it."""
+    """Return the contacts of four feet: each follows the foot in front of it by `lag` of a stride."""
     time = (np.arange(strides * length)[:, None] + 0.5) / length
     return ((time - np.array([0.0, lag, 0.5, 0.5 + lag])) % 1 < duty)[None]
 
@@ -49,14 +49,14 @@ def values(stance, **options):
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.25, 0.5, 0.75])
-def test_measures_of_even_steps_are_those_that_they_were_made_with(lag):
+def test_measures_of_regular_steps_are_exact(lag):
     found = values(walking(0.6, lag))
     assert found["duty factor R2"] == pytest.approx(0.6)
     assert found["stride frequency"] == pytest.approx(1.5)
     assert found["phase lag"] == pytest.approx(lag)
 
 
-def test_steps_count_until_the_fall_and_chatter_does_not():
+def test_steps_count_until_the_fall_and_chatter_does_not_count():
     random = np.random.default_rng(0)
     noisy = walking(0.6, 0.25)
     noisy[0, random.integers(0, 200, 12), random.integers(0, 4, 12)] ^= True

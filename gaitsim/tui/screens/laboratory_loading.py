@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.adaptation.performance import MEASURE
+from gaitsim.adaptation.performance import DEFAULT_MEASURE
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.damaged import can_be_damaged, damage_body, with_damage
 from gaitsim.gait.individual_analysis import frames_before_fall
@@ -99,7 +99,7 @@ def simulate_walk(individual: Individual, damage: Choice, physics: bool) -> Walk
     """
     found = (play_on_twin if physics else with_damage)(individual, damage_texts(damage))
     _ = found.skeleton  # computed here because it is slow
-    forward = found.measurements.get(MEASURE)
+    forward = found.measurements.get(DEFAULT_MEASURE)
     path = found.skeleton.path
     frames = frames_before_fall(found)
     return Walk(

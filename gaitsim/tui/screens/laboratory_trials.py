@@ -13,7 +13,7 @@ from textual.widgets import DataTable
 
 from gaitsim.adaptation import Trial
 from gaitsim.adaptation.adaptation import Adaptation
-from gaitsim.adaptation.trials import believe
+from gaitsim.adaptation.trials import predict_performance
 from gaitsim.contracts import Members
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.text import number, visible
@@ -98,8 +98,10 @@ class Trials(Horizontal):
 
 def expected_view(adaptation: Adaptation, members: Members) -> ArchiveView:
     """Return the map of an atlas, with the performance expected after the trials as scores."""
-    belief = believe(adaptation.prior, adaptation.trials, adaptation.session.settings)
-    view = ArchiveView.of(replace(members, scores=belief.mean))
+    prediction = predict_performance(
+        adaptation.prior, adaptation.trials, adaptation.session.settings
+    )
+    view = ArchiveView.of(replace(members, scores=prediction.mean))
     assert view is not None, "members of an atlas have cells"
     return view
 

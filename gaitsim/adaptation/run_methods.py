@@ -7,7 +7,7 @@ from typing import Protocol
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
 from gaitsim.adaptation.report import Report, make_report
 from gaitsim.adaptation.settings import Settings
-from gaitsim.adaptation.trials import Measured
+from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.runs.snapshot import RunSnapshot
 
 
@@ -24,7 +24,7 @@ class RunAdaptations:
         damage: Sequence[str] = (),
         *,
         physics: bool = False,
-        robot: Measured | None = None,
+        robot: MeasureGait | None = None,
         measure: str | None = None,
         trials: int | None = None,
         kappa: float | None = None,
@@ -35,30 +35,31 @@ class RunAdaptations:
         fresh: bool = False,
         workers: int | None = None,
     ) -> Adaptation:
-        """Return an adaptation, an iterator over the same trials as those of `gaitsim adapt`.
+        """Return an adaptation, an iterator over the same trials as in `gaitsim adapt`.
 
         Args:
             damage: damaged legs and joints of the simulated body, such as 'L2 lost'.
             physics: whether the trials take place on the physical twin of the body.
             robot: function that plays an individual on your robot and returns its performance.
-                Without it and without damage, add each trial with `record()`.
-            measure: name of the performance measure, of which more is better; None for forward.
+                Without `robot`, damage and physics, record each trial with `record()`.
+            measure: name of the performance measure, where more is better; None for the measure in
+                the file, or 'forward'.
             trials: maximum number of trials. For this and the next four arguments, None keeps the
                 value in the file, or the default of `gaitsim.adaptation.Settings`.
             kappa: weight of the uncertainty in the choice of a trial.
-            length_scale: distance over which a trial informs about other gaits, in shares of the
-                axes' ranges.
-            noise: variance of a measured performance, in shares of the map's best.
+            length_scale: distance over which a trial informs about other gaits, relative to the
+                ranges of the axes.
+            noise: variance of a measured performance, where the best in the map is 1.
             stop: share of the best expected performance at which the trials end.
-            name: name of the file that stores the trials, from which the same call continues; None
-                stores nothing.
+            name: name of the file that stores the trials, so that the same call continues them;
+                None stores nothing.
             fresh: whether to start over and replace that file.
             workers: number of workers that evaluate the map; None for a number that suits the
                 body.
 
         Raises:
-            GaitsimError: the body does not support the damage, a setting is invalid, or the body
-                does not have the measure.
+            GaitsimError: the body does not support the damage, a setting is invalid, the body does
+                not have the measure, or `robot` is combined with damage or physics.
             RunError: the run is not an atlas, or the file is damaged or belongs to a different
                 adaptation.
         """
@@ -91,19 +92,19 @@ class RunAdaptations:
         settings: Settings | None = None,
         workers: int | None = None,
     ) -> Report:
-        """Adapt to the loss of each leg, as `gaitsim adapt --report` does, or continue a report.
+        """Adapt to the loss of each leg like `gaitsim adapt --report`, or continue a report.
 
         Args:
             folder: folder of the report, which stores all trials in `report.json`.
             pairs: whether to adapt to the loss of each pair of legs, too.
             physics: whether to use the physical twin of the body.
-            settings: settings of the adaptations; None for those of `gaitsim adapt`.
+            settings: settings of the adaptations; None for the defaults of `gaitsim adapt`.
             workers: number of gaits tried at a time; None for the number of cores.
 
         Raises:
             GaitsimError: the body cannot lose legs, or has no twin.
-            RunError: the run is not an atlas, or the folder holds a different report or cannot be
-                written.
+            RunError: the run is not an atlas, the folder contains a different report, or the folder
+                cannot be written.
         """
         return make_report(
             self.snapshot,
