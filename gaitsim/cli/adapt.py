@@ -18,9 +18,10 @@ from gaitsim.choices import GaitFormat
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.adaptation_report import write_report
 from gaitsim.cli.adaptation_view import View
+from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import echo, notice, output, report_files
 from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import Json, RunName, Workers
+from gaitsim.cli.options import Json, Workers
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import gait_of, write_gait
@@ -31,24 +32,34 @@ from gaitsim.runs.files.folder import command, exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 _trials = partial(typer.Option, rich_help_panel="How trials are chosen")
-_report = partial(typer.Option, rich_help_panel="Report over all leg losses")
+_report = partial(typer.Option, rich_help_panel="Report on every leg loss")
 _robot = partial(typer.Option, rich_help_panel="Trials on a real robot")
 DEFAULT = Settings()
 
 
 def adapt(
-    atlas: RunName,
+    atlas: Annotated[
+        str,
+        typer.Argument(
+            metavar="ATLAS",
+            help="Run that holds the atlas: a run of map-elites, by name or folder.",
+            autocompletion=run_names,
+        ),
+    ],
     damage: Annotated[
         list[str] | None,
         typer.Option(metavar="TEXT", help=f"Simulate {DAMAGE_HELP}; may be repeated."),
     ] = None,
     physics: Annotated[
         bool,
-        typer.Option("--physics", help="Run the trials on the body's twin in physics."),
+        typer.Option(
+            "--physics",
+            help="Run the trials on the body's twin, its version in rigid-body physics.",
+        ),
     ] = False,
     measure: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Measure to maximise. Default: forward, in metres."),
+        typer.Option(metavar="NAME", help="Measure to maximise. Default: 'forward', in metres."),
     ] = None,
     trials: Annotated[
         int | None,
@@ -59,25 +70,29 @@ def adapt(
     stop: Annotated[
         float | None,
         _trials(
-            help="Stop when the best trial reaches this share of the best prediction for any gait. "
-            f"Default: {DEFAULT.stop}."
+            help="Stop once the best trial reaches this share of the best value predicted for any "
+            f"gait. Default: {DEFAULT.stop}."
         ),
     ] = None,
     kappa: Annotated[
         float | None,
-        _trials(help=f"Weight of uncertainty in choosing a gait. Default: {DEFAULT.kappa}."),
+        _trials(
+            help="Weight of uncertainty when choosing a gait; larger values explore more. "
+            f"Default: {DEFAULT.kappa}."
+        ),
     ] = None,
     length_scale: Annotated[
         float | None,
         _trials(
-            help="Distance over which a trial informs predictions, as a share of the axes. "
-            f"Default: {DEFAULT.length_scale}."
+            help="Distance over which a trial affects the predictions for other gaits, as a share "
+            f"of each axis. Default: {DEFAULT.length_scale}."
         ),
     ] = None,
     noise: Annotated[
         float | None,
         _trials(
-            help=f"Variance of a measured value, relative to the best. Default: {DEFAULT.noise}."
+            help="Variance of a measurement divided by the best value in the atlas. "
+            f"Default: {DEFAULT.noise}."
         ),
     ] = None,
     interactive: Annotated[
@@ -88,32 +103,35 @@ def adapt(
         str | None,
         _robot(
             metavar="NUMBER",
-            help="Record the value measured with the proposed gait, and propose the next; for "
-            "scripts.",
+            help="Record the measured result of the proposed gait and propose the next gait, "
+            "for use in scripts.",
         ),
     ] = None,
     format: Annotated[GaitFormat, _robot(help="Format of the gait files.")] = "mat",
     name: Annotated[
         str | None,
-        typer.Option(help="Name of the adaptation. Default: a name from the damage, or 'robot'."),
+        typer.Option(help="Name of the adaptation. Default: derived from the damage, or 'robot'."),
     ] = None,
     fresh: Annotated[
-        bool, typer.Option("--fresh", help="Start over; earlier trials of this name are deleted.")
+        bool,
+        typer.Option("--fresh", help="Start over; earlier trials under this name are deleted."),
     ] = False,
     figure: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Plot the trials to a PNG, SVG or PDF, by the file's extension."
+            metavar="FILE",
+            help="Plot the trials to a PNG, SVG or PDF file, chosen by its extension.",
         ),
     ] = None,
     report: Annotated[
         Path | None,
         _report(
-            metavar="DIR", help="Adapt to the loss of each leg; write tables and figures here."
+            metavar="DIR",
+            help="Adapt to the loss of each leg; write tables and figures to this folder.",
         ),
     ] = None,
     pairs: Annotated[
-        bool, _report("--pairs", help="Adapt to the loss of each pair of legs, too.")
+        bool, _report("--pairs", help="Also adapt to the loss of each pair of legs.")
     ] = False,
     workers: Workers = None,
     json: Json = False,

@@ -10,7 +10,6 @@ from gaitsim.cli.gait_view import print_gait
 from gaitsim.cli.options import (
     BestOf,
     Damage,
-    Engine,
     Json,
     MemberOf,
     RunName,
@@ -44,16 +43,32 @@ def analyse(
     member: MemberOf = None,
     damage: Damage = None,
     world: World = None,
-    engine: Engine = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            help="Physics engine for the robot, such as bullet; with --physics, for the body's "
+            "twin."
+        ),
+    ] = None,
     gait: Annotated[
         Path | None,
         typer.Option(help="File of joint angles to play on the run's body: .npz, .csv or .mat."),
     ] = None,
     perturb: Annotated[
-        bool, typer.Option("--perturb", help="Repeat the motion with late and inaccurate servos.")
+        bool,
+        typer.Option(
+            "--perturb",
+            help="Repeat the gait with delayed, slow and inaccurate servos, mirrored, and with "
+            "half the time step, and report how the score changes.",
+        ),
     ] = False,
     physics: Annotated[
-        bool, typer.Option("--physics", help="Also play the gait on the body's twin in physics.")
+        bool,
+        typer.Option(
+            "--physics",
+            help="Also play the gait on the body's twin, its version in rigid-body physics, if it "
+            "has one.",
+        ),
     ] = False,
     worlds: Worlds = None,
     world_seed: WorldSeed = None,
@@ -61,13 +76,13 @@ def analyse(
     figure: Annotated[
         Path | None,
         typer.Option(
-            help="Plot footfalls, phases and stability to a PNG, SVG or PDF; with --worlds, the "
-            "results by world and condition."
+            help="Plot footfalls, phases and stability to a PNG, SVG or PDF file; with "
+            "--worlds, plot the results by world and condition."
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report which gait emerged, and what its score consists of.
+    """Report which gait evolved and how its score is made up.
 
     [bold]Examples[/bold]
 

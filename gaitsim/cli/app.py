@@ -11,11 +11,12 @@ app = group(
     {
         "run": "Evolve a gait and keep the run on disk.",
         "atlas": "Fill an atlas of a body's gaits: the best one for each way of using the legs.",
-        "resume": "Continue a run exactly as if it had never stopped, or with changed options.",
+        "resume": "Continue a run exactly as if it had never stopped, optionally with changed "
+        "options.",
         "attach": "Watch a run that is evolving in the background or in another program.",
         "stop": "Stop background runs after their current generation, and save them.",
         "fork": "Copy a run to continue the copy with changed options.",
-        "runs": "List the runs in a folder, oldest first; or delete runs.",
+        "runs": "List the runs in a folder, oldest first, or delete some of them.",
         "show": "Show a run in full: its plugins, progress, stages and champion.",
         "members": "List the members of a run's front or archive.",
         "note": "Show or write the note of a run.",
@@ -25,14 +26,14 @@ app = group(
         "plot": "Plot a run, or the motion of its champion, at the width of a journal column.",
         "video": "Make a video of the champion: MP4 or GIF.",
         "play": "Play a champion in the terminal until Ctrl-C.",
-        "analyse": "Report which gait emerged, and what its score consists of.",
+        "analyse": "Report which gait evolved and how its score is made up.",
         "steer": "Fly a body yourself: keys choose the trained network in control.",
         "adapt": "Find a gait for a damaged body in a few trials, guided by an atlas.",
         "imitate": "Train a network to imitate the champion or a gait file, and let it walk by "
         "itself.",
         "study": "Sweep options on all cores; write a table, surfaces and a summary.",
-        "compare": "Compare experiments statistically, over repeats with equal numbers of "
-        "evaluations.",
+        "compare": "Compare experiments statistically, with the same number of evaluations for "
+        "each repeat.",
         "differences": "Compare runs: their curves, results and differing options.",
         "share": "Print the champion as a challenge code, which others can verify.",
         "gallery": "Create a site from a folder of runs: a card for each run, and a page that "

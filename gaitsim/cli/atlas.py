@@ -30,8 +30,8 @@ def atlas(
         str | None,
         typer.Option(
             metavar="NAME=LOW:HIGH,…",
-            help="Measures that distinguish gaits, each with its range; duty factors "
-            "default to 0:1. Default: the duty factor of each leg.",
+            help="Measures that distinguish gaits, each with its range; for duty factors, the "
+            "range defaults to 0:1. Default: the duty factor of each leg.",
         ),
     ] = None,
     cells: Annotated[

@@ -46,20 +46,22 @@ def compare(
         ),
     ],
     repeats: Annotated[
-        int, typer.Option(min=2, max=100_000, help="Repeats of each experiment.")
+        int, typer.Option(min=2, max=100_000, help="Number of repeats of each experiment.")
     ] = 30,
     evaluations: Annotated[
         int | None,
         typer.Option(
-            min=1, help="Evaluations per repeat. Default: those of the shortest experiment."
+            min=1,
+            help="Evaluations per repeat. Default: the smallest number among the experiments.",
         ),
     ] = None,
     targets: Annotated[
         str | None,
         typer.Option(
             metavar="SCORE,…",
-            help="Scores to reach, such as 1.5,2,2.5. Default: 51 targets for the ECDF; for "
-            "running times and their tests, the quartiles of the scores of all repeats.",
+            help="Target scores, such as 1.5,2,2.5. Default: 51 equally spaced scores for the "
+            "ECDF (the share of targets reached by each number of evaluations), and the "
+            "quartiles of all repeats' scores for expected running times and their tests.",
         ),
     ] = None,
     generations: Generations = None,
@@ -76,14 +78,15 @@ def compare(
         typer.Option(
             "--worlds",
             metavar="N",
-            help="Rank runs instead, by their champions' worst tenth of results in the same N "
-            "unseen worlds.",
+            help="Rank runs instead of experiments: evaluate each champion in the same N "
+            "randomly drawn worlds, and compare the means of their worst tenths of "
+            "results.",
         ),
     ] = None,
     world_seed: WorldSeed = None,
     json: Json = False,
 ) -> None:
-    """Compare experiments statistically, over repeats with equal numbers of evaluations.
+    """Compare experiments statistically, with the same number of evaluations for each repeat.
 
     All experiments get the same number of evaluations, whatever their searches and populations, and
     their order does not affect the results. Writes a report in Markdown, figures, tables of

@@ -49,8 +49,10 @@ def differences(
             help="Horizontal axis. Default: generation, or evaluations if populations differ."
         ),
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Plot the curves to a PNG, SVG or PDF.")] = None,
-    theme: Annotated[Theme, typer.Option(help="Colours of the plot.")] = "light",
+    plot: Annotated[
+        Path | None, typer.Option(help="Plot the curves to a PNG, SVG or PDF file.")
+    ] = None,
+    theme: Annotated[Theme, typer.Option(help="Colour theme of the plot.")] = "light",
     json: Json = False,
 ) -> None:
     """Compare runs: their curves, results and differing options.

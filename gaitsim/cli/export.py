@@ -36,12 +36,12 @@ def export(
         ExportFormat | None,
         typer.Option(
             metavar="FORMAT",
-            help="Joint angles: mat (MATLAB, Octave), csv, npz (NumPy). For robots: servo (CSV of "
-            "degrees), arduino (sketch for PCA9685 boards), dynamixel and feetech (CSV of goal "
-            "positions), ros2 (YAML of an action goal), rosbag2. The body in motion: html (page "
-            "for any browser), glb (glTF for Blender and others). The whole run: atlas (page with "
-            "an archive as a map of moving gaits), tensorboard. Default: by the extension of "
-            "--out, or mat.",
+            help="Joint angles: mat (MATLAB, Octave), csv, npz (NumPy). For robots: servo "
+            "(CSV in degrees), arduino (sketch for PCA9685 boards), dynamixel and "
+            "feetech (CSV with goal positions), ros2 (action goal as YAML), rosbag2. The "
+            "body in motion: html (web page), glb (glTF for Blender and others). The "
+            "whole run: atlas (web page with the archive as a map of animated gaits), "
+            "tensorboard. Default: from the extension of --out, otherwise mat.",
         ),
     ] = None,
     out: ExportFile = None,
@@ -52,23 +52,28 @@ def export(
     engine: Engine = None,
     generations: Annotated[
         str | None,
-        typer.Option(metavar="N,N,…", help="Show the best of several generations side by side."),
+        typer.Option(
+            metavar="N,N,…", help="Show the best individuals of several generations side by side."
+        ),
     ] = None,
     calibration: Annotated[
         Path | None,
         _robot(
             metavar="FILE",
-            help="TOML file that assigns a servo to each joint. Default: all servos at their "
-            "centre in the standing pose.",
+            help="Calibration file (TOML), which assigns a servo to each joint. Default: all "
+            "servos at their centre in the standing pose.",
         ),
     ] = None,
     calibration_template: Annotated[
         Path | None,
-        _robot(metavar="FILE", help="Only write a template of such a file, to fill in."),
+        _robot(
+            metavar="FILE",
+            help="Write a template of a calibration file, to be filled in, and export nothing.",
+        ),
     ] = None,
     speed: Annotated[
         float | None,
-        _robot(help="Speed of playback; 0.5 is half as fast as simulated. Default: 1."),
+        _robot(help="Playback speed; 0.5 is half as fast as simulated. Default: 1."),
     ] = None,
     keyframe_ms: Annotated[
         int | None,
@@ -76,10 +81,12 @@ def export(
     ] = None,
     clip: Annotated[
         bool,
-        _robot("--clip", help="Clip angles to the servos' range instead of reporting an error."),
+        _robot(
+            "--clip", help="Clip angles to the range of the servos instead of reporting an error."
+        ),
     ] = False,
     centre: Annotated[
-        float | None, _servo(help="Servo angle of a joint at zero, in degrees. Default: 0.")
+        float | None, _servo(help="Servo angle, in degrees, when the joint is at zero. Default: 0.")
     ] = None,
     low: Annotated[
         float | None,

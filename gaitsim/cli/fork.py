@@ -21,21 +21,22 @@ def fork(
     ] = None,
     set_: Set = None,
     generations: Annotated[
-        int | None, typer.Option(help="New last generation of the copy. Default: the planned one.")
+        int | None,
+        typer.Option(
+            help="Continue the copy up to this generation. Default: the number originally planned."
+        ),
     ] = None,
     any_version: Annotated[
         bool,
-        typer.Option(
-            "--any-version", help="Copy even if the version of a plugin's package has changed."
-        ),
+        typer.Option("--any-version", help="Copy even if a plugin's package has changed version."),
     ] = False,
     json: Json = False,
 ) -> None:
     """Copy a run to continue the copy with changed options.
 
     The copy has the run's last generation, history and champions. Earlier populations are not
-    stored; 'gaitsim run --from RUN@N' starts a new run from the best of an earlier generation.
-    The original does not change, and may be running.
+    stored; 'gaitsim run --from RUN@N' starts a new run from the best individual of an
+    earlier generation. The original does not change, and may be running.
 
     [bold]Examples[/bold]
 

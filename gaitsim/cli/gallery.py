@@ -15,7 +15,9 @@ from gaitsim.render.gallery.site import write_gallery
 
 
 def gallery(
-    root: Annotated[Path, typer.Argument(help="Folder that holds the runs.")] = Path("runs"),
+    root: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder that holds the runs.")
+    ] = Path("runs"),
     out: Annotated[
         Path, typer.Option(help="Folder of the gallery; an existing gallery is replaced.")
     ] = Path("site"),

@@ -49,8 +49,8 @@ def imitate(
     settings: Annotated[
         TrainingPreset,
         typer.Option(
-            help="source: a fixed learning rate. steady: noisy inputs and a falling learning rate, "
-            "for a gait that lasts."
+            help="Training settings: 'source' has a fixed learning rate; 'steady' has noisy "
+            "inputs and a falling learning rate, for a gait that lasts."
         ),
     ] = "source",
     activation: Annotated[
@@ -90,7 +90,9 @@ def imitate(
     video: Annotated[
         bool,
         typer.Option(
-            "--video", help="Also make a video: the error, then the imitator beside its expert."
+            "--video",
+            help="Also make a video: first the training error, then the imitator beside its "
+            "expert.",
         ),
     ] = False,
     format: Annotated[GaitFormat, typer.Option(help="Format of the imitator's gait file.")] = "mat",

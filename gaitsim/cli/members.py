@@ -39,18 +39,22 @@ def members(
     ] = False,
     workers: Workers = None,
     show_map: Annotated[
-        bool, typer.Option("--map", help="Print the archive as a map of two axes instead.")
+        bool,
+        typer.Option("--map", help="Print a map of the archive along two axes instead of a table."),
     ] = False,
     axes: Annotated[
         tuple[str, str] | None,
-        typer.Option(metavar="NAME NAME", help="Two axes of the map. Default: the first two."),
+        typer.Option(
+            metavar="NAME NAME", help="Axes of the map. Default: the first two axes of the archive."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
     """List the members of a run's front or archive.
 
-    Members are numbered from 1, in a front by the first objective, in an archive by cell. Other
-    commands take these numbers, as in --member 3 or --from RUN#3.
+    Members are numbered from 1: those of a front in the order of the first objective, those of an
+    archive in the order of their cells. Other commands accept these numbers, as in --member 3 or
+    --from RUN#3.
 
     [bold]Examples[/bold]
 

@@ -15,7 +15,9 @@ def note(
     text: Annotated[
         str | None,
         typer.Argument(
-            help="New note; '' removes the note. Default: print the note.", show_default=False
+            metavar="TEXT",
+            help="Text of the new note; '' removes the note. Default: print the note.",
+            show_default=False,
         ),
     ] = None,
     json: Json = False,

@@ -10,7 +10,9 @@ from gaitsim.cli import completion
 RunName = Annotated[
     str,
     typer.Argument(
-        help="Name of a run in runs/, or its folder.", autocompletion=completion.run_names
+        metavar="RUN",
+        help="Name of a run in runs/, or its folder.",
+        autocompletion=completion.run_names,
     ),
 ]
 RunOrCode = Annotated[
@@ -24,15 +26,17 @@ RunOrCode = Annotated[
 ]
 BestOf = Annotated[
     int | None,
-    typer.Option(min=1, help="Take the best of this generation. Default: the best of all."),
+    typer.Option(
+        min=1, help="Use the best individual of this generation. Default: the best of the run."
+    ),
 ]
 MemberOf = Annotated[
     str | None,
     typer.Option(
         "--member",
         metavar="N|NAME=VALUE,…",
-        help="Take this member of the front or archive ('gaitsim members' lists them), or the "
-        "best one near these values, such as 'duty factor L2=0'.",
+        help="Use this member of the front or archive (see 'gaitsim members'), or the best "
+        "member near the given values, such as 'duty factor L2=0'.",
     ),
 ]
 Damage = Annotated[
@@ -48,14 +52,14 @@ World = Annotated[
     typer.Option(
         "--world",
         metavar="TEXT",
-        help="Condition of the body's world, such as 'friction 0.4'; may be repeated. "
-        "'gaitsim plugins show BODY' lists them.",
+        help="Set a condition of the world, such as 'friction 0.4'; may be repeated. "
+        "Available conditions: 'gaitsim plugins show BODY'.",
     ),
 ]
 Engine = Annotated[
     str | None,
     typer.Option(
-        help="Physics engine of the robot, such as bullet; with --physics, of its twin.",
+        help="Physics engine for the robot, such as bullet.",
     ),
 ]
 Worlds = Annotated[
@@ -63,8 +67,9 @@ Worlds = Annotated[
     typer.Option(
         "--worlds",
         metavar="N",
-        help="Evaluate the gait in N unseen worlds, such as 100: how far it moves, how often it "
-        "falls, and which condition harms it most.",
+        help="Evaluate the gait in N unseen worlds, such as 100, with randomly drawn "
+        "conditions; report how far it moves, how often it falls, and which condition "
+        "harms it most.",
     ),
 ]
 WorldSeed = Annotated[
@@ -79,15 +84,16 @@ ExperimentName = Annotated[
     ),
 ]
 Generations = Annotated[int | None, typer.Option(help="Number of generations.")]
-Population = Annotated[int | None, typer.Option(help="Individuals per generation.")]
+Population = Annotated[int | None, typer.Option(help="Number of individuals per generation.")]
 Seed = Annotated[int | None, typer.Option(help="Seed of all random numbers.")]
 From = Annotated[
     str | None,
     typer.Option(
         "--from",
-        metavar="FILE|RUN[@N]|CODE",
-        help="Start from an individual and its mutations: a champion file, the champion of a run, "
-        "the best of its generation N, or the individual of a challenge code.",
+        metavar="FILE|RUN[@N|#N]|CODE",
+        help="Start from a given individual: the first population consists of it and mutated "
+        "copies. Give a champion file, a run (its champion), RUN@N (the best individual "
+        "of generation N), RUN#N (member N of its front or archive) or a challenge code.",
         autocompletion=completion.run_names,
     ),
 ]
@@ -106,7 +112,8 @@ Workers = Annotated[
     typer.Option(
         min=1,
         max=1024,
-        help="Number of parallel workers, used only if faster. Does not change the result.",
+        help="Maximum number of parallel workers, used only if that is faster. Does not "
+        "affect the result.",
     ),
 ]
 Dask = Annotated[
@@ -114,7 +121,7 @@ Dask = Annotated[
     typer.Option(
         metavar="ADDRESS|local",
         help="Use a Dask cluster: the address of its scheduler, such as tcp://host:8786, or "
-        "'local' to start one with --workers workers. Does not change the result.",
+        "'local' to start one with --workers workers. Does not affect the result.",
     ),
 ]
 Detach = Annotated[
@@ -123,4 +130,4 @@ Detach = Annotated[
         "--detach", help="Run in the background, until finished or stopped by 'gaitsim stop'."
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object per line, for programs.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object per line, for scripts.")]

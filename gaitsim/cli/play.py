@@ -35,7 +35,7 @@ def play(
     world: World = None,
     engine: Engine = None,
     view: Annotated[TerminalView, typer.Option(help="Direction of the camera.")] = "iso",
-    speed: Annotated[float, typer.Option(help="Speed relative to real time.")] = 1.0,
+    speed: Annotated[float, typer.Option(help="Playback speed, relative to real time.")] = 1.0,
     whole: Annotated[
         bool,
         typer.Option("--whole", help="Show the whole path with a fixed camera."),
@@ -44,7 +44,7 @@ def play(
         bool, typer.Option("--once", help="Play the motion once instead of repeating it.")
     ] = False,
     at: Annotated[
-        float | None, typer.Option(min=0, help="Print a still at this time in seconds.")
+        float | None, typer.Option(min=0, help="Print one picture, of this time in seconds.")
     ] = None,
 ) -> None:
     """Play a champion in the terminal until Ctrl-C.

@@ -37,8 +37,9 @@ def plot(
         Kind,
         typer.Option(
             metavar="KIND",
-            help="fitness, terms, diversity, genome, runs, search, front, archive, gaits, path, "
-            "channel, footfall, phase, joints, stability, or all: every kind that applies.",
+            help="Kind of plot: fitness, terms, diversity, genome, runs, search, front, "
+            "archive, gaits, path, channel, footfall, phase, joints, stability, or 'all' "
+            "for every kind that applies.",
         ),
     ] = "fitness",
     generation: BestOf = None,
@@ -49,15 +50,16 @@ def plot(
         str | None,
         typer.Option(
             metavar="N,N,…",
-            help="The best of several generations, such as 1,50,300. For --kind channel.",
+            help="Plot the best individuals of several generations, such as 1,50,300. For "
+            "--kind channel.",
         ),
     ] = None,
     channel: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Channel of the motion; an unknown name lists all. For --kind channel, and for "
-            "--kind joints a channel of joints, such as torque.",
+            help="Channel of the motion; an unknown name lists all channels. For --kind "
+            "channel, and for --kind joints a channel of joints, such as torque.",
         ),
     ] = None,
     component: Annotated[
@@ -65,30 +67,33 @@ def plot(
         typer.Option(
             metavar="NAME",
             help="Component of the channel, such as z, 3 or 'L1 coxa'; may be repeated. "
-            "Default: all.",
+            "Default: all components.",
         ),
     ] = None,
     window: Annotated[
         str | None,
-        typer.Option(metavar="S:S", help="Part of the motion in seconds, such as 2:5."),
+        typer.Option(metavar="START:END", help="Part of the motion in seconds, such as 2:5."),
     ] = None,
     beside: Annotated[
         list[str] | None,
         typer.Option(
             metavar="RUN",
-            help="Another run, with its repeats; may be given several times. For --kind runs.",
+            help="Another run, plotted with its repeats; may be repeated. For --kind runs.",
         ),
     ] = None,
     axes: Annotated[
         tuple[str, str] | None,
         typer.Option(
             metavar="NAME NAME",
-            help="Two axes of an archive. Default: all pairs. For --kind archive.",
+            help="Two axes of the archive. Default: all pairs of axes. For --kind archive.",
         ),
     ] = None,
-    theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
+    theme: Annotated[Theme, typer.Option(help="Colour theme.")] = "light",
     format: Annotated[
-        PlotFormat | None, typer.Option(help="Default: by the extension of --out, or png.")
+        PlotFormat | None,
+        typer.Option(
+            help="Format of the figure. Default: from the extension of --out, otherwise png."
+        ),
     ] = None,
     out: Annotated[
         Path | None,

@@ -12,7 +12,10 @@ from gaitsim.runs.renaming import rename_run
 
 def rename(
     run: RunName,
-    name: Annotated[str, typer.Argument(help="New name of the run's folder.", show_default=False)],
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="New name of the run's folder.", show_default=False),
+    ],
     json: Json = False,
 ) -> None:
     """Rename a run.

@@ -15,7 +15,10 @@ from gaitsim.runs.files.folder import find_run
 def resume(
     run: RunName,
     generations: Annotated[
-        int | None, typer.Option(help="New last generation. Default: the planned one.")
+        int | None,
+        typer.Option(
+            help="Continue up to this generation. Default: the number originally planned."
+        ),
     ] = None,
     set_: Set = None,
     workers: Workers = None,
@@ -23,15 +26,15 @@ def resume(
     any_version: Annotated[
         bool,
         typer.Option(
-            "--any-version", help="Continue even if the version of a plugin's package has changed."
+            "--any-version", help="Continue even if a plugin's package has changed version."
         ),
     ] = False,
     detach: Detach = False,
     json: Json = False,
 ) -> None:
-    """Continue a run exactly as if it had never stopped, or with changed options.
+    """Continue a run exactly as if it had never stopped, optionally with changed options.
 
-    Changes by --set take effect from the next generation, as a new stage of the run.
+    Changes made with --set start a new stage of the run at the next generation.
 
     [bold]Examples[/bold]
 

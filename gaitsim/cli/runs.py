@@ -20,7 +20,9 @@ from gaitsim.runs.removal import delete_run
 
 
 def runs(
-    root: Annotated[Path, typer.Argument(help="Folder that holds the runs.")] = Path("runs"),
+    root: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder that holds the runs.")
+    ] = Path("runs"),
     delete: Annotated[
         list[str] | None,
         typer.Option(
@@ -32,7 +34,7 @@ def runs(
     yes: Annotated[bool, typer.Option("--yes", help="Delete without asking.")] = False,
     json: Json = False,
 ) -> None:
-    """List the runs in a folder, oldest first; or delete runs.
+    """List the runs in a folder, oldest first, or delete some of them.
 
     [bold]Examples[/bold]
 

@@ -29,7 +29,8 @@ def show(
         bool,
         typer.Option(
             "--fingerprint",
-            help="Print only the SHA-256 hash of population, scores and history, without times.",
+            help="Print only the SHA-256 hash of the population, the scores and the history "
+            "without its times.",
         ),
     ] = False,
     json: Json = False,

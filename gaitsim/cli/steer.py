@@ -20,8 +20,8 @@ def steer(
     experiment: Annotated[
         str,
         typer.Argument(
-            help="Name of a preset, or experiment file, whose body has commands.",
-            metavar="[NAME|FILE]",
+            help="Name of a preset or path of an experiment file whose body has steering commands.",
+            metavar="NAME|FILE",
             autocompletion=preset_names,
             show_default=True,
         ),
@@ -30,14 +30,16 @@ def steer(
         list[str] | None,
         typer.Option(
             metavar="COMMAND=RUN[@N]",
-            help="Assign an individual of a run to a command; may be repeated.",
+            help="Assign the champion of a run, or the best individual of its generation N, "
+            "to a steering command; may be repeated.",
         ),
     ] = None,
     set_: Set = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.html", help="Write a web page to steer the body in, as one file, instead."
+            metavar="FILE.html",
+            help="Instead, write a web page (one file) in which the body can be steered.",
         ),
     ] = None,
 ) -> None:

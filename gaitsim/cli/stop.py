@@ -25,13 +25,13 @@ def stop(
     runs: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[RUN]…",
+            metavar="RUN",
             help="Runs to stop; with --all, folders that hold runs.",
             autocompletion=run_names,
         ),
     ] = None,
     all_: Annotated[
-        bool, typer.Option("--all", help="Stop all background runs, or those in these folders.")
+        bool, typer.Option("--all", help="Stop all background runs, or all in the given folders.")
     ] = False,
     json: Json = False,
 ) -> None:

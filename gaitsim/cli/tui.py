@@ -12,7 +12,7 @@ from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.config import config_path, read_config
 from gaitsim.tui.themes import check_theme
 
-Root = Annotated[Path, typer.Argument(help="Folder that holds the runs.")]
+Root = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that holds the runs.")]
 ThemeName = Annotated[
     str | None,
     typer.Option(help="Name of a theme, such as gaitsim-light."),

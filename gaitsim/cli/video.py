@@ -22,7 +22,9 @@ def video(
     run: RunName,
     format: Annotated[
         VideoFormat | None,
-        typer.Option(help="MP4 (H.264) or GIF. Default: by the extension of --out, or mp4."),
+        typer.Option(
+            help="MP4 (H.264) or GIF. Default: from the extension of --out, otherwise mp4."
+        ),
     ] = None,
     out: ExportFile = None,
     generation: BestOf = None,
@@ -32,10 +34,12 @@ def video(
     engine: Engine = None,
     generations: Annotated[
         str | None,
-        typer.Option(metavar="N,N,…", help="Show the best of several generations in a race."),
+        typer.Option(
+            metavar="N,N,…", help="Race the best individuals of several generations side by side."
+        ),
     ] = None,
     view: Annotated[VideoView, typer.Option(help="Direction of the camera.")] = "iso",
-    theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
+    theme: Annotated[Theme, typer.Option(help="Colour theme.")] = "light",
     size: Annotated[
         str | None,
         typer.Option(
@@ -48,8 +52,8 @@ def video(
     speed: Annotated[
         float | None,
         typer.Option(
-            help="0.25 is slow motion, 4 is time lapse. Default: real time, or slow motion for "
-            "movements too fast to see, such as wing beats."
+            help="Playback speed: 0.25 is slow motion, 4 is time lapse. Default: real time, "
+            "or slow motion for movements too fast to see, such as wing beats."
         ),
     ] = None,
     intro: Annotated[bool, typer.Option(help="Begin with the fitness curve.")] = True,

@@ -91,23 +91,21 @@ class Problems:
         self.found.append(GaitsimError(what, where=where, key=section))
 
     def _add_option_error(self, key: str, field: FieldInfo, given: Any, detail: Any) -> None:
-        about = options.meaning(field)
         # Show the text as typed: TOML would read 1e3 as 1000.0.
         typed = self.typed(key)
         shown = literal(given) if typed is None or is_long(typed) else shortened(typed or '""')
         if detail["type"] == "missing" and len(detail["loc"]) == 1:
-            what = f"{key} is required"
+            what = missing_option(key, field)
         elif detail["type"] in _SELF_EXPLANATORY:
             what = f"{shown} is not allowed: {_sentence(detail)}"
-            about = ""
         elif detail["type"] == "finite_number":
-            what = f"{shown} is not a finite number"
+            what = invalid_option(f"{shown} is not a finite number", key, field)
         else:
-            what = f"{shown} is not allowed"
+            what = invalid_option(f"{shown} is not allowed", key, field)
         choices = options.string_choices(field) if isinstance(given, str) else []
         self.report(
             key,
-            f"{what}: {about}" if about else what,
+            what,
             "" if detail["type"] in _SELF_EXPLANATORY else options.allowed(field),
             nearest(str(given), choices),
         )
@@ -124,6 +122,18 @@ class Problems:
             ", ".join(names) or "none",
             remedy or nearest(name, names),
         )
+
+
+def missing_option(key: str, field: FieldInfo) -> str:
+    """Return the message that an option without a default is missing."""
+    about = options.meaning(field)
+    return f"{key} is required: {about}" if about else f"{key} is required"
+
+
+def invalid_option(what: str, key: str, field: FieldInfo) -> str:
+    """Return the message about an option's value, followed by the meaning of the option."""
+    about = options.meaning(field)
+    return f"{what} ({key.rpartition('.')[2]}: {about})" if about else what
 
 
 def _sentence(detail: Any) -> str:

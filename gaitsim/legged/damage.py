@@ -13,8 +13,8 @@ TOLERANCE = 1e-4  # rad, for limits that a file gives with few digits, such as �
 DEFAULT_SHARE = 0.5  # remaining share of torque or speed
 
 DAMAGE_HELP = (
-    "damaged legs and joints, such as 'L2 lost', 'R1 femur stuck 20' (°), "
-    "'R1 femur weak 0.5' or 'R1 femur slow 0.5' (remaining share of torque or speed)"
+    "damage to legs and joints, such as 'L2 lost', 'R1 femur stuck 20' (at 20°), "
+    "'R1 femur weak 0.5' (half its torque) or 'R1 femur slow 0.5' (half its speed)"
 )
 
 

@@ -16,7 +16,7 @@ from gaitsim.contracts import option
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.loading import read_file
-from gaitsim.experiment.problems import Problems
+from gaitsim.experiment.problems import Problems, invalid_option, missing_option
 from gaitsim.registry import STUDIES, options
 from gaitsim.registry.presets import read_preset
 
@@ -210,7 +210,7 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
         if detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1:
             problems.add_unknown_key("", parts[0], list(fields))
         elif detail["type"] == "missing" and len(detail["loc"]) == 1:
-            problems.report(key, f"{key} is required: {fields[parts[0]].description}")
+            problems.report(key, missing_option(key, fields[parts[0]]))
         elif parts[0] == "axes":
             problems.report(
                 key,
@@ -221,7 +221,7 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
             field = fields[parts[0]]
             shown = toml.literal(data.get(parts[0]))
             problems.report(
-                key, f"{shown} is not allowed: {field.description}", options.allowed(field)
+                key, invalid_option(f"{shown} is not allowed", key, field), options.allowed(field)
             )
 
 

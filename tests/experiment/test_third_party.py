@@ -153,6 +153,6 @@ def test_an_option_of_several_types_is_reported_once(problem, custom, install, w
     install("fake", f"{working}\n{source}", names)
     text = custom(organism="x", fitness="far")
     found = problem("organism.size=aut", text=text)
-    assert found.what == "aut is not allowed: a size"
+    assert found.what == "aut is not allowed (size: a size)"
     assert found.allowed == '"auto" or a number or true or false'
     assert found.remedy == "did you mean 'auto'?"

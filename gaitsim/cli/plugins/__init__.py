@@ -8,7 +8,7 @@ app = group(
         "list": "List all plugins by kind, with their packages, without importing them.",
         "show": "Show a plugin's options, and the channels and conditions of a body.",
         "check": "Check whether plugins fulfil their contract, and report what to fix.",
-        "new": "Create a package for a new plugin, ready to run, in the folder NAME.",
+        "new": "Create a ready-to-run package for a new plugin in the folder NAME.",
     },
     add_completion=False,
 )

@@ -17,10 +17,13 @@ def new(
     ],
     kind: Annotated[
         str,
-        typer.Option(metavar="KIND", help="organism, fitness, selection, crossover or mutation."),
+        typer.Option(
+            metavar="KIND",
+            help="Kind of plugin: organism, fitness, search, selection, crossover or mutation.",
+        ),
     ] = "organism",
 ) -> None:
-    """Create a package for a new plugin, ready to run, in the folder NAME.
+    """Create a ready-to-run package for a new plugin in the folder NAME.
 
     [bold]Examples[/bold]
 

@@ -18,7 +18,11 @@ from gaitsim.registry import KINDS, entries, find, load_class, options
 def show(
     name: Annotated[
         str,
-        typer.Argument(help="Name of a plugin, such as spider-walk.", autocompletion=plugin_names),
+        typer.Argument(
+            metavar="NAME",
+            help="Name of a plugin, such as spider-walk.",
+            autocompletion=plugin_names,
+        ),
     ],
 ) -> None:
     """Show a plugin's options, and the channels and conditions of a body.

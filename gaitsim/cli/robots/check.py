@@ -29,17 +29,20 @@ UNUSABLE = 1  # exit code
 
 
 def check(
-    file: Annotated[Path, typer.Argument(help="Robot file, such as URDF or MJCF.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Robot file, such as URDF or MJCF.")],
     root: Annotated[
         list[Path] | None,
-        typer.Option(help="Additional folder of meshes and packages; may be repeated."),
+        typer.Option(
+            metavar="FOLDER",
+            help="Additional folder from which meshes and packages may be read; may be repeated.",
+        ),
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(metavar="PNG", help="Draw the standing robot to this file.")
+        Path | None, typer.Option(metavar="FILE.png", help="Draw the standing robot to this file.")
     ] = None,
     model_out: Annotated[
         Path | None,
-        typer.Option(help="Write the robot as simulated to one file, which needs no meshes."),
+        typer.Option(help="Write the robot, as it is simulated, to one file that needs no meshes."),
     ] = None,
     json: Json = False,
 ) -> None:
