@@ -125,6 +125,26 @@ def pytest_xdist_auto_num_workers():
     return (os.cpu_count() or 1) + 1
 
 
+COMPILE = """
+import sys
+import numpy as np
+import gaitsim
+from gaitsim.experiment import load_experiment
+
+for preset in sys.argv[1:]:
+    experiment = load_experiment(preset)
+    gaitsim.evaluate(experiment, experiment.space().random(2, np.random.default_rng(0)))
+"""
+
+
+def pytest_xdist_setupnodes():
+    """Compile kernels once, before each worker would compile them for itself."""
+    presets = (("fly", "fly-steer"), ("spider", "spider-recurrence"))
+    compilers = [subprocess.Popen([sys.executable, "-c", COMPILE, *names]) for names in presets]
+    for compiler in compilers:
+        compiler.wait()
+
+
 @pytest.fixture(autouse=True)
 def runtime_folder(tmp_path_factory, monkeypatch):
     """Give each test its own folder of background processes, and kill these after the test."""

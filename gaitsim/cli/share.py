@@ -11,7 +11,7 @@ LONG = 4000  # characters; chat programs truncate longer messages
 
 
 def share(run: RunName, generation: BestOf = None, member: MemberOf = None) -> None:
-    """Print the champion as a challenge code, a text that others can verify.
+    """Print the champion as a challenge code, which others can verify.
 
     The code contains the experiment, genome and score, and the versions and processor that computed
     them. Standard output holds nothing but the code, on one line.

@@ -18,7 +18,7 @@ class Limping(Puppet):
     def measures(self, motion):
         angles = motion["joint_angles"][:, -1]
         turned = {f"turn {leg}": Measure(angles[:, at], "rad", "") for at, leg in enumerate(LEGS)}
-        return {"forward": Measure(motion["reach"], "m", "sum of the sines of its angles"), **turned}
+        return {"forward": Measure(motion["reach"], "m", "sum of sines of its angles"), **turned}
 """
 ATLAS = """
 name = "atlas"

@@ -1,4 +1,4 @@
-"""`gaitsim adapt`: trials in simulation and on a robot, continued sessions, errors, hostile files."""
+"""`gaitsim adapt`: trials in simulation and on a robot, continued sessions, errors, files."""
 
 import io
 import json

@@ -143,7 +143,7 @@ def test_an_experiment_with_reality_is_read_as_it_was_written():
         ("transferability.reality", {"legs": 4}, "change the genome"),
         ("transferability.reality", "bullet", "a table"),
         ("transferability.every", 0, "≥ 1"),
-        ("search.objectives", {"score": "max", "forward": "max"}, "does not read"),
+        ("search.objectives", {"score": "max", "forward": "max"}, "does not use"),
     ],
 )
 def test_impossible_realities_are_refused(key, value, told):

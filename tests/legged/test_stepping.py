@@ -38,7 +38,7 @@ def test_stride_and_phase_lag_match_the_analysis(gait, physics):
 
 
 def walking(duty, lag, strides=10, length=20):
-    """Return the contacts of four feet: each follows the foot in front of it by `lag` of a stride."""
+    """Return the contacts of four feet, each `lag` of a stride behind the foot in front of it."""
     time = (np.arange(strides * length)[:, None] + 0.5) / length
     return ((time - np.array([0.0, lag, 0.5, 0.5 + lag])) % 1 < duty)[None]
 
