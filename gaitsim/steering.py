@@ -89,7 +89,7 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
     for name in replaced:
         if name not in names:
             raise GaitsimError(
-                f"the body {entry.name!r} has no command {name!r}",
+                f"the body {entry.name!r} has no steering command {name!r}",
                 where="--controller",
                 allowed=", ".join(names),
             )

@@ -53,9 +53,9 @@ def measure_intact(
         on_progress(1)
     if not max(found.values()) > 0:
         raise GaitsimError(
-            f"none of the {len(found)} best gaits of the atlas {prior.source} has a measure "
-            f"{prior.measure!r} above 0 on the intact twin",
-            remedy="continue the atlas, or adapt without physics",
+            f"none of the {len(found)} best gaits of the atlas {prior.source} reaches a "
+            f"{prior.measure!r} above 0 on the undamaged body in rigid-body physics",
+            remedy="evolve the atlas further with 'gaitsim resume', or omit --physics",
         )
     return found
 

@@ -127,7 +127,7 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
     """Print the champion's score and measures, or why there is none."""
     console = output()
     if champion is None:
-        console.print("Every individual failed; no score is finite.")
+        console.print("Every individual failed, so the run has no champion.")
         reasons = run.checkpoint.reasons if run.checkpoint else {}
         for index, reason in list(reasons.items())[:1]:
             console.print(f"Individual {index}: {reason}")

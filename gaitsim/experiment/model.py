@@ -64,7 +64,7 @@ class Islands(BaseModel):
 
     number: int = option(
         1,
-        "number of islands: populations that evolve separately, each of size evolution.population",
+        "number of islands; each is a separate population of evolution.population individuals",
         ge=1,
         le=10_000,
     )

@@ -179,7 +179,7 @@ def crash_error(run: Path) -> GaitsimError:
         last_line = next((line.strip() for line in reversed(lines) if line.strip()), "")
     what = "the background process of the run was killed or crashed"
     return RunError(
-        f"{what}: {last_line}" if last_line else what,
+        f"{what}; its log ends with: {last_line}" if last_line else what,
         where=str(run),
         remedy=f"the run is intact; continue with: {command('resume', run)}",
     )

@@ -76,7 +76,7 @@ class Challenge:
         """
         if individual.genome is None:
             raise GaitsimError(
-                "a gait from a file has no genome",
+                "a gait from a file cannot be shared as a code: it has no genome",
                 where=individual.title,
                 allowed="an individual of a run",
             )

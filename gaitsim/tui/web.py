@@ -138,7 +138,7 @@ class WebServer(Server):
         host = socket.gethostname() if any_address else self.host
         shown = f"[{host}]" if ":" in host else host
         address = f"http://{shown}:{self.port}/?token={quote(self._token, safe='')}"
-        print(f"gaitsim is at {address}\nPress Ctrl-C to stop it", flush=True)  # noqa: T201
+        print(f"gaitsim is running at {address}\nPress Ctrl-C to stop", flush=True)  # noqa: T201
 
     async def on_shutdown(self, app: web.Application) -> None:
         """Close the windows, which ends their apps."""

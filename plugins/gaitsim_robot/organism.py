@@ -63,8 +63,9 @@ class Robot(Organism):
     )
     encoding: Kind = option(
         "steps",
-        "rule that turns a genome into joint angles: step cycles of the feet with inverse "
-        "kinematics, a sine for each joint, or coupled oscillators that start from standing",
+        "rule that turns a genome into joint angles: 'steps' moves the feet in step cycles by "
+        "inverse kinematics, 'sine' gives each joint a sine wave, 'cpg' uses coupled oscillators "
+        "that start from the standing pose",
     )
     symmetry: Symmetry = option(
         "none",
@@ -101,8 +102,8 @@ class Robot(Organism):
     )
     servo: ServoName = option(
         "model",
-        "servo of the joints: model has the limits in the robot's file, ideal has almost no "
-        "limits; the others are hobby servos with values from their data sheets",
+        "servo of each joint: 'model' uses the limits in the robot's file, 'ideal' has almost no "
+        "limits, and the others are hobby servos with values from their data sheets",
     )
     torque_limit: float | None = option(
         None, "largest torque of a servo; by default, the servo's own", unit="N m", gt=0, le=1e5

@@ -35,7 +35,7 @@ class Travel(Fitness):
         1.0, "penalty per metre of mean distance from the target line", ge=0
     )
     turn_weight: float = option(
-        2.0, "penalty per radian of root mean square yaw, in body lengths", unit="1/rad", ge=0
+        2.0, "penalty per radian of RMS yaw, in body lengths", unit="1/rad", ge=0
     )
     fall_weight: float = option(
         20.0,
@@ -50,7 +50,7 @@ class Travel(Fitness):
     )
     torque_weight: float = option(
         10.0,
-        "penalty per stall torque of root mean square torque above that share, in body lengths",
+        "penalty, in body lengths, if the RMS torque above torque_share equals the stall torque",
         ge=0,
     )
     rough_frequency: float = option(
@@ -58,7 +58,7 @@ class Travel(Fitness):
     )
     rough_weight: float = option(
         20.0,
-        "penalty per radian of root mean square joint motion above that frequency, in body lengths",
+        "penalty per radian of RMS joint motion above rough_frequency, in body lengths",
         unit="1/rad",
         ge=0,
     )

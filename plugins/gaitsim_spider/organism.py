@@ -38,8 +38,8 @@ class Spider(Organism):
 
     encoding: Literal["sine", "cpg", "recurrence"] = option(
         "sine",
-        "rule that turns a genome into joint angles: a sine for each joint, coupled oscillators, "
-        "or a linear recurrence",
+        "rule that turns a genome into joint angles: 'sine' gives each joint a sine wave, 'cpg' "
+        "uses coupled oscillators, 'recurrence' a linear recurrence",
     )
     frequency: float = option(
         1.5, "strides per second of the sine and cpg encodings", unit="Hz", ge=0.2, le=5.0

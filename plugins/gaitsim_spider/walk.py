@@ -16,9 +16,9 @@ class SpiderWalk(Fitness):
     drift_weight: float = option(
         1.0, "penalty per metre of mean distance from the straight line ahead", ge=0
     )
-    yaw_weight: float = option(4.0, "penalty per radian of root mean square yaw", unit="m", ge=0)
+    yaw_weight: float = option(4.0, "penalty per radian of RMS yaw", unit="m", ge=0)
     slope_weight: float = option(
-        2.0, "penalty per radian of root mean square tilt of the resting plane", unit="m", ge=0
+        2.0, "penalty per radian of RMS tilt of the resting plane", unit="m", ge=0
     )
     safe_margin: float = option(
         0.02, "stability margin below which a frame counts as unsupported", unit="m", ge=0, le=0.1
@@ -30,11 +30,9 @@ class SpiderWalk(Fitness):
         ge=0,
     )
     vibration_weight: float = option(
-        20.0, "penalty per radian of root mean square joint motion above 5 Hz", unit="m", ge=0
+        20.0, "penalty per radian of RMS joint motion above 5 Hz", unit="m", ge=0
     )
-    jerk_weight: float = option(
-        1e-4, "penalty per rad/s³ of root mean square joint jerk", unit="m", ge=0
-    )
+    jerk_weight: float = option(1e-4, "penalty per rad/s³ of RMS joint jerk", unit="m", ge=0)
 
     needs: ClassVar[tuple[str, ...]] = ("joint_angles", "pose", "slip", "margin", "slope")
     unit: ClassVar[str] = "m"

@@ -19,17 +19,17 @@ class Distance(Fitness):
     )
     energy_weight: float = option(5.0, "penalty per kilojoule of work", unit="m/kJ", ge=0)
     jerk_weight: float = option(
-        0.5, "penalty per 100 N m/s of root mean square change of torque", unit="m", ge=0
+        0.5, "penalty per 100 N m/s of RMS change in torque", unit="m", ge=0
     )
     lag_weight: float = option(
         4.0,
-        "penalty per radian of root mean square deviation of the joints from their commands",
+        "penalty per radian of RMS deviation of the joints from their commands",
         unit="m",
         ge=0,
     )
     impact_weight: float = option(
         5.0,
-        "penalty for a root mean square load on the feet of twice the mean load",
+        "penalty if the RMS load on the feet is twice the mean load; 0 for a constant load",
         unit="m",
         ge=0,
     )
@@ -39,14 +39,12 @@ class Distance(Fitness):
         ge=0,
         le=1,
     )
-    low_weight: float = option(
-        40.0, "penalty per metre of root mean square height that the torso is too low", ge=0
-    )
+    low_weight: float = option(40.0, "penalty per metre of RMS torso height below low_height", ge=0)
     bounce_weight: float = option(
-        20.0, "penalty per metre of root mean square variation of the height", ge=0
+        20.0, "penalty per metre of RMS variation in the torso's height", ge=0
     )
     pitch_weight: float = option(
-        5.0, "penalty per radian of root mean square pitch of the torso", unit="m", ge=0
+        5.0, "penalty per radian of RMS pitch of the torso", unit="m", ge=0
     )
     slip_weight: float = option(1.0, "penalty per metre that the stance feet slide", ge=0)
 

@@ -42,8 +42,8 @@ class Walker(Organism):
     legs: Literal[2, 4] = option(4, "number of legs: 4 under a level torso, 2 under an upright one")
     encoding: Literal["sine", "cpg"] = option(
         "sine",
-        "rule that turns a genome into joint angles: sines at full amplitude from the start, or "
-        "oscillators that start from standing",
+        "rule that turns a genome into joint angles: 'sine' has its full amplitude from the start, "
+        "'cpg' uses oscillators that start from the standing pose",
     )
     symmetry: Literal["none", "alternating"] = option(
         "none",

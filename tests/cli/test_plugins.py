@@ -14,6 +14,7 @@ FIVE = {
 }
 
 
+@pytest.mark.slow
 def test_a_new_package_passes_its_check(gaitsim):
     said = gaitsim("plugins", "new", "hopper").stdout
     assert "hopper: created a package for the organism 'hopper'" in said
@@ -159,6 +160,7 @@ def test_invalid_entry_points_are_findings(gaitsim):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_missing_module_is_a_finding(gaitsim):
     gaitsim("plugins", "new", "hopper", "--kind", "mutation")
     Path("hopper/src/gaitsim_hopper").rename("hopper/src/gaitsim_other")
@@ -166,6 +168,7 @@ def test_a_missing_module_is_a_finding(gaitsim):
     assert "No module named 'gaitsim_hopper'" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_folder_takes_precedence_over_an_installed_package(gaitsim, install, working):
     install("gaitsim_hopper", "1 / 0", {"mutation": {"hopper": "Hopper"}}, version="0.0.1")
     Path("there").mkdir()

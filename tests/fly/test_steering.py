@@ -34,6 +34,7 @@ def test_controllers_fit_all_steering_presets() -> None:
     assert "fly-steer-climb" in trained_networks().experiments["climb"]
 
 
+@pytest.mark.slow
 def test_splitting_a_command_does_not_change_any_bit_and_control_passes_smoothly() -> None:
     own = fly()
     whole, cut = (own.steer(own.controllers()) for _ in range(2))

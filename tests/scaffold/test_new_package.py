@@ -12,13 +12,9 @@ from gaitsim.registry import KINDS
 from gaitsim.scaffold import new_package
 from gaitsim.testing import check_package
 
-QUICK = ("mutation",)  # the other kinds' templates differ little
 
-
-@pytest.mark.parametrize(
-    "kind",
-    [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_new_package_passes_the_check_and_its_own_tests(tmp_path, kind):
     folder = new_package("two-legs", kind, tmp_path)
     assert folder == tmp_path / "two-legs"

@@ -620,6 +620,7 @@ class TestProblems:
 
         live(run, test)
 
+    @pytest.mark.slow
     def test_a_killed_process_is_reported_and_can_be_restarted(self, make):
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
