@@ -22,7 +22,7 @@ from gaitsim.cli import main
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")
 
 PATIENCE = 60  # seconds until a command counts as hanging, even on a busy machine
-MEMORY = 500 * 2**20  # bytes by which a command may exceed the memory used before
+MEMORY = 500 * 2**20  # additional bytes that a command may use
 
 COMMANDS = {
     "runs": ("runs",),

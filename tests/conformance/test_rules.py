@@ -1,4 +1,4 @@
-"""Each rule finds what it is for, and says so; what is right passes."""
+"""Each rule reports its kind of error, and correct plugins pass."""
 
 import sys
 from types import SimpleNamespace
@@ -506,7 +506,12 @@ ERRORS = {
     ),
     "too few children": ("crossover", CROSS % "return mothers[:1].copy()", "shapes", "(1, 5)"),
     "the mothers themselves": ("crossover", CROSS % "return mothers", "inputs", "memory shared"),
-    "no genes any more": ("crossover", CROSS % "return mothers * np.nan", "finite values", ""),
+    "genes that are not numbers": (
+        "crossover",
+        CROSS % "return mothers * np.nan",
+        "finite values",
+        "",
+    ),
     "children by chance": (
         "crossover",
         CROSS % "return mothers if random.random() < 0 else mothers + random.random()",
@@ -520,7 +525,7 @@ ERRORS = {
         "inputs",
         "changes them",
     ),
-    "no bits any more": (
+    "genes that are not bits": (
         "mutation",
         MUTATE % "return genomes + genomes.dtype.type(3)",
         "bounds",

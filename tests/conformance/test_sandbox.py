@@ -1,4 +1,4 @@
-"""Examinations happen in processes of their own: what happens to these is told, and no more."""
+"""Plugins are examined in separate processes, whose crashes and hangs become findings."""
 
 import os
 import signal
@@ -159,7 +159,7 @@ class X(Still):
 def is_alive(number):
     try:
         os.kill(number, 0)
-        # One that ended is a zombie until whoever it was left to asks for it.
+        # A process that has ended is a zombie until its parent waits for it.
         return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except ProcessLookupError:
         return False

@@ -1,4 +1,4 @@
-"""What a channel may declare, and the arrays that have its axes."""
+"""Declarations of channels, and arrays that match their axes."""
 
 import pytest
 

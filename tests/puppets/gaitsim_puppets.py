@@ -33,7 +33,7 @@ class Puppet(Organism):
 
     pause: float = option(0.0, "how long several think before they move", unit="s", ge=0)
 
-    load: float = option(0.0, "weight by which the first joint reaches less", unit="kg", ge=0)
+    load: float = option(0.0, "weight that reduces the reach of the first joint", unit="kg", ge=0)
 
     threads: ClassVar[bool] = False
     channels: ClassVar[Mapping[str, Channel]] = {
@@ -103,7 +103,7 @@ class BitPuppet(Puppet):
 
 
 class Reach(Fitness):
-    """As far as possible, with a price for each joint that is turned."""
+    """Reward reach, and penalise each turned joint."""
 
     price: float = option(0.1, "of a turned joint", unit="m/rad", ge=0)
 

@@ -336,7 +336,7 @@ def test_a_champion_is_compared(run):
 
 
 def test_an_option_that_was_changed_is_found(run):
-    """Only the experiment has changed; the reproduced generations differ."""
+    """The experiment has changed, so the reproduced generations differ."""
     checkpoint = run.checkpoint
     other = with_overrides(run.experiment, {"seed": 2}).to_toml()
     forge_checkpoint(
