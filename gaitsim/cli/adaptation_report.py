@@ -38,7 +38,7 @@ def write_report(
     """
     if folder is None:
         raise GaitsimError(
-            "--pairs needs --report, and a report supports only some of these options",
+            "--pairs needs --report DIR; a report covers all leg losses, and supports few options",
             where="--report",
             allowed="with --report: --pairs, --physics, --measure, --workers, and the options "
             "under 'How trials are chosen'",
