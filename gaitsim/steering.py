@@ -81,9 +81,9 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
         bodies = steered_bodies()
         options = " with these options" if entry.name in bodies else ""
         raise GaitsimError(
-            f"the body {entry.name!r}{options} cannot be steered: it has no commands",
+            f"the body {entry.name!r}{options} cannot be steered: it has no steering commands",
             where=f"experiment {experiment.name}",
-            allowed=f"a body with commands: {', '.join(bodies) or 'none is installed'}",
+            allowed=f"a body with steering commands: {', '.join(bodies) or 'none is installed'}",
             remedy=f"use the preset {PRESET}",
         )
     for name in replaced:

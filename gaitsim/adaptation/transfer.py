@@ -1,4 +1,4 @@
-"""The map of an atlas transfer_map to another intact body, such as the physical twin."""
+"""The map of an atlas transferred to another intact body, such as the physical twin."""
 
 from collections.abc import Mapping
 from concurrent.futures import Executor

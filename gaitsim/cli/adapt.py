@@ -300,7 +300,7 @@ def _gait_file(adaptation: Adaptation, name: str, format: GaitFormat) -> Path:
     """Write the proposed gait for the robot, and return the file."""
     proposal, prior = adaptation.proposal, adaptation.prior
     if proposal is None:
-        raise ValueError("the adaptation has ended, so no gait is proposed")
+        raise ValueError("the adaptation has ended; there is no gait to export")
     folder = exports_folder(prior.source)
     path = folder / f"{name}-trial-{proposal.number}.{format}"
     write_gait(gait_of(prior.individual(proposal.member)), path, format)

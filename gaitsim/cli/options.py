@@ -91,9 +91,10 @@ From = Annotated[
     typer.Option(
         "--from",
         metavar="FILE|RUN[@N|#N]|CODE",
-        help="Start from a given individual: the first population consists of it and mutated "
-        "copies. Give a champion file, a run (its champion), RUN@N (the best individual "
-        "of generation N), RUN#N (member N of its front or archive) or a challenge code.",
+        help="Start from a given individual: the first population consists of it and "
+        "variations of it. Give a champion file, a run (its champion), RUN@N (the best "
+        "individual of generation N), RUN#N (member N of its front or archive) or a "
+        "challenge code.",
         autocompletion=completion.run_names,
     ),
 ]

@@ -69,7 +69,7 @@ def runs(
             )
         for row in found:
             if row["failure"]:
-                notice(f"{root / row['run']} failed in the background: {row['failure']}")
+                notice(f"{root / row['run']} failed: {row['failure']}")
 
 
 def check_root(root: Path) -> None:

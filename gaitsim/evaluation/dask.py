@@ -58,7 +58,7 @@ class DaskExecutor(Executor):
         if workers is not None and address != LOCAL:
             raise GaitsimError(
                 f"--workers {workers} cannot be combined with --dask {address}",
-                allowed="--workers with --dask local; the size of other clusters is given",
+                remedy="omit --workers, which is only for --dask local",
             )
         if address != LOCAL and not ADDRESS.match(address):
             raise _unreachable(address, "not an address")

@@ -82,7 +82,7 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
         raise GaitsimError(
             f"{count:,} keyframes of {joints} joints take {flash:,} bytes of flash",
             where="--format arduino",
-            allowed=f"{FLASH:,} bytes",
+            allowed=f"at most {FLASH:,} bytes",
             remedy=f"use fewer keyframes, with --keyframe-ms {interval:.0f}",
         )
     if joints > MAX_JOINTS:

@@ -177,7 +177,7 @@ def crash_error(run: Path) -> GaitsimError:
             file.seek(max(log.stat().st_size - END_OF_LOG, 0))
             lines = file.read(END_OF_LOG).decode(errors="replace").splitlines()
         last_line = next((line.strip() for line in reversed(lines) if line.strip()), "")
-    what = "the background process of the run was killed or crashed"
+    what = "the run's background process was killed or crashed"
     return RunError(
         f"{what}; its log ends with: {last_line}" if last_line else what,
         where=str(run),

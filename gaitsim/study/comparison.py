@@ -154,7 +154,7 @@ def check_request(
         raise GaitsimError(
             "evaluations cannot be combined with generations",
             where="--evaluations, --generations",
-            allowed="one of the two",
+            remedy="omit one of the two",
         )
     if targets is None:
         return ()

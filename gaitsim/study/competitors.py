@@ -34,7 +34,7 @@ def load_experiments(
     if isinstance(references, str | Path | Experiment) or len(references) < 2:
         raise GaitsimError(
             "a comparison needs two experiments",
-            allowed="two or more, such as: gaitsim compare millipede-random millipede-mutation",
+            remedy="name two or more, such as: gaitsim compare millipede-random millipede-mutation",
         )
     given = [
         with_overrides(one, overrides, place)

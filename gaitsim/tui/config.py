@@ -141,7 +141,7 @@ def remember_theme(path: Path, theme: str) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         text = _read(path)
     if not isinstance(parse(text, str(path)).get("tui", {}), dict):
-        raise GaitsimError("tui is not a section", where=str(path), allowed=_ALLOWED["tui"])
+        raise GaitsimError("'tui' must be a section, written as [tui]", where=str(path))
     document = tomlkit.parse(text)
     document.setdefault("tui", tomlkit.table())[THEME] = theme
     write_bytes(path, tomlkit.dumps(document).encode())

@@ -38,7 +38,7 @@ def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
             raise RobotError(
                 "the XML has too many elements",
                 where=where,
-                allowed=f"{ELEMENTS:,} elements, nested {DEPTH} deep",
+                allowed=f"at most {ELEMENTS:,} elements, nested at most {DEPTH} deep",
             )
         builder.start(tag, attributes)
 

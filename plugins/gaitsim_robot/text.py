@@ -87,7 +87,7 @@ def check_text(text: str) -> None:
         raise RobotError(
             f"the robot's text is too long: {len(text):,} characters",
             where=WHERE,
-            allowed=f"{LARGEST:,} characters",
+            allowed=f"at most {LARGEST:,} characters",
         )
     # MuJoCo always reads UTF-8, whatever the XML declaration says, so the check must, too.
     root = parse(text.encode(errors="replace"), WHERE, encoding="utf-8")

@@ -163,10 +163,10 @@ def read_npz(data: bytes, largest: int) -> dict[str, NDArray[Any]]:
             content raises other exceptions.
     """
     if data.count(b"PK\1\2") > _MEMBERS:  # checked first, because reading the directory is slow
-        raise ValueError(f"it holds more than {_MEMBERS} arrays")
+        raise ValueError(f"it contains more than {_MEMBERS} arrays")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         if sum(member.file_size for member in archive.infolist()) > largest:
-            raise ValueError(f"it unpacks to more than {largest:,} bytes")
+            raise ValueError(f"it expands to more than {largest:,} bytes")
     with np.load(io.BytesIO(data), allow_pickle=False) as file:
         return dict(file)
 

@@ -60,8 +60,9 @@ def find_run(reference: str) -> Path:
     known = [run.name for run in list_runs(RUNS)]
     raise RunError(
         f"there is no run {reference!r}",
-        allowed=", ".join(known) or f"{RUNS}/ in this folder has no runs yet",
-        remedy="give a run's name or the path of its folder; 'gaitsim runs' lists them",
+        allowed=", ".join(known),
+        remedy="give a run's name or the path of its folder; "
+        + ("'gaitsim runs' lists them" if known else f"{RUNS}/ in this folder has no runs yet"),
     )
 
 

@@ -143,9 +143,9 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
         raise _read_error(path, "it is damaged: its checksum is wrong")
     if version > VERSION:
         raise NewerVersionError(
-            f"{path.name} was written by a newer gaitsim",
+            f"{path.name} was written by a newer gaitsim, in format {version}",
             where=str(path),
-            allowed=f"format {VERSION}; this is format {version}",
+            allowed=f"format {VERSION}",
             remedy="update gaitsim: pip install --upgrade gaitsim",
         )
     if version < 1:

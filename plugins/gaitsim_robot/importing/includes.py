@@ -51,9 +51,9 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
             count += sum(1 for _ in part.iter())
             if count > ELEMENTS:
                 raise RobotError(
-                    "the included files are too long",
+                    "the included files have too many elements",
                     where=where,
-                    allowed=f"{ELEMENTS:,} elements",
+                    allowed=f"at most {ELEMENTS:,} elements",
                 )
             # An included file may include others, so its elements are checked, too.
             inlined += part
