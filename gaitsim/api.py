@@ -202,7 +202,8 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         """The experiment in the run's `experiment.toml`.
 
         Raises:
-            ExperimentError: the experiment has problems, such as a plugin that is not installed.
+            ExperimentError: the experiment is invalid, or a plugin that it needs is not
+                installed.
         """
         return self.snapshot.experiment
 

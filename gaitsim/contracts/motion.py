@@ -62,7 +62,11 @@ class Channel:
         return self.unit if isinstance(self.unit, str) else self.unit[entry]
 
     def fits(self, shape: tuple[int, ...]) -> bool:
-        """Return whether an array of this shape, (population, …), has the declared axes."""
+        """Return whether an array with `shape` matches the axes of the channel.
+
+        Args:
+            shape: shape of the array, whose first axis is the population.
+        """
         return len(shape) == len(self.axes) + 1 and all(
             isinstance(axis, str) or len(axis) == length
             for axis, length in zip(self.axes, shape[1:], strict=True)

@@ -65,8 +65,8 @@ class Organism(Plugin):
     def move(self, genomes: Genomes) -> Motion:
         """Return the motion of a whole population, given its genomes, (population, genes).
 
-        The motion of each individual must depend on its own genome alone, bit for bit, because
-        populations are split into chunks.
+        The motion of each individual must depend on its own genome alone, and be bit-identical
+        however the population is split into chunks.
         """
 
     def play(self, joint_angles: Array) -> Motion:
@@ -203,7 +203,7 @@ class Organism(Plugin):
     def steering_page(self, controllers: Mapping[str, Genomes]) -> SteeringPage | None:
         """Return the script and data with which a web page simulates the steered body.
 
-        None (the default) if the body cannot be simulated in a page.
+        The default returns None: the body cannot be simulated in a web page.
 
         Args:
             controllers: a genome (genes,) for each of `commands()`, by name.

@@ -37,23 +37,26 @@ class Evolution(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     population: int = option(
-        100, "individuals in each generation, on each island", ge=2, le=1_000_000
+        100, "number of individuals in each generation, on each island", ge=2, le=1_000_000
     )
     generations: int = option(
         300, "number of generations, including the random first one", ge=1, le=MOST_GENERATIONS
     )
-    target_score: float | None = option(None, "stop once the best score reaches this")
+    target_score: float | None = option(None, "stop once the best score reaches this value")
     max_evaluations: int | None = option(
-        None, "stop before the number of evaluations exceeds this", ge=1
+        None, "stop before the number of evaluations exceeds this value", ge=1
     )
     stagnation: int | None = option(
         None, "stop after this many generations without an improvement of the best score", ge=1
     )
     fitness_threshold: float | None = option(
-        None, "save a champion once the best score exceeds this; none saves no champions"
+        None, "save a champion once the best score exceeds this threshold; none: save no champions"
     )
     delta_fitness: float = option(
-        0.1, "size of the steps in which the threshold then rises to the best score", gt=0
+        0.1,
+        "after a champion is saved, the threshold rises in steps of this size until it "
+        "reaches the best score",
+        gt=0,
     )
 
 
@@ -69,11 +72,16 @@ class Islands(BaseModel):
         le=10_000,
     )
     topology: Literal["ring", "all"] = option(
-        "ring", "islands that receive an island's best individuals: only the next, or all others"
+        "ring",
+        "islands that receive an island's best individuals: 'ring' is only the next "
+        "island, 'all' is all others",
     )
     every: int = option(10, "generations between two migrations", ge=1)
     migrants: int = option(
-        2, "number of an island's best individuals that replace the worst of a neighbour", ge=0
+        2,
+        "number of an island's best individuals that replace the worst individuals of a "
+        "receiving island",
+        ge=0,
     )
 
     @property

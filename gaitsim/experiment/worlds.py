@@ -28,7 +28,10 @@ class Worlds(BaseModel):
         "of the body over their usual ranges",
     )
     combine: Literal["mean", "worst", "worst tenth"] = option(
-        "mean", "worlds over which an individual's score is the mean: all, or only its worst"
+        "mean",
+        "score of an individual: 'mean' is its mean score over all worlds, 'worst' its "
+        "score in its worst world, 'worst tenth' its mean score over the worst tenth of "
+        "its worlds",
     )
     redraw: int = option(
         0,

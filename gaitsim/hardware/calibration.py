@@ -33,17 +33,19 @@ class Joint(BaseModel):
     channel: int | None = option(None, "output of the board", ge=0, lt=CHANNELS)
     id: int | None = option(None, "id of the servo on its bus", ge=0, le=252)
     direction: Literal[-1, 1] = option(
-        1, "direction of the servo, −1 if it turns opposite to the joint"
+        1, "direction of the servo: −1 if it turns opposite to the joint, otherwise 1"
     )
     offset: float = option(
         0.0, "angle of the servo when the joint is at zero", unit="°", ge=-360, le=360
     )
     min: float = option(-HALF_RANGE, "smallest angle of the servo", unit="°", ge=-360, le=360)
     max: float = option(HALF_RANGE, "largest angle of the servo", unit="°", ge=-360, le=360)
-    pulse: tuple[int, int] = option(PULSE, "pulses at −90° and at 90° of the servo", unit="µs")
+    pulse: tuple[int, int] = option(
+        PULSE, "pulse widths at −90° and at 90° of the servo", unit="µs"
+    )
     servo: str = option("", f"model of the servo, with known ticks and speed: {', '.join(SERVOS)}")
     speed: float | None = option(
-        None, "largest speed, instead of the model's", unit="°/s", gt=0, le=10_000
+        None, "largest speed of the servo, instead of the model's", unit="°/s", gt=0, le=10_000
     )
 
     @field_validator("servo")

@@ -36,11 +36,11 @@ def check(
     """Check one installed plugin, or one preset.
 
     Args:
-        kind: 'organism', 'fitness', 'search', 'selection', 'crossover', 'mutation' or
-            'experiments'.
+        kind: 'organism', 'fitness', 'search', 'selection', 'crossover' or 'mutation';
+            'experiments' for a preset.
         name: name of the plugin or preset.
-        options: options that differ from the defaults.
-        seconds: timeout, s.
+        options: options to override.
+        seconds: timeout in seconds.
 
     Raises:
         PluginError: the plugin does not exist, or several packages register the name.

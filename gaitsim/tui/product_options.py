@@ -22,24 +22,28 @@ from gaitsim.runs.files.folder import EXPORTS
 
 Generation = Annotated[
     int | None,
-    Field(ge=1, description="generation whose best individual to use; none: the champion"),
+    Field(ge=1, description="generation whose best individual is used; none: the champion"),
 ]
 Member = Annotated[
     int | None,
-    Field(ge=1, description="member of the front or archive, as listed by gaitsim members"),
+    Field(
+        ge=1,
+        description="member of the front or archive, as listed by 'gaitsim members'; "
+        "none: the champion",
+    ),
 ]
 Damage = Annotated[
-    str | None, Field(description="damage to the body, such as L2 lost, R1 femur stuck 20")
+    str | None, Field(description="damage to the body, such as 'L2 lost, R1 femur stuck 20'")
 ]
 World = Annotated[
-    str | None, Field(description="conditions of the world, such as friction 0.4, slope 2")
+    str | None, Field(description="conditions of the world, such as 'friction 0.4, slope 2'")
 ]
 Engine = Annotated[
-    str | None, Field(description="physics engine of a robot, such as bullet; none: its own")
+    str | None, Field(description="physics engine for a robot, such as bullet; none: its own")
 ]
 Generations = Annotated[
     str | None,
-    Field(description="generations whose best individuals to plot, such as 1,50,300"),
+    Field(description="generations whose best individuals are plotted, such as 1,50,300"),
 ]
 
 
@@ -95,7 +99,7 @@ class RobotFile(Settings):
     speed: Annotated[
         float | None,
         Field(
-            ge=0.01, le=100, description="speed of playback, such as 0.5 for half speed; none: 1"
+            ge=0.01, le=100, description="playback speed; 0.5 is half as fast as simulated; none: 1"
         ),
     ] = None
 
@@ -119,7 +123,10 @@ class Events(Settings):
 class Page(BodyFile):
     generations: Annotated[
         str | None,
-        Field(description="generations whose best to show side by side, such as 1,50,300"),
+        Field(
+            description="generations whose best individuals are shown side by side, "
+            "such as 1,50,300"
+        ),
     ] = None
 
 
@@ -131,15 +138,19 @@ class CalibratedFile(RobotFile):
     calibration: Annotated[
         str | None,
         Field(
-            description="TOML file that assigns a servo to each joint; none: centred when standing"
+            description="calibration file, which assigns a servo to each joint; none: all servos "
+            "centred when standing"
         ),
     ] = None
-    clip: Annotated[bool, Field(description="whether to clip angles to the servos' range")] = False
+    clip: Annotated[
+        bool, Field(description="whether to clip angles to the range of the servos")
+    ] = False
 
 
 class Servo(CalibratedFile):
     centre: Annotated[
-        float | None, Field(description="servo angle of a joint at zero, in degrees; none: 0")
+        float | None,
+        Field(description="servo angle, in degrees, when the joint is at zero; none: 0"),
     ] = None
     min: Annotated[
         float | None, Field(description="minimum servo angle in degrees; none: centre − 90")
@@ -167,7 +178,7 @@ class Template(Settings):
 
 
 class Plot(Settings):
-    theme: Annotated[Theme, Field(description="colours")] = "light"
+    theme: Annotated[Theme, Field(description="colour theme")] = "light"
     format: Annotated[PlotFormat, Field(description="PNG at 300 dpi, or a vector format")] = "png"
     generation: Generation = None
     member: Member = None
@@ -175,23 +186,25 @@ class Plot(Settings):
     world: World = None
     generations: Generations = None
     window: Annotated[
-        str | None, Field(description="part of the motion in seconds, such as 2:5")
+        str | None, Field(description="part of the motion, START:END in seconds, such as 2:5")
     ] = None
     channel: Annotated[
-        str | None, Field(description="channel of the motion; an unknown name lists all")
+        str | None, Field(description="channel of the motion; an unknown name lists all channels")
     ] = None
     component: Annotated[
-        str | None, Field(description="components, such as z or 'L1 coxa, R1 coxa'; none: all")
+        str | None,
+        Field(description="components of the channel, such as z or 'L1 coxa, R1 coxa'; none: all"),
     ] = None
     axes: Annotated[
         str | None,
         Field(
-            description="two axes of the archive, such as forward, yaw; none: all pairs",
+            description="two axes of the archive, such as 'forward, yaw'; none: all pairs",
             pattern=r"^[^,]*[^, ][^,]*,[^,]*[^, ][^,]*$",
         ),
     ] = None
     beside: Annotated[
-        str | None, Field(description="other runs, each with its repeats, separated by spaces")
+        str | None,
+        Field(description="other runs, separated by spaces, each plotted with its repeats"),
     ] = None
 
     def arguments(self, run: Path) -> list[str]:
@@ -215,11 +228,13 @@ class Video(Settings):
         str | None, Field(description="generations whose best individuals race, such as 1,50,300")
     ] = None
     view: Annotated[VideoView, Field(description="direction of the camera")] = "iso"
-    theme: Annotated[Theme, Field(description="colours")] = "light"
+    theme: Annotated[Theme, Field(description="colour theme")] = "light"
     speed: Annotated[
         float | None,
         Field(
-            gt=0, description="0.25 for slow motion; none: real time, or slow motion for wing beats"
+            gt=0,
+            description="playback speed; 0.25 is slow motion; none: real time, or slow motion for "
+            "wing beats",
         ),
     ] = None
     intro: Annotated[bool, Field(description="whether to begin with the fitness curve")] = True
@@ -236,10 +251,18 @@ class Analysis(Settings):
     world: World = None
     engine: Engine = None
     perturb: Annotated[
-        bool, Field(description="whether to repeat the motion with late and inaccurate servos")
+        bool,
+        Field(
+            description="whether to repeat the gait with delayed, slow and inaccurate servos, "
+            "mirrored, and with half the time step"
+        ),
     ] = False
     physics: Annotated[
-        bool, Field(description="whether to also play the gait on the body's twin in physics")
+        bool,
+        Field(
+            description="whether to also play the gait on the body's twin, its version in "
+            "rigid-body physics"
+        ),
     ] = False
     worlds: Annotated[
         int | None,
@@ -275,7 +298,7 @@ class Differences(Settings):
     ] = ""
     quantity: Annotated[Quantity, Field(description="quantity to plot")] = "best"
     by: Annotated[Axis, Field(description="horizontal axis")] = "generation"
-    theme: Annotated[Theme, Field(description="colours")] = "light"
+    theme: Annotated[Theme, Field(description="colour theme")] = "light"
     format: Annotated[PlotFormat, Field(description="file format of the figure")] = "png"
 
     def arguments(self, run: Path) -> list[str]:

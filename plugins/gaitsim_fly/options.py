@@ -24,12 +24,14 @@ class FlyOptions(Organism):
 
     wings: Literal["symmetric", "asymmetric", "mirrored"] = option(
         "symmetric",
-        "control of the wings: symmetric moves both alike, with a network of 15 inputs and 3 "
-        "outputs; asymmetric moves each independently, with 18 inputs and 6 outputs; mirrored "
-        "moves each with its own copy of a network of 18 inputs and 3 outputs, where the right "
-        "wing's copy gets mirrored inputs",
+        "control of the wings: 'symmetric' moves both alike, with a network of 15 inputs "
+        "and 3 outputs; 'asymmetric' moves each independently, with 18 inputs and 6 "
+        "outputs; 'mirrored' moves each with its own copy of a network of 18 inputs and "
+        "3 outputs, where the right wing's copy gets mirrored inputs",
     )
-    hidden: tuple[Layer, ...] = option((20, 20), "units of each hidden layer, at most four layers")
+    hidden: tuple[Layer, ...] = option(
+        (20, 20), "number of units of each hidden layer, at most four layers"
+    )
     activation: Literal["tanh", "sigmoid", "relu", "leaky-relu"] = option(
         "tanh", "activation of the hidden layers; the outputs always use tanh"
     )
@@ -66,8 +68,9 @@ class FlyOptions(Organism):
 
     course: Course = option(
         "none",
-        "reference of the network's inputs: none is the world frame; the others are a point and a "
-        "heading that stay, climb, turn or move forward from the start of the flight",
+        "reference of the network's inputs: 'none' is the world frame; the other values "
+        "are a point and a heading that stay, climb, turn or move forward from the start "
+        "of the flight",
     )
     course_changes: float = option(
         0.0,

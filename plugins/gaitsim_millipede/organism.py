@@ -39,7 +39,8 @@ class Millipede(Organism):
     pairs: int = option(3, "number of pairs of legs", ge=1, le=1000)
     codec: Literal["sign-magnitude", "unsigned"] = option(
         "sign-magnitude",
-        "bits of a leg's angle: a sign and 5 bits of degrees, or 5 bits that reach only forward",
+        "encoding of a leg's angle: 'sign-magnitude' is a sign and 5 bits of degrees; "
+        "'unsigned' is 5 bits that reach only forward",
     )
     leg_length: float = option(0.05, "length of a leg", unit="m", ge=1e-4, le=10)
     leg_spacing: float = option(

@@ -69,16 +69,16 @@ class Robot(Organism):
     )
     symmetry: Symmetry = option(
         "none",
-        "symmetry of the gait: with alternating and trot, each leg takes turns with its neighbours "
-        "and with the opposite leg; with bound, front and back legs take turns; with wave, steps "
-        "run from back to front",
+        "symmetry of the gait: with 'alternating' and 'trot', each leg takes turns with "
+        "its neighbours and with the opposite leg; with 'bound', front and back legs "
+        "take turns; with 'wave', steps run from back to front",
     )
     fastest_stride: float = option(
         2.5, "upper bound of the frequency gene, in strides per second", unit="Hz", gt=0.5, le=5
     )
     heading: float = option(
         0.0,
-        "direction of the strides in the encoding steps, from forward to the left",
+        "direction of the strides with encoding 'steps': 0 is forward, 90 is to the left",
         unit="°",
         ge=-180,
         le=180,
@@ -89,13 +89,13 @@ class Robot(Organism):
     )
     stance: dict[str, float] = option(
         {},
-        "angles of joints in the standing pose by name; other joints are as in the file's "
-        "keyframe, or zero; by default, gaitsim finds a pose",
+        "joint angles in the standing pose, by name; other joints have the angles of the "
+        "file's keyframe, or zero; by default, gaitsim finds a pose",
         unit="°",
     )
     dt: float = option(
         0.004,
-        "time step of the physics, a whole fraction of 1/50 s",
+        "time step of the physics; 1/50 s must be a whole multiple of it",
         unit="s",
         ge=2e-4,
         le=0.01,
@@ -110,7 +110,7 @@ class Robot(Organism):
     )
     speed_limit: float | None = option(
         None,
-        "speed at which a servo has no torque left; by default, the servo's own",
+        "no-load speed of a servo; by default, the servo's own",
         unit="rad/s",
         gt=0,
         le=100,
@@ -124,17 +124,17 @@ class Robot(Organism):
     )
     stiffness: float | None = option(
         None,
-        "torque of a servo per position error; by default, the servo's own",
+        "torque of a servo per radian of position error; by default, the servo's own",
         unit="N m/rad",
         gt=0,
         le=1e6,
     )
     engine: Literal["mujoco", "bullet"] = option(
         "mujoco",
-        "physics engine; bullet is a second engine, PyBullet, which requires "
-        "pip install 'gaitsim[bullet]'",
+        "physics engine: 'mujoco', or 'bullet', which is PyBullet and requires pip "
+        "install 'gaitsim[bullet]'",
     )
-    friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
+    friction: float = option(0.8, "coefficient of friction between feet and ground", ge=0, le=5)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)

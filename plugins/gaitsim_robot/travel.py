@@ -20,13 +20,13 @@ class Travel(Fitness):
 
     direction: float = option(
         0.0,
-        "target direction, from forward to the left: 90 is sideways to the left, 180 backward",
+        "target direction: 0 is forward, 90 is sideways to the left, 180 is backward",
         unit="°",
         ge=-180,
         le=180,
     )
     target_speed: float = option(
-        0.0, "speed up to which distance counts; 0 for no limit", unit="m/s", ge=0
+        0.0, "target speed, up to which distance counts; 0 for no limit", unit="m/s", ge=0
     )
     speed_weight: float = option(
         1.0, "penalty per metre beyond the distance at the target speed", ge=0

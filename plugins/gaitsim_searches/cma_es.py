@@ -29,7 +29,9 @@ class CmaEs(Search):
     """
 
     covariance: Literal["full", "separable"] = option(
-        "full", "full learns dependencies between genes; separable learns only variances, faster"
+        "full",
+        "covariance matrix: 'full' learns dependencies between genes; 'separable' learns "
+        "only variances, and is faster",
     )
     step: float = option(
         0.2,

@@ -51,7 +51,8 @@ class MapElites(Search):
         | tuple[Annotated[int, Field(ge=1, le=_MOST_CELLS)], ...]
     ) = option(
         1_000,
-        "number of cells along each axis of a grid, or of even Voronoi cells if it is one number",
+        "one number: number of even Voronoi cells; several numbers: number of cells "
+        "along each axis of a grid",
     )
     variation: Literal["isotropic", "line", "cma-me", "cma-mae"] = option(
         "line", "method that creates new genomes from elites"

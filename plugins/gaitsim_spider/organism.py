@@ -42,13 +42,14 @@ class Spider(Organism):
         "uses coupled oscillators, 'recurrence' a linear recurrence",
     )
     frequency: float = option(
-        1.5, "strides per second of the sine and cpg encodings", unit="Hz", ge=0.2, le=5.0
+        1.5, "strides per second with the encodings 'sine' and 'cpg'", unit="Hz", ge=0.2, le=5.0
     )
 
     symmetry: Literal["none", "alternating"] = option(
         "none",
-        "symmetry of the gait: with alternating, the right legs repeat the left legs' motion half "
-        "a stride later, which halves the number of genes; not for the recurrence",
+        "symmetry of the gait: with 'alternating', the right legs repeat the left legs' "
+        "motion half a stride later, which halves the number of genes; not available "
+        "with the encoding 'recurrence'",
     )
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)

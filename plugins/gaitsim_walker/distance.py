@@ -19,7 +19,7 @@ class Distance(Fitness):
     )
     energy_weight: float = option(5.0, "penalty per kilojoule of work", unit="m/kJ", ge=0)
     jerk_weight: float = option(
-        0.5, "penalty per 100 N m/s of RMS change in torque", unit="m", ge=0
+        0.5, "penalty per 100 N m/s of RMS rate of change of the torque", unit="m", ge=0
     )
     lag_weight: float = option(
         4.0,
@@ -39,7 +39,9 @@ class Distance(Fitness):
         ge=0,
         le=1,
     )
-    low_weight: float = option(40.0, "penalty per metre of RMS torso height below low_height", ge=0)
+    low_weight: float = option(
+        40.0, "penalty per metre of RMS drop of the torso below low_height", ge=0
+    )
     bounce_weight: float = option(
         20.0, "penalty per metre of RMS variation in the torso's height", ge=0
     )

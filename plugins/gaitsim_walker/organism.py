@@ -47,8 +47,8 @@ class Walker(Organism):
     )
     symmetry: Literal["none", "alternating"] = option(
         "none",
-        "symmetry of the gait: with alternating, the far legs repeat the near legs' motion half a "
-        "stride later, which about halves the number of genes",
+        "symmetry of the gait: with 'alternating', the far legs repeat the near legs' "
+        "motion half a stride later, which about halves the number of genes",
     )
     fastest_stride: float = option(
         2.5, "upper bound of the frequency gene, in strides per second", unit="Hz", gt=0.5, le=5
@@ -56,7 +56,7 @@ class Walker(Organism):
     duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
     dt: float = option(
         STEP,
-        "time step of the physics, a whole fraction of 1/60 s",
+        "time step of the physics; 1/60 s must be a whole multiple of it",
         unit="s",
         ge=2e-4,
         le=1 / 60,
@@ -65,7 +65,7 @@ class Walker(Organism):
     speed_limit: float = option(
         10.0, "largest angular speed of a servo", unit="rad/s", ge=0, le=100
     )
-    friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
+    friction: float = option(0.8, "coefficient of friction between feet and ground", ge=0, le=5)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
     world: dict[str, float] = option({}, WORLD_HELP)
 

@@ -45,7 +45,7 @@ def test_every_option_is_written_with_its_meaning():
             )
             assert " ".join(field.description.split()) in line
     assert tomllib.loads(text)["schema"] == SCHEMA
-    meaning = "individuals in each generation, on each island"
+    meaning = "number of individuals in each generation, on each island"
     assert f"{meaning} (a whole number ≥ 2 and ≤ 1,000,000)" in text
 
 

@@ -147,6 +147,6 @@ class TestRemember:
     def test_unreadable_settings_are_not_overwritten(self, text, tmp_path):
         path = tmp_path / "config.toml"
         path.write_bytes(text)
-        with pytest.raises(GaitsimError, match=r"tui is not a section|UTF-8"):
+        with pytest.raises(GaitsimError, match=r"'tui' must be a section|UTF-8"):
             remember_theme(path, "nord")
         assert path.read_bytes() == text

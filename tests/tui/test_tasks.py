@@ -237,9 +237,9 @@ class TestExports:
              "--calibration-template 'runs/a b/exports/calibration-feetech.toml'"),
             ("Video", {"intro": "false", "generations": "1,50", "size": "none"},
              "video 'runs/a b' --generations 1,50 --no-intro"),
-            ("Channel over time", {"component": "x, L1 coxa", "window": "2:5"},
+            ("Motion channel over time", {"component": "x, L1 coxa", "window": "2:5"},
              "plot 'runs/a b' --kind channel --window 2:5 --component=x '--component=L1 coxa'"),
-            ("Archive of elites", {"axes": " duty factor,yaw"},
+            ("Archive map", {"axes": " duty factor,yaw"},
              "plot 'runs/a b' --kind archive --axes 'duty factor' yaw"),
             ("Analysis", {"figure": "pdf", "generation": "4"},
              "analyse 'runs/a b' --generation 4 "
@@ -256,7 +256,7 @@ class TestExports:
             assert shlex.join(products[title].arguments(run, found)) == words
         for title, name, text in (
             *(("Video", "generation", text) for text in ("0", "x", "1.5")),
-            ("Video", "view", "below"), ("Archive of elites", "axes", "yaw"),
+            ("Video", "view", "below"), ("Archive map", "axes", "yaw"),
             ("Imitating network", "epochs", "-1"),
             ("Differences of runs", "runs", ""),
         ):  # fmt: skip

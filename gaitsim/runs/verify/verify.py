@@ -50,7 +50,7 @@ class Verdict:
 
     @property
     def identical(self) -> bool:
-        """Whether no generation and no option differs, and no checkpoint is damaged."""
+        """Whether all generations and options are identical, and all checkpoints intact."""
         return not (self.differences or self.damaged or self.edited)
 
     @property

@@ -51,7 +51,10 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
 
 
 def sample_genomes(space: GenomeSpace, count: int = COUNT) -> Genomes:
-    """Return random genomes, (count, genes); the last two of more than two are at the bounds."""
+    """Return `count` random genomes, (count, genes).
+
+    In a real space, the last two of more than two genomes lie at the lower and upper bounds.
+    """
     genomes = space.random(count, np.random.default_rng(1))
     if isinstance(space, RealSpace) and count > 2:
         genomes[-2:] = space.repair(np.stack([space.lower, space.upper]))

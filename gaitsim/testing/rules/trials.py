@@ -87,7 +87,7 @@ class Trial:
         return Context(self.space, self.population, generation, rng, operators=operators, **parts)
 
     def initial(self) -> State:
-        """Return a copy of the initial state."""
+        """Return a copy of `initial_state`, or a new initial state if it is None."""
         if self.initial_state is None:
             return self.search.initial(self.context(1, 0))
         return {name: values.copy() for name, values in self.initial_state.items()}

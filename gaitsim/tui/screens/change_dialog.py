@@ -96,7 +96,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_title = what = "Fork" if self._fork else "Change"
-            box.border_subtitle = "enter accepts, ↓ to the options, esc cancels"
+            box.border_subtitle = "enter: accept · ↓: options · esc: cancel"
             if self._fork:
                 yield Label("folder of the copy; the original run is not changed")
                 yield self._folder

@@ -40,7 +40,7 @@ class ShowCode(ModalScreen[None]):
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
-            box.border_subtitle = "c copies, esc closes"
+            box.border_subtitle = "c: copy · esc: close"
             yield Static(Text(visible(self._title)), classes="dialog-title")
             about = (
                 f"Copied: a challenge code of {len(self._code):,} characters. Anyone can play it."
@@ -72,7 +72,7 @@ class AskCode(ModalScreen[str | None]):
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
-            box.border_subtitle = "ctrl+s verifies, esc cancels"
+            box.border_subtitle = "ctrl+s: verify · esc: cancel"
             yield Static(Text("Paste a challenge code"), classes="dialog-title")
             yield TextArea(id="code")
             yield Static(id="code-problem", classes="problem")

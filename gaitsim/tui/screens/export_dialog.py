@@ -70,14 +70,14 @@ class ExportDialog(ModalScreen[Answer]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog", id="export") as box:
             box.border_title = Content(f"Export {visible(str(self._run))}")
-            box.border_subtitle = "enter exports · tab to the options · f files · esc cancels"
+            box.border_subtitle = "enter: export · tab: options · f: exported files · esc: cancel"
             with Horizontal(id="export-body"):
                 yield ChoiceList(id="products")
                 yield VerticalScroll(id="export-form", can_focus=False)
             yield Static(id="export-command", classes="command")
             with Horizontal(classes="dialog-buttons"):
                 yield Button("Export", variant="primary", compact=True, id="make")
-                yield Button("Files", compact=True, id="show-files")
+                yield Button("Show files", compact=True, id="show-files")
                 yield Button("Cancel", compact=True, id="cancel")
 
     def on_mount(self) -> None:

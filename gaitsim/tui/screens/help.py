@@ -34,7 +34,7 @@ class Help(ModalScreen[None]):
     def compose(self) -> ComposeResult:
         with VerticalScroll(classes="dialog", id="help") as scroll:
             scroll.border_title = "Help"
-            scroll.border_subtitle = "esc closes"
+            scroll.border_subtitle = "esc: close"
             yield Static(self._keys, id="help-keys")
             yield Markdown(self._text.strip())
 

@@ -56,7 +56,7 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
         joint = next(iter(self._current), self._joints[0])
         kind, value = self._current_damage(joint)
         with Vertical(classes="dialog") as box:
-            box.border_subtitle = "esc cancels"
+            box.border_subtitle = "esc: cancel"
             yield Static("Damage a joint", classes="dialog-title")
             with Horizontal(classes="row"):
                 yield Label("Joint")

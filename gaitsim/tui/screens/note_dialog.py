@@ -36,7 +36,7 @@ class NoteDialog(ModalScreen[str | None]):
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
-            box.border_subtitle = "ctrl+s saves, esc cancels"
+            box.border_subtitle = "ctrl+s: save · esc: cancel"
             yield Static(Text(visible(f"Note on the run {self._run}")), classes="dialog-title")
             yield TextArea(self._note, id="note")
             with Horizontal(classes="dialog-buttons"):

@@ -115,7 +115,7 @@ class Ask(ModalScreen[str | None]):
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
-            box.border_subtitle = "enter accepts, esc cancels"
+            box.border_subtitle = "enter: accept · esc: cancel"
             yield from _heading(self._question, self._about)
             yield Input(self._value, id="answer")
             yield Static(id="ask-problem", classes="problem")

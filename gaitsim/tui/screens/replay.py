@@ -218,7 +218,7 @@ The best individual of any generation, or a member of a front or archive, in mot
             return "–"
         last = leader.frames - 1
         seconds = frame / leader.skeleton.frame_rate
-        return f"{seconds:6.2f} s  {frame:>{len(str(last))}}/{last}"
+        return f"{seconds:6.2f} s  frame {frame:>{len(str(last))}}/{last}"
 
     def _update_title(self) -> None:
         """Show the state, speed and camera in the title, and update the action of space."""
@@ -227,7 +227,8 @@ The best individual of any generation, or a member of a front or archive, in mot
         sign = "▶" if self._playing else "‖"
         speed = _WORDS.get(self.speed, f"{self.speed:g}")
         way = "" if view.follow else ", whole path"
-        self.sub_title = f"replay  {sign} ×{speed}  {view.name or 'turned'}{way}"
+        name = {"": "turned", "iso": "corner"}.get(view.name, view.name)
+        self.sub_title = f"replay · {sign} · ×{speed} · {name} view{way}"
 
     # Actions
 

@@ -32,7 +32,8 @@ class StudyOptions(Settings):
 
     study: Annotated[str, Declared(description="name of a bundled study, or a TOML file")] = ""
     workers: Annotated[
-        int | None, Declared(ge=1, description="number of parallel workers; none: one per core")
+        int | None,
+        Declared(ge=1, description="maximum number of parallel workers; none: one per core"),
     ] = None
 
     def arguments(self, run: Path) -> list[str]:
@@ -59,28 +60,35 @@ class ComparisonOptions(Settings):
         str, Declared(description="two or more presets or files, separated by spaces")
     ] = ""
     repeats: Annotated[
-        int, Declared(ge=2, le=100_000, description="repeats of each experiment")
+        int, Declared(ge=2, le=100_000, description="number of repeats of each experiment")
     ] = 30
     evaluations: Annotated[
         int | None,
         Declared(
-            ge=1, description="evaluations per repeat; none: those of the shortest experiment"
+            ge=1,
+            description="evaluations per repeat; none: the smallest number among the experiments",
         ),
     ] = None
     generations: Annotated[
-        int | None, Declared(ge=1, description="generations per repeat, instead of evaluations")
+        int | None,
+        Declared(ge=1, description="number of generations per repeat, instead of evaluations"),
     ] = None
     population: Annotated[
         int | None,
-        Declared(ge=1, description="individuals per generation; none: as in the experiment"),
+        Declared(
+            ge=1, description="number of individuals per generation; none: as in each experiment"
+        ),
     ] = None
     targets: Annotated[
         str | None,
-        Declared(description="scores to reach, such as 1.5,2; none: derived from all scores"),
+        Declared(
+            description="target scores, such as 1.5,2; none: derived from the scores of all repeats"
+        ),
     ] = None
     format: Annotated[PlotFormat, Declared(description="file format of the figures")] = "png"
     workers: Annotated[
-        int | None, Declared(ge=1, description="number of parallel workers; none: one per core")
+        int | None,
+        Declared(ge=1, description="maximum number of parallel workers; none: one per core"),
     ] = None
 
     def arguments(self, run: Path) -> list[str]:
@@ -136,7 +144,7 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_title = self._product.title
-            box.border_subtitle = "ctrl-r or enter starts it · esc cancels"
+            box.border_subtitle = "ctrl+r or enter: start · esc: cancel"
             if self._product is SWEEP:
                 known = ", ".join(entries(STUDIES))
                 yield Static(Text(visible(f"Bundled: {known}")), classes="dialog-about")

@@ -26,7 +26,11 @@ def details(run: Overview, colours: Mapping[str, str]) -> Text:
     for error in filter(None, (run.problem, run.failure)):
         lines.append(Text(visible_lines(str(error)), style=colours["error"]))
     if run.problem is None:
-        plugins = "  ".join(run.plugins[kind] for kind in KINDS if kind in run.plugins)
+        plugins = "  ·  ".join(
+            f"{'body' if kind == 'organism' else kind} {run.plugins[kind]}"
+            for kind in KINDS
+            if kind in run.plugins
+        )
         facts = [f"seed {run.seed}", f"evolved for {duration(run.seconds)}"]
         if run.stage > 1:
             facts.append(f"stage {run.stage}")

@@ -16,7 +16,8 @@ class SinglePoint(Crossover):
 
     children: Literal[1, 2] = option(1, "number of children of each pair of parents")
     point: Literal["random", "half"] = option(
-        "random", "position of the cut: drawn for each pair, or always in the middle"
+        "random",
+        "position of the cut: 'random' draws it for each pair, 'half' always cuts in the middle",
     )
 
     def cross(

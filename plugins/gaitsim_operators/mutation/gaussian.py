@@ -20,7 +20,10 @@ class Gaussian(Mutation):
         0.1, "standard deviation of a change, as a share of the gene's width", gt=0, le=10
     )
     decay: float = option(
-        1.0, "factor on sigma in each generation; 1 keeps sigma constant", gt=0, le=1
+        1.0,
+        "factor by which sigma is multiplied after each generation; 1 keeps sigma constant",
+        gt=0,
+        le=1,
     )
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)

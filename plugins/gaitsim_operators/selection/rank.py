@@ -16,7 +16,11 @@ class Rank(Selection):
     """
 
     pressure: float = option(
-        1.5, "probability of the best, in units of the mean; 1 ignores the scores", ge=1, le=2
+        1.5,
+        "probability of choosing the best individual, relative to the mean probability; "
+        "1 ignores the scores",
+        ge=1,
+        le=2,
     )
 
     def parents(

@@ -14,7 +14,7 @@ class Tournament(Selection):
     """
 
     size: int = option(
-        2, "number of entrants of each tournament; 1 chooses at random", ge=1, le=1000
+        2, "number of individuals in each tournament; 1 chooses at random", ge=1, le=1000
     )
 
     def parents(
