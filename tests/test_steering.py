@@ -28,7 +28,7 @@ def test_controllers_come_with_the_body_or_from_runs(kite, puppet_run):
     path = puppet_run().path
     found = controllers_of(kite, {"rise": str(path)})
     assert found["rise"].shape == (3,)
-    with pytest.raises(GaitsimError, match="no command 'dive'") as error:
+    with pytest.raises(GaitsimError, match="no steering command 'dive'") as error:
         controllers_of(kite, {"dive": str(path)})
     assert error.value.allowed == "stay, rise, sink"
 

@@ -243,7 +243,7 @@ def test_a_plugin_that_exits_is_reported_with_its_last_line(new_run, install, mo
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     snapshot = asyncio.run(final_snapshot(RunProcess(new_run("run", "organism.plugin=deadly"))))
     assert snapshot.state == "failed"
-    assert "crashed: [bold]I end it all" in snapshot.error.what
+    assert "its log ends with: [bold]I end it all" in snapshot.error.what
 
 
 def test_lines_are_json(new_run):

@@ -117,7 +117,7 @@ def test_other_folders_and_names_are_not_runs(puppet, name):
     with pytest.raises(RunError, match="there is no run") as error:
         find_run(name)
     assert error.value.allowed == ""
-    assert "runs/ in this folder has no runs yet" in error.value.remedy
+    assert "runs/ in this folder has no runs yet" in error.value.what
     create_run(puppet())
     with pytest.raises(RunError, match="there is no run") as error:
         find_run(name)

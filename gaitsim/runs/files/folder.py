@@ -59,10 +59,10 @@ def find_run(reference: str) -> Path:
             )
     known = [run.name for run in list_runs(RUNS)]
     raise RunError(
-        f"there is no run {reference!r}",
+        f"there is no run {reference!r}"
+        + ("" if known else f": {RUNS}/ in this folder has no runs yet"),
         allowed=", ".join(known),
-        remedy="give a run's name or the path of its folder; "
-        + ("'gaitsim runs' lists them" if known else f"{RUNS}/ in this folder has no runs yet"),
+        remedy="give a run's name or the path of its folder; 'gaitsim runs' lists them",
     )
 
 
