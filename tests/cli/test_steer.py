@@ -16,7 +16,7 @@ def test_steering_needs_a_terminal(gaitsim):
 def test_a_body_without_commands_is_rejected_with_alternatives(gaitsim, terminal):
     said = gaitsim("steer", "spider", code=2).stderr
     assert "'spider' cannot be steered" in said
-    assert "a body with commands" in said
+    assert "a body with steering commands" in said
 
 
 def test_an_invalid_controller_is_rejected(gaitsim, terminal):

@@ -166,7 +166,7 @@ def test_other_files_are_rejected(data, tmp_path):
 def test_a_newer_schema_asks_for_an_update(version):
     with pytest.raises(SchemaVersionError) as refusal:
         loads(seal(b"anything at all", version), FILE)
-    assert f"this is format {version}" in refusal.value.allowed
+    assert f"in format {version}" in refusal.value.what
     assert "update gaitsim" in refusal.value.remedy
 
 
