@@ -40,6 +40,7 @@ def detached(gaitsim, puppet_file):
     return detached
 
 
+@pytest.mark.slow
 def test_a_detached_run_is_watched_and_stopped(gaitsim, detached, start):
     path = detached()
     until(lambda: RunSnapshot(path).generation > 1)
@@ -156,6 +157,7 @@ class Faulty(Puppet):
 """
 
 
+@pytest.mark.slow
 def test_the_reason_of_a_failure_is_kept_until_the_run_continues(
     gaitsim, install, puppet_file, monkeypatch
 ):

@@ -38,6 +38,7 @@ def test_a_study_writes_table_surfaces_and_report(gaitsim, tmp_path):
     assert "100 fresh repeats" in report
 
 
+@pytest.mark.slow
 def test_a_finished_study_only_rewrites_its_results(gaitsim, tmp_path):
     (tmp_path / "small.toml").write_text(STUDY)
     gaitsim("study", "small.toml", "--out", "mine", "--workers", 1)

@@ -144,6 +144,7 @@ class Joined(InTurn):
     """An executor with a changing number of workers, which runs its tasks in this thread."""
 
 
+@pytest.mark.slow
 def test_workers_that_join_later_receive_work(slow, chunks):
     told, cluster = [], Joined()
     with Evaluator(slow(0.01), None, told.append, cluster) as evaluator:

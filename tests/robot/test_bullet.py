@@ -151,6 +151,7 @@ def test_feet_slide_by_coulomb_friction_on_level_ground_and_on_a_slope(bullet, f
     assert lost == pytest.approx(expected, rel=0.02, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_trot_resembles_that_in_mujoco_and_has_the_same_bits_alone_and_in_threads(
     bullet, simulation
 ):
