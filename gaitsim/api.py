@@ -1,6 +1,6 @@
 """The Python API: evolve in a loop, open runs, and inspect champions.
 
-`import gaitsim as gs` provides all of it. It calls the same functions as the command line.
+`import gaitsim as gs` provides all of it. The command line calls the same functions.
 """
 
 from collections.abc import Generator, Iterator, Mapping
@@ -73,8 +73,8 @@ def evolve(
         seed: seed of all random numbers; None uses the experiment's.
         set: options by key, such as `{"mutation.rate": 0.1}`.
         workers: number of parallel workers; None chooses the body's default.
-        out: folder of a run to record, as with `gaitsim run`; if it exists, a number is added to
-            its name. None records nothing.
+        out: folder in which to record a run, as `gaitsim run` does; if it exists, a number is
+            added to its name. None records nothing.
 
     Raises:
         ExperimentError: the experiment has problems; one message lists them all.
@@ -104,8 +104,9 @@ def load(
 
     Args:
         run: folder or name of the run.
-        fitness: function or object given to `evolve`, whose code no run folder contains.
-        body: function or object given to `evolve`.
+        fitness: function or object that was given to `evolve`; the run folder does not contain its
+            code.
+        body: function or object that was given to `evolve`.
         space: genome space of a body that is a function.
 
     Raises:
@@ -191,7 +192,7 @@ class Search(ReprMixin, Iterator[Generation]):
 
 
 class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
-    """A run on disk. Its attributes are re-read at each access, as the run may be growing.
+    """A run on disk. Its attributes are re-read at each access, as it may still be evolving.
 
     Attributes:
         path: folder of the run.
@@ -261,7 +262,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         """Return the best individual of a generation, or a member of the front or archive.
 
         Args:
-            generation: generation to take the best of; None takes the best of all.
+            generation: generation whose best individual to return; None for the best of the run.
             member: number of a member of the front or archive to return instead, counted from 1.
             world: conditions of the body's world, such as `{"friction": 0.4}`; None for the
                 body's own world.
@@ -290,8 +291,8 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
         Args:
             number: number of worlds.
-            generation: generation to take the best of; None takes the best of all.
-            member: number of a member of the front or archive to take instead, counted from 1.
+            generation: generation whose best individual to evaluate; None for the champion.
+            member: number of a member of the front or archive to evaluate instead, counted from 1.
             seed: seed of the worlds.
             ranges: lowest and highest value of each varying condition, by name; None for the
                 ranges of the experiment's worlds, or else the usual ones of the body.
@@ -311,8 +312,8 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         `verify_code` verifies it on any machine; `Challenge.read` opens it.
 
         Args:
-            generation: generation to take the best of; None takes the best of all.
-            member: number of a member of the front or archive to take instead, counted from 1.
+            generation: generation whose best individual to share; None for the champion.
+            member: number of a member of the front or archive to share instead, counted from 1.
 
         Raises:
             GaitsimError: both generation and member are given, or the code would be too large.
@@ -351,11 +352,13 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
         Args:
             generations: last generation to evolve, counted from the start of the run; None for the
-                planned one.
-            fitness: function or object as for `evolve`; a different one starts a stage.
-            body: function or object as for `evolve`; a different one starts a stage.
+                number originally planned.
+            fitness: function or object, as accepted by `evolve`. If it differs from the run's, a
+                new stage starts.
+            body: function or object, as accepted by `evolve`. If it differs from the run's, a new
+                stage starts.
             space: genome space of a body that is a function.
-            set: options by key; those that affect the evolution start a stage.
+            set: options by key. Changing an option that affects the evolution starts a new stage.
             workers: number of parallel workers; None chooses the body's default.
 
         Raises:

@@ -147,18 +147,18 @@ def open_adaptation(
 ) -> Adaptation:
     """Start an adaptation, or continue the adaptation in its file.
 
-    For trials in physics, the most promising gaits are first measured on the intact twin, and
-    these measurements correct the map.
+    For trials in physics, the most promising gaits are first measured on the intact body in
+    rigid-body physics, and these measurements correct the map.
 
     Args:
-        run: the atlas.
+        run: run of the atlas.
         damage: damage to the simulated body, such as 'L2 lost'.
-        place: place of the trials.
+        place: where the trials take place: 'simulation', 'physics' or 'robot'.
         robot: function that returns the performance of a gait on a robot; None if the caller
             records each value.
         measure: name of the performance measure; None for the measure in the file, or 'forward'.
-        settings: fields of `Settings` by name. Other fields keep their values in the file, or have
-            their defaults.
+        settings: fields of `Settings` by name. Other fields have their values from the file, or
+            their defaults without a file.
         record: whether to save the trials in a file in the run's folder.
         name: name of that file; None for a name that describes the damage or the place.
         fresh: whether to start over and replace the file.
@@ -214,9 +214,9 @@ def open_adaptation(
     )
     if place == "physics":
         if not session.intact:
-            intact_twin = simulated_robot(experiment, (), session.measure, physics=True)
+            intact_body = simulated_robot(experiment, (), session.measure, physics=True)
             with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
-                intact = measure_intact(prior, intact_twin, pool, on_progress)
+                intact = measure_intact(prior, intact_body, pool, on_progress)
             session = replace(session, intact=intact)
         prior = transfer_map(prior, session.intact)
     if path is not None and fresh:

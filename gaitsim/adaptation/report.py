@@ -136,15 +136,15 @@ def make_report(
 ) -> Report:
     """Adapt an atlas to the loss of each leg, or continue the report in the folder.
 
-    In physics, the most promising gaits are first measured on the intact twin, and these
-    measurements correct the map. The adaptations run in parallel; their order does not change the
-    result.
+    In physics, the most promising gaits are first measured on the intact body in rigid-body
+    physics, and these measurements correct the map. The adaptations run in parallel; their order
+    does not change the result.
 
     Args:
-        run: the atlas.
+        run: run of the atlas.
         folder: folder of the report, which stores all measurements in `report.json`.
-        pairs: whether to adapt to the loss of each pair of legs, too.
-        physics: whether to use the physical twin of the body.
+        pairs: whether to also adapt to the loss of each pair of legs.
+        physics: whether to use the body's twin, its version in rigid-body physics.
         measure: name of the performance measure.
         settings: settings of the adaptations; None for the defaults.
         workers: number of gaits tried at a time; None for the number of cores.

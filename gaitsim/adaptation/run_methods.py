@@ -35,22 +35,24 @@ class RunAdaptations:
         fresh: bool = False,
         workers: int | None = None,
     ) -> Adaptation:
-        """Return an adaptation, an iterator over the same trials as in `gaitsim adapt`.
+        """Return an adaptation, an iterator that performs the same trials as `gaitsim adapt`.
 
         Args:
             damage: damaged legs and joints of the simulated body, such as 'L2 lost'.
-            physics: whether the trials take place on the physical twin of the body.
+            physics: whether the trials take place on the body's twin, its version in rigid-body
+                physics.
             robot: function that plays an individual on your robot and returns its performance.
-                Without `robot`, damage and physics, record each trial with `record()`.
+                Without `robot`, damage or physics, you record each trial with `record()`.
             measure: name of the performance measure, where more is better; None for the measure in
                 the file, or 'forward'.
             trials: maximum number of trials. For this and the next four arguments, None keeps the
                 value in the file, or the default of `gaitsim.adaptation.Settings`.
             kappa: weight of the uncertainty in the choice of a trial.
-            length_scale: distance over which a trial informs about other gaits, relative to the
-                ranges of the axes.
+            length_scale: distance over which a trial affects the expected performance of other
+                gaits, relative to the ranges of the axes.
             noise: variance of a measured performance, where the best in the map is 1.
-            stop: share of the best expected performance at which the trials end.
+            stop: share of the best expected performance that a trial must reach to end the
+                adaptation.
             name: name of the file that stores the trials, so that the same call continues them;
                 None stores nothing.
             fresh: whether to start over and replace that file.
@@ -96,8 +98,8 @@ class RunAdaptations:
 
         Args:
             folder: folder of the report, which stores all trials in `report.json`.
-            pairs: whether to adapt to the loss of each pair of legs, too.
-            physics: whether to use the physical twin of the body.
+            pairs: whether to also adapt to the loss of each pair of legs.
+            physics: whether to use the body's twin, its version in rigid-body physics.
             settings: settings of the adaptations; None for the defaults of `gaitsim adapt`.
             workers: number of gaits tried at a time; None for the number of cores.
 

@@ -23,7 +23,7 @@ REMEDY = "delete the file, or start over with --fresh"
 _NAME = re.compile(r"[^\W_][\w.-]{0,99}", re.ASCII)
 
 Place = Literal["simulation", "physics", "robot"]
-"""Place of the trials: in simulation, on the physical twin, or on a robot operated by a person."""
+"""Place of the trials: the simulated body, its twin in rigid-body physics, or a real robot."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class Session:
 
     Attributes:
         atlas: checksum of the members of the atlas; see `prior.atlas_checksum`.
-        place: place of the trials.
+        place: where the trials take place.
         damage: damage to the simulated body, in alphabetical order.
         measure: name of the performance measure.
         settings: settings of the adaptation.
         trials: trials in order.
         intact: for trials in physics, the measured performance of the most promising gaits on the
-            intact twin, by member; {} before they are measured.
+            intact body in rigid-body physics, by member; {} before they are measured.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -176,5 +176,5 @@ def _inconsistency(session: Session) -> str:
     if not all(abs(value) < LARGEST_SCORE for value in (*numbers, *session.intact.values())):
         return "a measured value is not a finite number"
     if session.intact and not max(session.intact.values()) > 0:
-        return "no gait walks on the intact twin"
+        return "no gait walks on the intact body in rigid-body physics"
     return ""

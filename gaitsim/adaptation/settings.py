@@ -22,9 +22,9 @@ class Settings:
         trials: maximum number of trials.
         kappa: weight of the uncertainty in the choice of a trial; 0 always tries the gait with
             the best expected performance.
-        length_scale: distance over which a trial informs about other gaits.
+        length_scale: distance over which a trial affects the expected performance of other gaits.
         noise: variance of a measured performance.
-        stop: share of the best expected performance at which the trials end.
+        stop: share of the best expected performance that a trial must reach to end the adaptation.
 
     Raises:
         GaitsimError: a value is out of range.

@@ -26,7 +26,7 @@ def simulated_robot(
         experiment: experiment with the intact body.
         damage: damaged legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
         measure: name of the performance measure.
-        physics: whether to use the physical twin of the body.
+        physics: whether to use the body's twin, its version in rigid-body physics.
 
     Raises:
         GaitsimError: the body does not support the damage, or has no twin.

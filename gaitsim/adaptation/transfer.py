@@ -1,4 +1,4 @@
-"""The map of an atlas transferred to another intact body, such as the physical twin."""
+"""Transfer the map of an atlas to another intact body, the body's twin in rigid-body physics."""
 
 from collections.abc import Mapping
 from concurrent.futures import Executor

@@ -11,7 +11,7 @@ WORLD_HELP = (
     "key seed, a whole number, determines everything random in the world"
 )
 SEED = "seed"
-"""The key of a world whose value seeds its random choices, such as the sign of a joint's error."""
+"""Key of the seed of a world's random choices, such as the sign of a joint's error."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The motion of a body: declared channels over time, measures of it, and a skeleton to draw."""
+"""The motion of a body: its channels, its measures, and the skeleton to draw."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -95,8 +95,8 @@ class Motion(Mapping[str, Array]):
     """The movement of a whole population, as named channels.
 
     A channel is an array whose first axis is the population; `Organism.channels` declares its
-    other axes. Channels that are expensive to compute can be given as a function, which is called
-    once, when one of its channels is first read.
+    other axes. Channels that are expensive to compute can be given as a function. It is called
+    once, when one of the channels that it returns is first read.
 
     Args:
         frame_rate: frames per second, Hz.

@@ -34,8 +34,8 @@ class Selection(Plugin):
     ) -> NDArray[np.intp]:
         """Choose parents in each of several populations.
 
-        The default calls `parents` for one population after another. Override it if all of them
-        can be handled at once, which speeds up studies.
+        The default calls `parents` for one population after another. Override it to handle all
+        populations at once, which is faster.
 
         Args:
             scores: score of each individual, (populations, population).
@@ -66,8 +66,8 @@ class Crossover(Plugin):
         children: number of children per pair, an option of every crossover. A crossover that
             supports only one number narrows it to `Literal[1]` or `Literal[2]`.
         pair_probability: crossover probability p_c (Holland 1975), an option of every crossover.
-            The breeding step replaces the children of all other pairs with copies of their
-            parents.
+            The breeding step replaces the children of pairs that are not crossed with copies of
+            their parents.
         spaces: genome spaces that the crossover supports.
     """
 

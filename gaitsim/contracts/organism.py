@@ -106,8 +106,8 @@ class Organism(Plugin):
     def rig(self) -> Rig | None:
         """Return the body as a tree of links that its joint angles move; None by default.
 
-        The page of an atlas computes the 3D motion of a body with a rig from joint angles, instead
-        of storing points. The rig's segments, solids and feet are the skeleton's segments, solids
+        If a body has a rig, the page of an atlas stores only joint angles, and computes the 3D
+        motion from them. The rig's segments, solids and feet are the skeleton's segments, solids
         and contacts, in the same order.
         """
         return None
@@ -117,7 +117,7 @@ class Organism(Plugin):
         return {}
 
     def conditions(self) -> Mapping[str, Condition]:
-        """Return the conditions that may vary between worlds, by name; {} if none do.
+        """Return the conditions that may vary between worlds, by name; {} by default.
 
         A body with conditions has the option `world: dict[str, float] = option({}, WORLD_HELP)`,
         validates it with `check_world`, and applies it in `move` and `play`.
@@ -130,7 +130,7 @@ class Organism(Plugin):
 
     @classmethod
     def library(cls) -> Facts:
-        """Return facts about the bundled values of options, such as the robots of the package."""
+        """Return facts about option values that the package bundles, such as its robots."""
         return {}
 
     @classmethod
@@ -174,7 +174,8 @@ class Organism(Plugin):
     def commands(self) -> tuple[Command, ...]:
         """Return the commands that a person can give, each with its own key.
 
-        The first command applies while no key is pressed. () for a body that cannot be steered.
+        The first command applies while no key is pressed. The default returns (): the body cannot
+        be steered.
         """
         return ()
 

@@ -128,10 +128,10 @@ class Search(Plugin):
         operators: kinds of operators that the search uses; each is a section of the experiment.
         several: whether `ask` can handle several populations at once (see `Context.populations`)
             with an empty state. Islands require it.
-        keeps: kind of result of `members`: a Pareto 'front', an 'archive', or '' for None. A search
-            that keeps a front has an option `objectives` with 'max' or 'min' for each objective
-            by name, in the order of `Members.values`; its members are sorted by the first
-            objective.
+        keeps: what `members` returns: 'front' for a Pareto front, 'archive' for an archive, '' for
+            None. A search that keeps a front has an option `objectives` with 'max' or 'min' for
+            each objective by name, in the order of `Members.values`; its members are sorted by the
+            first objective.
     """
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)

@@ -20,13 +20,12 @@ class Solid:
     """A rigid convex solid in its own frame; `Skeleton.poses` gives its place in the world.
 
     Args:
-        name: name of the part of the body. A name that begins with L or R, for left or right, and
-            a number, such as 'L1 tibia', gets the colour of that side.
+        name: name of the part of the body. If it begins with L or R and a number, such as
+            'L1 tibia', the solid is drawn in the colour of the left or right side.
         shape: one of box, sphere, capsule, cylinder, ellipsoid, mesh.
         size: lengths in metres, as in MuJoCo. Box: half lengths along x, y and z. Sphere: radius.
             Capsule and cylinder: radius, and half length along z, without the round ends of a
-            capsule.
-            Ellipsoid: three radii. Mesh: ().
+            capsule. Ellipsoid: three radii. Mesh: ().
         vertices: points of a mesh, (points, 3), metres; the solid is their convex hull.
 
     Raises:

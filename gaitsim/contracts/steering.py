@@ -57,8 +57,7 @@ class Steered(ABC):
 
         Returns:
             The motion of a population of one individual in these frames, without the frame before
-            them.
-            `Organism.skeleton` and `Organism.measures` must accept it.
+            them. `Organism.skeleton` and `Organism.measures` must accept it.
 
         Raises:
             GaitsimError: the command is unknown, or `frames` is below 1.

@@ -15,15 +15,15 @@ from gaitsim.individual import Individual
 def with_changed_body(
     individual: Individual, overrides: Mapping[str, Any], request: str = ""
 ) -> Individual:
-    """Return an individual with other options of its body, with the score of its motion.
+    """Return an individual with changed options of its body, and the score of its new motion.
 
-    A genome moves the changed body; a gait from a file is played on it. The score is that of the
-    body's own world, even if the run evaluated individuals in several worlds.
+    A genome moves the changed body; a gait from a file is played on it. The score is computed in
+    the body's own world, even if the run evaluated individuals in several worlds.
 
     Args:
         individual: individual of a run or from a file.
         overrides: values of the body's options by key, such as `{"organism.gravity": 1.6}`.
-        request: request of the user, for messages; '' shows the keys.
+        request: text of the user's request, which messages show instead of the option's key.
 
     Raises:
         GaitsimError: an option is unknown, or its value is invalid.
@@ -68,12 +68,12 @@ def in_engine(individual: Individual, engine: str) -> Individual:
 def with_body(
     experiment: Experiment, overrides: Mapping[str, Any], request: str = ""
 ) -> Experiment:
-    """Return an experiment with other options of its body, and only the body's own world.
+    """Return an experiment with changed options of its body, and only the body's own world.
 
     Args:
         experiment: original experiment, which is not changed.
         overrides: values of the body's options by key.
-        request: request of the user, for messages; '' shows the keys.
+        request: text of the user's request, which messages show instead of the option's key.
 
     Raises:
         GaitsimError: an option is unknown, or its value is invalid.
@@ -89,7 +89,7 @@ def with_body(
 
 
 def with_world(individual: Individual, world: World) -> Individual:
-    """Return an individual whose body moves in another world, with the score of its motion.
+    """Return an individual whose body moves in another world, and the score of its motion there.
 
     Args:
         individual: individual of a run or from a file.

@@ -26,7 +26,7 @@ def damage_body(experiment: Experiment, damage: Sequence[str]) -> Experiment:
 
 
 def with_damage(individual: Individual, damage: Sequence[str]) -> Individual:
-    """Return an individual with a damaged body, with the score of its motion.
+    """Return an individual with a damaged body, and the score of its motion.
 
     The damage replaces any earlier damage of the body.
 

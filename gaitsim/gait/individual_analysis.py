@@ -40,7 +40,7 @@ def analyse_individual(individual: Individual) -> GaitAnalysis:
 def vertical_loads(individual: Individual) -> Floats | None:
     """Return the vertical force of the ground on each foot, (frames, feet) N.
 
-    None if the body has no channel `load` over frames and feet with a component z.
+    Return None if the body has no channel `load` over frames and feet with a component z.
 
     Raises:
         PluginError: the body cannot compute the channel, or it is not as declared.
@@ -53,7 +53,7 @@ def vertical_loads(individual: Individual) -> Floats | None:
 
 
 def weight_of(individual: Individual) -> float | None:
-    """Return the weight of the body, N; None without a channel `weight` of one value.
+    """Return the weight of the body, N; None if it has no channel `weight` with a single value.
 
     Raises:
         PluginError: the body cannot compute the channel, or it is not as declared.

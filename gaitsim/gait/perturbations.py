@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Angles = NDArray[np.float64]
-"""(frames, joints), radians."""
+"""Joint angles over time, (frames, joints), radians."""
 
 
 def apply_lag(angles: Angles, frames: float) -> Angles:

@@ -67,8 +67,8 @@ def wrap(cycles: NDArray[np.float64]) -> Floats:
 def fit(phases: Floats, patterns: Floats) -> tuple[Floats, Floats]:
     """Return the rms circular distance of phases to patterns in cycles, and the shifted patterns.
 
-    The distance is the exact minimum over all common shifts. The best shift is one of the means of
-    the differences on the circle, of which there are as many as feet (Hotz and Huckemann 2015,
+    The distance is the exact minimum over all common shifts. On a circle, the differences have one
+    candidate mean per foot, and the best shift is one of these (Hotz and Huckemann 2015,
     "Intrinsic means on the circle").
 
     Args:

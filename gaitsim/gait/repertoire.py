@@ -79,14 +79,14 @@ def gaits_of(
 ) -> Iterator[list[Gait]]:
     """Yield the gaits of genomes in order, in groups.
 
-    The names are those of `analyse_individual`, which would take many minutes for 15,625 spiders.
-    This function is faster: it takes the positions of the feet along the body from the skeletons
-    of a few individuals.
+    The names are the same as those of `analyse_individual`, which would take many minutes for
+    15,625 spiders. This function is faster: it takes the positions of the feet along the body from
+    the skeletons of a few individuals.
 
     Args:
         experiment: experiment with the body.
         genomes: genomes, (individuals, genes).
-        workers: number of workers; None chooses a number for the body.
+        workers: number of workers; None for a number that suits the body.
 
     Raises:
         GaitsimError: the body has no feet.

@@ -29,7 +29,8 @@ class Footfalls:
         stride: common stride of the feet; None if the contacts are not periodic.
         phases: phase of each foot's touch-down after that of the first foot that steps, (feet,),
             cycles from 0 to 1; NaN for feet that do not step, and without a stride.
-        consistency: consistency of the phases, (feet,), from 0, random, to 1, equal in all strides.
+        consistency: consistency of the phases, (feet,), from 0 (random) to 1 (equal in all
+            strides).
         margin: static stability margin, (frames,), metres, up to a fall.
         slip: slip of the feet that stand.
         lying: share of the time during which the trunk is on the ground.

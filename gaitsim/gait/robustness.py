@@ -60,8 +60,8 @@ class Robustness:
 
     Attributes:
         score: score without perturbations.
-        worth: reference for falls: the increase of the score over the best score of the run's first
-            generation, or its absolute value, whichever is larger.
+        worth: reference for falls: the increase of the score over the best score in the first
+            generation of the stage, or the absolute value of the score, whichever is larger.
         perturbations: score under each perturbation.
         missing: perturbations that the body does not support, with reasons.
     """

@@ -96,8 +96,8 @@ def term_changes(
     """Return the changes of the terms from the first generation of a stage to `generation`.
 
     Returns:
-        The number of the first generation with the same evaluation, and the terms in the order of
-        the history. Terms of earlier fitness functions are omitted.
+        The number of the first generation of the stage, and the terms in the order of the history.
+        Terms of earlier fitness functions are omitted.
     """
     names = [
         name

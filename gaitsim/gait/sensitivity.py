@@ -59,8 +59,7 @@ def effects(
     Args:
         conditions: values of each condition by name, (worlds,) each.
         ranges: lowest and highest value of each condition.
-        results: result in each world, (worlds,), higher is better; values that are not finite are
-            ignored.
+        results: result in each world, (worlds,), higher is better; non-finite values are ignored.
     """
     counted = np.isfinite(results)
     names = [name for name in conditions if ranges[name][0] < ranges[name][1]]

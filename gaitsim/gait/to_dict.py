@@ -26,7 +26,7 @@ def analysis_to_dict(
 ) -> dict[str, Any]:
     """Return the gait, score breakdown and robustness of an individual, with comparisons.
 
-    The gait is compared with that on the physical twin, and with that in another physics engine.
+    The comparisons are with the same gait on the body's twin, and in another physics engine.
     """
     generation = individual.best_of
     recorded = individual.generation and not individual.changes

@@ -56,8 +56,8 @@ def heading(body: Floats) -> Floats | None:
         body: positions of the points, (frames, points, 3), metres.
 
     Returns:
-        The turn, (frames,), radians, not wrapped. None if the points lie vertically above one
-        another in any frame: a body that tumbles has no heading.
+        The turn, (frames,), radians, not wrapped; None if the points lie almost vertically above
+        one another in any frame, as a body that tumbles has no heading.
     """
     flat = body[..., :2] - body[..., :2].mean(axis=1, keepdims=True)
     if np.abs(flat).max(initial=0.0) < 1e-9:

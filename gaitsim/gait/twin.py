@@ -1,4 +1,4 @@
-"""Compare a gait on two bodies: a kinematic body and its physical twin, or two engines."""
+"""Compare a gait on two bodies: a kinematic body and its twin in physics, or two engines."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,14 +35,19 @@ class QuantityPair(NamedTuple):
 
 
 def has_twin(individual: Individual) -> bool:
-    """Return whether the body declares a physical twin, which can play its joint angles."""
+    """Return whether the body declares a twin, which can play its joint angles in physics."""
     return _has_twin(individual.experiment)
 
 
 def twin_of(
     experiment: Experiment, damage: Sequence[str] = (), world: World | None = None
 ) -> Experiment:
-    """Return the experiment of a body's physical twin, with given damage and in a given world.
+    """Return the experiment of a body's twin in rigid-body physics.
+
+    Args:
+        experiment: experiment with the kinematic body.
+        damage: damage to the twin.
+        world: conditions of the twin's world; None for the world of its preset.
 
     Raises:
         GaitsimError: the body has no twin, or the twin does not support the damage or the world.
@@ -59,11 +64,11 @@ def twin_of(
 
 
 def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Individual:
-    """Play the joint angles of an individual on the physical twin of its body, in the same world.
+    """Play the joint angles of an individual on its body's twin in physics, in the same world.
 
     Args:
         individual: individual of a kinematic body with a twin.
-        damage: damage to the twin; None for that of the individual's own body.
+        damage: damage to the twin; None for the damage of the individual's own body.
 
     Raises:
         GaitsimError: the body has no twin, or the twin cannot play its joint angles or does not
@@ -75,7 +80,7 @@ def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) ->
 
 
 def play_on(individual: Individual, twin: Experiment) -> Individual:
-    """Play the joint angles of an individual on another body, such as that of `twin_of`.
+    """Play the joint angles of an individual on another body, such as the twin of its own.
 
     Raises:
         GaitsimError: the body cannot play the angles.
@@ -93,7 +98,7 @@ def play_on(individual: Individual, twin: Experiment) -> Individual:
 
 
 def compare_bodies(individual: Individual, other: Individual) -> tuple[QuantityPair, ...]:
-    """Return the quantities of a gait on its body and on another, such as its physical twin.
+    """Return the quantities of a gait on its own body and on another body, such as its twin.
 
     These are the quantities of the gait analysis, and all measures of the other body, such as
     energy.

@@ -29,7 +29,7 @@ from gaitsim.individual import Individual
 MOST = 10_000
 """Largest number of worlds in a test."""
 
-REPORTS = 20  # least number of progress reports
+REPORTS = 20  # least number of progress reports, unless there are few worlds
 
 
 def evaluate_unseen(
@@ -52,9 +52,9 @@ def evaluate_unseen(
         number: number of worlds, from 1 to `MOST`.
         seed: seed of the worlds. With the same seed and ranges, all gaits meet the same worlds.
         ranges: range of each condition that varies, by name. None takes the ranges of the
-            experiment's worlds or, if it has none, the usual ranges of all conditions of the body.
-            Conditions that the individual's changes fix are left out.
-        workers: number of workers; None chooses a number for the body.
+            experiment's worlds or, if it has none, the usual ranges of all conditions of the body,
+            without the conditions to which the individual's changes give a fixed value.
+        workers: number of workers; None for a number that suits the body.
         begin: called with the number of worlds.
         advance: called with the number of worlds that were completed since the last call.
 

@@ -86,7 +86,7 @@ class UnseenResults(ReprMixin):
 
     @property
     def worst_tenth(self) -> float:
-        """The mean of the worst tenth of the results, of at least one result."""
+        """The mean of the worst tenth of the results, or of the worst one if there are few."""
         return float(worst_tenth(self.results))
 
     def quantile(self, share: float) -> float:
@@ -158,7 +158,7 @@ class UnseenResults(ReprMixin):
 
 
 def worst_tenth(results: Floats) -> Floats:
-    """Return the mean of the worst tenth of results, at least one, (…, worlds) -> (…)."""
+    """Return the mean of the worst tenth, rounded up, of results, (…, worlds), in shape (…)."""
     counted = -(-results.shape[-1] // 10)
     return np.asarray(np.sort(results, axis=-1)[..., :counted].mean(axis=-1))
 

@@ -17,7 +17,7 @@ FLASH = 32_767  # bytes, the longest array on an AVR, which addresses it with 16
 MAX_JOINTS = 255
 MAX_NAME = 63  # characters
 RAMP_SPEED = 60.0  # °/s, mean speed of the ramps between standing and the gait
-RAMP_SHARE = 0.5  # share of a servo's speed: a ramp reaches 1.5 times its mean speed
+RAMP_SHARE = 0.5  # largest mean speed of a ramp / servo speed; the peak is 1.5 times the mean
 _HEADER = """\
 // The gait for {name}.ino: servo pulses in microseconds. Written by gaitsim.
 #pragma once

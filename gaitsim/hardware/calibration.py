@@ -92,7 +92,7 @@ class Joint(BaseModel):
 
     @staticmethod
     def _range(servo: Servo) -> tuple[float, float]:
-        """Return the range of a servo to either side of its centre, °."""
+        """Return how far a servo can turn below and above its centre, °."""
         half = math.degrees(servo.travel / 2)
         high = math.degrees(servo.tick * (servo.ticks - 1)) - half if servo.ticks else half
         return half + 1e-6, high + 1e-6
@@ -133,7 +133,7 @@ class Calibration:
         return self._values("max_speed")
 
     def excess(self, degrees: Floats) -> Floats:
-        """Return how far servo angles exceed their ranges, (…, joints) °; not above 0 inside."""
+        """Return how far servo angles exceed their ranges, (…, joints) °; 0 or less within them."""
         return np.maximum(self.low - degrees, degrees - self.high)
 
     def pulses(self, degrees: Floats) -> Floats:

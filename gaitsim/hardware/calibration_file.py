@@ -23,8 +23,8 @@ def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibrat
     """Read the calibration of a robot with the given joints.
 
     Args:
-        path: a TOML file.
-        format: export format, as for `export_individual`, which determines the type of servo.
+        path: path of the TOML file.
+        format: export format, such as 'arduino', which determines the type of servo.
         joints: names of the joints, in the order of the gait.
 
     Raises:

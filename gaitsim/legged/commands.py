@@ -23,7 +23,7 @@ def hold_commands(
         steps: number of steps per frame.
 
     Returns:
-        (…, frames · steps, joints) rad, in the dtype of `commands`.
+        The commands, (…, frames · steps, joints) rad, in the dtype of `commands`.
     """
     return commands_at(commands, np.arange(commands.shape[-2] * steps) / steps, frame_rate / rate)
 
@@ -39,7 +39,7 @@ def commands_at(
         period: time between commands, frames.
 
     Returns:
-        (…, moments, joints) rad.
+        The commands, (…, moments, joints) rad.
     """
     # Without the 1e-9, rounding errors would delay some commands by a step.
     sent = np.floor(moments / period + 1e-9) * period

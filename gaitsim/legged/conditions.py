@@ -40,7 +40,8 @@ def conditions(
 
     Args:
         names: names in `CONDITIONS`.
-        frame_rate: command rate in the nominal world, Hz; adds the condition `command_rate`.
+        frame_rate: command rate in the nominal world, Hz, for the condition `command_rate`; None
+            for a body without this condition.
         nominal: nominal values by name, which replace the values in `CONDITIONS`.
     """
     found = {

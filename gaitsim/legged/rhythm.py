@@ -97,7 +97,7 @@ def phase_lag(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
 
     Args:
         downs: whether each foot touches down, (population, frames, feet).
-        pairs: pairs of feet. The phase is that of the second foot in the strides of the first.
+        pairs: pairs of feet; the second foot touches down in the strides of the first.
 
     Returns:
         The circular mean over all strides and pairs, (population,); NaN without a stride.

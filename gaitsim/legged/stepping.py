@@ -45,7 +45,8 @@ def stepping_measures(
         legs: names of the legs.
         frame_rate: frames per second, Hz.
         sides: names of the legs on each side, front to back.
-        upright: number of frames before each individual's fall, (population,); None if none falls.
+        upright: number of frames before each individual's fall, (population,); None if no
+            individual falls.
     """
     steps = _Steps(stance, frame_rate, upright)
     pairs = [

@@ -51,7 +51,7 @@ class Challenge:
 
     Attributes:
         text: resolved experiment as TOML, without comments.
-        genome: (genes,), float64 or uint8.
+        genome: genome of the individual, (genes,), float64 or uint8.
         generation: generation whose worlds the individual was scored in, counted from 1.
         member: number of the individual in a front or archive; None for the best of the
             generation.
@@ -131,7 +131,7 @@ class Challenge:
         """Return the experiment with some options changed and its plugins loaded.
 
         Raises:
-            ExperimentError: the experiment or the changes have problems; lists all of them.
+            ExperimentError: the experiment or the changes have problems; the error lists all.
         """
         try:
             return parse_experiment(self.text, WHERE, overrides, place)
@@ -198,7 +198,7 @@ def _versions_of(individual: Individual) -> dict[str, str]:
 
 
 def _compact(text: str) -> str:
-    """Return a TOML text without comments; unchanged if that would change a value."""
+    """Return a TOML text without comments, or the text itself if that would change a value."""
     data = toml.parse(text, "the experiment")
     lines = [f"{key}={toml.text(one)}" for key, one in data.items() if not isinstance(one, dict)]
     for section, values in data.items():

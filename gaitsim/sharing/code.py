@@ -1,4 +1,4 @@
-"""Challenge codes: bytes encoded as a text that survives chats and shells and detects damage.
+"""Challenge codes: bytes encoded as a text for chats and shells, with a checksum.
 
     gaitsim1-<base64url of: length, deflated content, checksum>
 

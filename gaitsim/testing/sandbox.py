@@ -36,7 +36,8 @@ class _Child:
 
     Args:
         path: folders to import from, before those of this process.
-        hash_seed: seed of hashes, which determines the order of sets; it must not affect results.
+        hash_seed: value of PYTHONHASHSEED. It determines the order of sets, which must not affect
+            results.
     """
 
     def __init__(self, path: Sequence[str], hash_seed: int) -> None:

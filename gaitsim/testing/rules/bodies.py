@@ -164,7 +164,7 @@ def _check_channel(name: str, array: object, channel: Channel | None) -> Iterato
 
 
 def _check_axis_lengths(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """Check that axes of the same name are equally long, and `joints` as long as its names."""
+    """Check that axes of the same name are equally long, with one joint per `joint_names()`."""
     found = {"joints": ("joint_names()", len(body.joint_names()))}
     for name, channel in body.channels.items():
         for axis, length in zip(channel.axes, motion[name].shape[1:], strict=True):

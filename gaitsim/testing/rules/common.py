@@ -18,7 +18,7 @@ from gaitsim.contracts import (
 )
 from gaitsim.testing.report import Finding, error
 
-GENERATIONS = (1, 2, 1000, 1_000_000)  # in which schedules are checked
+GENERATIONS = (1, 2, 1000, 1_000_000)  # generations in which schedules are checked
 
 STATELESS = "draw only from the generator 'rng', and keep no state between calls"
 

@@ -83,7 +83,7 @@ def _check_breeding(
         yield error(
             "finite values",
             "finite genes",
-            f"genes that are not finite ({what})",
+            f"non-finite genes ({what})",
             "prevent overflow and division by 0",
         )
     elif not space.contains(space.repair(children)):

@@ -9,7 +9,10 @@ from gaitsim.testing.rules.bits import first_difference, same, select_rows
 
 
 def check_determinism(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    """Check that motions do not depend on repetition, order or chunks, and keep the genomes."""
+    """Check that motions do not depend on repetition, order or chunks.
+
+    Also check that `move` does not change the genomes.
+    """
     whole = select_rows(motion, range(len(genomes)))
     argument = genomes.copy()
     # select_rows reads all channels, and so computes the derived channels.

@@ -86,7 +86,7 @@ def _check_space(trial: Trial, what: str) -> Iterator[Finding]:
 
 
 def _check_generations(trial: Trial, what: str, generations: int) -> Iterator[Finding]:
-    """Check each call in some generations, and call each method twice with the same arguments."""
+    """Check `ask` and `tell` in the first generations; a second call must return the same."""
     search, last = trial.search, None
     state: Any = trial.initial()
     if (yield from any_error(check_state("initial()", what, state, state))):

@@ -20,11 +20,11 @@ def copy_state(state: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_state(method: str, what: str, state: Any, first: Any) -> Iterator[Finding]:
-    """Check that a checkpoint can store a state, and that names and dtypes are the initial ones.
+    """Check that a checkpoint can store a state, and that its names and dtypes have not changed.
 
     Args:
         method: method that returned the state, for messages.
-        what: genome space and scores of the trial, for messages.
+        what: description of the trial's genome space and scores, for messages.
         state: returned value.
         first: initial state.
     """

@@ -24,13 +24,13 @@ PLACEHOLDERS: Mapping[str, object] = {
 }
 """Values for required options that name measures, because trials run without a body."""
 
-GENERATIONS = 8  # of a trial run
+GENERATIONS = 8  # number of generations in a trial run
 POPULATIONS = (12, 16, 100)  # the first size that the search supports is used
 CASES = ("random scores", "half of them −inf", "all of them −inf", "equal scores", "huge scores")
 
 
 def with_placeholders(model: type[Plugin], options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options, with placeholders for required ones that only an experiment can set."""
+    """Return the options, with placeholders for required options that name measures."""
     if not issubclass(model, Search):
         return dict(options)
     required = (name for name, field in model.model_fields.items() if field.is_required())

@@ -33,7 +33,7 @@ def check_skeleton(body: Organism, motion: Motion) -> Iterator[Finding]:
                 "skeleton",
                 "at least one frame and one segment, finite points, a frame rate above 0",
                 f"{len(skeleton.segments)} frames, {len(skeleton.names)} segments, "
-                f"{skeleton.frame_rate} Hz{'' if finite else ', points that are not finite'}",
+                f"{skeleton.frame_rate} Hz{'' if finite else ', non-finite points'}",
                 "return both ends of each segment in metres, (frames, segments, 2, 3)",
             )
             return
@@ -51,7 +51,7 @@ def check_skeleton(body: Organism, motion: Motion) -> Iterator[Finding]:
 
 
 def check_rig(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """Check that the rig, if any, has the joints and the parts of the skeleton in their order."""
+    """Check that the rig, if any, lists the body's joints and the skeleton's parts in order."""
     try:
         rig: object = body.rig()
     except SkeletonError as problem:
