@@ -76,8 +76,8 @@ class Organism(Plugin):
         `measures`, `skeleton` and fitnesses must accept the motion like one from `move`.
 
         Args:
-            joint_angles: (population, frames, joints), radians. The body must not change the
-                array.
+            joint_angles: angles to play, (population, frames, joints), radians. The body must not
+                change the array.
 
         Returns:
             The motion. Its channel `joint_angles` contains the angles as played, within the body's

@@ -173,7 +173,7 @@ class Evaluator:
             The results in the order of the tasks.
 
         Raises:
-            GaitsimError: the function raised the error, or a task repeatedly killed its worker.
+            GaitsimError: the function raised this error, or a task repeatedly killed its worker.
         """
         scheduler = self._task_scheduler
         if scheduler is not None and len(tasks) > 1:

@@ -31,8 +31,8 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
 
     Args:
         experiment: experiment with the body.
-        joint_angles: (population, frames, joints), radians. The body clips them to its limits;
-            the motion's channel `joint_angles` holds the angles that it played.
+        joint_angles: angles to play, (population, frames, joints), radians. The body clips them to
+            its limits; the motion's channel `joint_angles` holds the angles that it played.
 
     Raises:
         GaitsimError: the body cannot play, or the angles do not fit it.

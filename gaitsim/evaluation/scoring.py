@@ -22,8 +22,8 @@ class Evaluation:
     """The scores of a population.
 
     Attributes:
-        scores: (population,) float64, higher is better; −inf for individuals that failed and for
-            sums that are not finite or too large.
+        scores: score of each individual, (population,) float64; higher is better. −inf if the
+            individual failed, or the sum of its terms is not finite or too large.
         terms: terms of the scores by name, each (population,) float64.
         reasons: reason for each score of −inf, by the index of the individual.
         values: terms and measures that the search reads, by name, each (population,).
@@ -52,7 +52,8 @@ def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> E
         generation: number of the generation, counted from 1, in whose worlds they move.
 
     Raises:
-        PluginError: the body or the fitness fails or breaks its contract; names its package.
+        PluginError: the body or the fitness fails or breaks its contract; the error names its
+            package.
     """
     if not experiment.worlds.number:
         return _evaluate(experiment, genomes)
@@ -115,10 +116,11 @@ def combine_worlds(
 
 
 def evaluate_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
-    """Score the object that a body returned as the motion of a population; `values` is empty.
+    """Score the object that a body returned as a motion; the evaluation's `values` are empty.
 
     Raises:
-        PluginError: the body or the fitness fails or breaks its contract; names its package.
+        PluginError: the body or the fitness fails or breaks its contract; the error names its
+            package.
     """
     body, fitness = experiment.entries["organism"], experiment.entries["fitness"]
     moved = check_motion(body, motion)
@@ -171,7 +173,7 @@ def move_genomes(experiment: Experiment, genomes: Genomes) -> Motion:
     """Return the motion of genomes, (population, genes), which are not changed, without a score.
 
     Raises:
-        PluginError: the body fails or breaks its contract; names its package.
+        PluginError: the body fails or breaks its contract; the error names its package.
     """
     body = experiment.entries["organism"]
     with plugin_errors(body, "moving a population"):

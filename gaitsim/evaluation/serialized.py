@@ -36,7 +36,7 @@ class SerializedExperiment:
 
     @property
     def experiment(self) -> Experiment:
-        """Return the experiment, ready to evaluate; in its original process, the same object.
+        """The experiment, ready to evaluate; in its original process, the same object.
 
         Raises:
             GaitsimError: a package of the experiment is missing in this process or has a different

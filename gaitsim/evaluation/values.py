@@ -31,7 +31,8 @@ def values_to_read(
 
     Raises:
         GaitsimError: a name is neither a term nor a measure.
-        PluginError: the body or the search fails or breaks its contract; names its package.
+        PluginError: the body or the search fails or breaks its contract; the error names its
+            package.
     """
     with plugin_errors(experiment.entries["search"], "naming the values it reads"):
         names = [name for name in experiment.search.reads() if name != TRANSFERABILITY]
@@ -79,7 +80,7 @@ def values_of(
     """Return a copy of the values of a measure, (population,).
 
     Raises:
-        PluginError: the body fails or breaks its contract; names its package.
+        PluginError: the body fails or breaks its contract; the error names its package.
     """
     with plugin_errors(body, f"measuring {name!r}"):
         values = np.array(measures[name].values, np.float64)

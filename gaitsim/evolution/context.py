@@ -63,7 +63,7 @@ def check_state(experiment: Experiment, state: State, tests: RealityTests | None
     """Check a state; return it as plain arrays for a checkpoint, with the tests in reality.
 
     Raises:
-        PluginError: the search breaks its contract; names its package.
+        PluginError: the search breaks its contract; the error names its package.
     """
     entry = experiment.entries["search"]
     if not isinstance(state, Mapping):

@@ -72,7 +72,7 @@ class Generation(ReprMixin):
 
     Attributes:
         number: number of the generation, counted from 1.
-        genomes: (population, genes).
+        genomes: genomes of the population, (population, genes).
         evaluation: scores of the genomes, their terms, and reasons for failures.
         progress: progress of the search, including this generation.
         diversity: diversity of the genomes, as their space defines it.

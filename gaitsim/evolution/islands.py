@@ -64,8 +64,8 @@ def migrate(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes
 
     Args:
         islands: topology and number of migrants.
-        genomes: (islands, population, genes); not changed.
-        scores: (islands, population).
+        genomes: genomes of all islands, (islands, population, genes); not changed.
+        scores: scores of these genomes, (islands, population).
 
     Returns:
         Genomes and scores after the migration.
@@ -98,7 +98,7 @@ def initial_islands(
             populations.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     islands = range(experiment.islands.number)
     return np.concatenate(
@@ -119,7 +119,7 @@ def next_islands(
         number: number of the generation to ask for, at least 2.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     return np.concatenate(
         [
@@ -169,7 +169,7 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[EvaluatedPopulatio
         The population and the evaluation of each generation.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space = experiment.space()
     populations: list[EvaluatedPopulation] = []
@@ -209,7 +209,7 @@ def parallel_epoch(
         The genomes of all islands and their evaluation, for each generation.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     tasks = _epochs(experiment, genomes, scores, first, epoch_end(experiment, first))
     return [

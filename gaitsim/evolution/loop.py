@@ -60,7 +60,7 @@ def evolve(
         Each finished generation; `stop` of the last one holds the reason for the end.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space, evolution = experiment.space(), experiment.evolution
     number, before = 1, Progress(0, -math.inf, -1, evolution.fitness_threshold)
@@ -143,7 +143,7 @@ def reevaluate(experiment: Experiment, last: Generation, evaluate: Evaluate) -> 
         evaluate: function that scores a population under that experiment.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     state, more = reevaluate_remembered(experiment, last.state, evaluate, last.number)
     progress = replace(last.progress, evaluations=last.progress.evaluations + more)

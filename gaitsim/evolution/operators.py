@@ -30,10 +30,10 @@ class ExperimentOperators:
     island: int = 0
 
     def parents(self, scores: NDArray[np.float64], children: int) -> NDArray[np.intp]:
-        """Select parents: scores (…, population) -> indices (…, pairs, 2).
+        """Return the indices of selected parents, (…, pairs, 2), by scores, (…, population).
 
         Raises:
-            PluginError: the selection fails or breaks its contract; names its package.
+            PluginError: the selection fails or breaks its contract; the error names its package.
         """
         entry, selection = self._at("selection")
         *several, size = scores.shape
@@ -53,10 +53,10 @@ class ExperimentOperators:
         return found
 
     def cross(self, genomes: Genomes, parents: NDArray[np.intp], children: int) -> Genomes:
-        """Cross the parents: genomes (…, population, genes) -> (…, children, genes).
+        """Return children, (…, children, genes), of parents in genomes, (…, population, genes).
 
         Raises:
-            PluginError: the crossover fails or breaks its contract; names its package.
+            PluginError: the crossover fails or breaks its contract; the error names its package.
         """
         entry, crossover = self.experiment.entries["crossover"], self._crossover
         *several, size, genes = genomes.shape
@@ -79,7 +79,7 @@ class ExperimentOperators:
         return found
 
     def mutate(self, genomes: Genomes) -> Genomes:
-        """Mutate and repair genomes, (…, population, genes) -> a new array.
+        """Return mutated and repaired copies of genomes, (…, population, genes).
 
         Raises:
             PluginError: the mutation or the body's repair fails or breaks its contract.
@@ -110,7 +110,7 @@ def repair_genomes(experiment: Experiment, space: GenomeSpace, genomes: Genomes)
     """Repair genomes, (individuals, genes), so that they are in the body's genome space.
 
     Raises:
-        PluginError: the body fails or breaks its contract; names its package.
+        PluginError: the body fails or breaks its contract; the error names its package.
     """
     body = experiment.entries["organism"]
     with plugin_errors(body, "repairing genomes"):

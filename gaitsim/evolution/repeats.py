@@ -2,8 +2,8 @@
 
 For a small population, function calls cost more than arithmetic: a hundred repeats of ten
 millipedes cost little more than one. The repeats of a genetic algorithm share the random streams
-of each generation. Their results therefore depend on the number of repeats, and the first repeat
-differs from the run of `gaitsim run`.
+of each generation. Their results therefore depend on the number of repeats, and even the first
+repeat differs from a run by `gaitsim run`.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> 
         evaluations to each repeat.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     evolve = _evolve_stacked if experiment.search.several else _evolve_one_by_one
     best = np.full(repeats, -np.inf)
@@ -68,7 +68,7 @@ def _evolve_one_by_one(
 ) -> Iterator[Scores]:
     """Yield the best score of each repeat per generation, for a search with a state per repeat.
 
-    Each repeat has its own random streams, those of an island.
+    Each repeat has its own random streams, like an island.
     """
     space, size = experiment.space(), experiment.evolution.population
     states = [initial_state(experiment, space, island=index) for index in range(repeats)]

@@ -29,7 +29,7 @@ def initial_state(
     """Return the state of a search before its first generation.
 
     Raises:
-        PluginError: the search fails or breaks its contract; names its package.
+        PluginError: the search fails or breaks its contract; the error names its package.
     """
     entry = experiment.entries["search"]
     with plugin_errors(entry, "creating its initial state"):
@@ -67,7 +67,7 @@ def ask(
         Genomes, (*populations, population, genes), and the state to pass to `tell`.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     entry = experiment.entries["search"]
     purpose = Purpose.INITIAL if last is None else Purpose.ASK
@@ -105,7 +105,7 @@ def first_population(experiment: Experiment) -> Genomes:
     """Return the genomes of generation 1 of one population, (population, genes).
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space = experiment.space()
     return ask(experiment, space, initial_state(experiment, space), None, 1)[0]
@@ -122,7 +122,7 @@ def tell(
     """Return the state of the search, given the results of the genomes that it asked for.
 
     Raises:
-        PluginError: the search fails or breaks its contract; names its package.
+        PluginError: the search fails or breaks its contract; the error names its package.
     """
     tests, before = RealityTests.of(state), search_state(state)
     seen = results if tests is None else with_predictions(experiment, tests, results)
@@ -161,7 +161,7 @@ def remembered(experiment: Experiment, state: State) -> Genomes:
     """Return the genomes whose scores the state holds, (genomes, genes); possibly none.
 
     Raises:
-        PluginError: the search fails; names its package.
+        PluginError: the search fails; the error names its package.
     """
     with plugin_errors(experiment.entries["search"], "listing the genomes it remembers"):
         genomes = experiment.search.remembered(search_state(state))
@@ -197,7 +197,7 @@ def reevaluate_remembered(
         The state, and the number of genomes that were evaluated.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space, tests = experiment.space(), RealityTests.of(state)
     genomes = remembered(experiment, state)
@@ -224,7 +224,7 @@ def figures(experiment: Experiment, state: State) -> dict[str, float]:
     """Return the figures that the search reports for the history, by name.
 
     Raises:
-        PluginError: the search fails or breaks its contract; names its package.
+        PluginError: the search fails or breaks its contract; the error names its package.
     """
     entry = experiment.entries["search"]
     with plugin_errors(entry, "describing its state"):
@@ -236,7 +236,7 @@ def members(experiment: Experiment, state: State) -> Members | None:
     """Return the front or archive of a search; None for a search without one.
 
     Raises:
-        PluginError: the search fails; names its package.
+        PluginError: the search fails; the error names its package.
     """
     with plugin_errors(experiment.entries["search"], "listing its members"):
         return experiment.search.members(search_state(state))
@@ -246,7 +246,7 @@ def state_mismatch(experiment: Experiment, state: Mapping[str, Array], generatio
     """Return why a stored state does not fit the search of an experiment; '' if it does.
 
     Raises:
-        PluginError: the search fails; names its package.
+        PluginError: the search fails; the error names its package.
     """
     details = context(experiment, experiment.space(), generation + 1, Purpose.STATE)
     try:

@@ -142,7 +142,7 @@ class RealityTests:
         return np.maximum(expected.mean[count:], 0.0)
 
     def rescaled(self, features: Floats) -> "RealityTests":
-        """Return the tests with `centre` and `spread` updated for these features and the tests'."""
+        """Return the tests, with `centre` and `spread` computed from their and these features."""
         known = np.concatenate([self.features.reshape(-1, features.shape[1]), features])
         known = np.where(np.isfinite(known), known, np.nan)
         # Not nanmean, which warns of a feature that is NaN for all individuals.
@@ -173,7 +173,7 @@ class RealityTests:
         return int(distance.argmax()) if distance.max() > 0 else None
 
     def _standard(self, features: Floats) -> Floats:
-        """Return standardised features; a value that is not finite counts as the average, 0."""
+        """Return standardised features; a non-finite value counts as the average, 0."""
         found = (np.where(np.isfinite(features), features, np.nan) - self.centre) / self.spread
         return np.where(np.isnan(found), 0.0, found)
 
@@ -233,7 +233,8 @@ def run_reality_test(
     """Test a kept individual in reality; return None if a test would add no information.
 
     Raises:
-        PluginError: the body or the fitness fails or breaks its contract; names its package.
+        PluginError: the body or the fitness fails or breaks its contract; the error names its
+            package.
     """
     names, values = _columns(kept.values)
     features = features_of(experiment, names, values)
@@ -269,10 +270,11 @@ def repeat_reality_tests(
         tests: tests under the previous experiment.
         evaluation: new evaluation of the tested individuals in simulation.
         kept: individuals that the search keeps, with new scores and values.
-        in_reality: whether to repeat the tests in reality, too.
+        in_reality: whether to also repeat the tests in reality.
 
     Raises:
-        PluginError: the body or the fitness fails or breaks its contract; names its package.
+        PluginError: the body or the fitness fails or breaks its contract; the error names its
+            package.
     """
     names, values = _columns(evaluation.values)
     tests = replace(

@@ -36,8 +36,8 @@ def load_atlas(
 
     Args:
         body: name of a preset, or path of a TOML file or a robot's file.
-        axes: measures or terms of the score, each with its low and high end, or with None for a
-            duty factor, from 0 to 1. None uses the duty factor of each leg.
+        axes: low and high end of each axis, by the name of a measure or term. The ends of a duty
+            factor may be None, for 0 to 1. None uses the duty factor of each leg.
         cells: number of Voronoi cells, or the number of cells of a grid along each axis.
         set: values of options by key, such as `{"seed": 3}`.
         place: origin of the options, for messages.
@@ -62,7 +62,7 @@ def load_atlas(
 
 
 def _atlas_options(found: Experiment, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that turn an experiment into that of an atlas."""
+    """Return the options that turn an experiment into the experiment of an atlas."""
     axes = given.get("search.axes")
     if isinstance(axes, Typed):
         axes = options.parse_value(str(axes))

@@ -144,7 +144,7 @@ def check_transferability(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> Transferability:
-    """Report tests in reality that the search does not use, or that it uses but are missing.
+    """Report tests in reality that the search does not use, or a lack of tests that it uses.
 
     Returns:
         The options; without reality if an override chose a search that does not use the tests.

@@ -25,13 +25,13 @@ def load_experiment(
     A robot's file, such as `my_robot.urdf`, uses the preset of the body that reads such files.
 
     Args:
-        reference: name of a preset, or path of a file, which contains a '/' or ends with the suffix
-            of such files.
+        reference: name of a preset, or path of a file. A path contains a '/', or ends with '.toml'
+            or the suffix of a robot's file.
         overrides: values of options by key, such as `{"mutation.rate": 0.1}`.
         place: origin of the overrides, for messages.
 
     Raises:
-        ExperimentError: the experiment has problems; lists all of them.
+        ExperimentError: the experiment has problems; the error lists all of them.
         GaitsimError: the preset or file does not exist or cannot be read.
     """
     path = Path(reference)
@@ -125,7 +125,7 @@ def parse_experiment(
         folder: folder of relative paths in the text; None for a text that must not refer to files.
 
     Raises:
-        ExperimentError: the text or the overrides have problems; lists all of them.
+        ExperimentError: the text or the overrides have problems; the error lists all of them.
     """
     return Reader(text, source, overrides, place, folder).read()
 
@@ -149,6 +149,6 @@ def with_overrides(
     """Return an experiment with changed options.
 
     Raises:
-        ExperimentError: the overrides have problems; lists all of them.
+        ExperimentError: the overrides have problems; the error lists all of them.
     """
     return parse_experiment(experiment.to_toml(), "the experiment", overrides, place)

@@ -61,7 +61,7 @@ class ExperimentOutline:
         return {"": {"seed": self.seed}, **found}
 
     def options(self) -> dict[str, Any]:
-        """Return all options by dotted key, as in `--set`; those of worlds only if in use."""
+        """Return all options by dotted key, as in `--set`; the section worlds only if in use."""
         found: dict[str, Any] = {"seed": self.seed}
         for section, table in self.sections.items():
             if section != "worlds" or self.worlds.number:

@@ -24,7 +24,7 @@ def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
     """Parse texts of the form KEY=VALUE; the last value of a repeated key counts.
 
     Raises:
-        ExperimentError: one or more texts do not have this form; lists all of them.
+        ExperimentError: one or more texts do not have this form; the error lists all of them.
     """
     found: dict[str, Typed] = {}
     problems = []
@@ -96,7 +96,7 @@ def _assign(data: dict[str, Any], key: str, given: Any, problems: Problems) -> N
 
 
 def _plain(value: Any) -> Any:
-    """Return a value in types of TOML; NumPy values are converted, too long integers are str."""
+    """Convert a value to TOML types; paths and integers beyond 64 bits become strings."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     if isinstance(value, list | tuple):

@@ -76,7 +76,7 @@ class Reader:
         """Return the experiment with the overrides.
 
         Raises:
-            ExperimentError: the experiment has problems; lists all of them.
+            ExperimentError: the experiment has problems; the error lists all of them.
         """
         problems, entries, plugins = self._problems, self._entries, self._plugins
         self._data.setdefault("search", {PLUGIN: DEFAULT_SEARCH})
@@ -163,7 +163,7 @@ class Reader:
         """Return only the body; problems of other sections are ignored.
 
         Raises:
-            ExperimentError: the body has problems; lists all of them.
+            ExperimentError: the body has problems; the error lists all of them.
         """
         self._read_plugin("organism")
         if self._problems.found:

@@ -96,7 +96,7 @@ def allow_missing_cache() -> None:
 
 
 def missing_cache() -> str:
-    """Return a warning if compiled kernels are not cached, once; otherwise ''."""
+    """Return a warning, once, if compiled kernels cannot be cached; otherwise ''."""
     found = [*_problems]
     _problems.clear()
     return found[0] if found else ""

@@ -104,7 +104,7 @@ def register(entry: PythonEntry) -> None:
 
 
 def find_registered(kind: str, name: str) -> PythonEntry:
-    """Return the entry of a name that starts with `python:`; without a model if unregistered."""
+    """Return the entry of a `python:` name; its model is None if the name is not registered."""
     if (kind, name) == ("fitness", SCORE):
         from gaitsim.registry.python_plugins import ScoreChannel
 

@@ -43,7 +43,7 @@ class RunSnapshot(RunFiles):
         """Return the experiment with options changed by key, with its plugins loaded.
 
         Raises:
-            ExperimentError: the experiment or the options have problems; it lists all of them.
+            ExperimentError: the experiment or the options have problems; the error lists all.
         """
         try:
             source = str(self.path / EXPERIMENT)

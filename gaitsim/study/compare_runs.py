@@ -28,7 +28,7 @@ class ComparedRun:
         path: folder of the run.
         history: columns of the history; empty before the first generation.
         stages: first generation and experiment of each stage.
-        comparable: first generation whose scores are comparable with those of the last one.
+        first_comparable: first generation whose scores are comparable with the last one's.
         problem: reason why the run cannot be read; None if it can.
     """
 
@@ -131,12 +131,12 @@ def _read(
 
 
 def least_evaluations(runs: Sequence[ComparedRun]) -> int:
-    """Return the evaluations of the shortest run that has any; 0 if none has."""
+    """Return the number of evaluations of the shortest run with a history; 0 without any."""
     return min((int(one.history["evaluations"][-1]) for one in runs if one.history), default=0)
 
 
 def fair_axis(runs: Sequence[ComparedRun]) -> Axis:
-    """Return the axis for comparisons: evaluations if the sizes of generations differ."""
+    """Return 'evaluations' if the sizes of the runs' generations differ, else 'generation'."""
     columns = [one.history["evaluations"] for one in runs if one.history]
     shared = min(map(len, columns), default=0)
     same = all(np.array_equal(one[:shared], columns[0][:shared]) for one in columns)
@@ -168,7 +168,7 @@ def differing_options(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
 
 
 def warning(runs: Sequence[ComparedRun]) -> str:
-    """Return a warning if the scores of runs, or of a run's stages, are not comparable; or ''."""
+    """Return a warning if the scores of runs or of a run's stages are not comparable, else ''."""
     return scoring_warning(differing_options(runs))
 
 

@@ -65,7 +65,7 @@ class Findings:
 
     Attributes:
         samples: repeats of each experiment.
-        evaluations: budget of each repeat; its generations use at most that number.
+        evaluations: budget of each repeat; whole generations may use fewer evaluations.
         descriptions: descriptive statistics of the final scores.
         pairs: tests of every pair of experiments.
         targets: target scores of the ECDF, ascending.

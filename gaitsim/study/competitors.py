@@ -100,11 +100,11 @@ def _labels(experiments: Sequence[Experiment]) -> list[str]:
 def equal_budgets(
     experiments: Mapping[str, Experiment], evaluations: int | None
 ) -> tuple[int, dict[str, Experiment]]:
-    """Return the evaluations of each repeat, and the experiments shortened or extended to them.
+    """Return the number of evaluations per repeat, and experiments with as many generations.
 
     Args:
         experiments: experiments by label.
-        evaluations: evaluations of each repeat; None for those of the shortest experiment.
+        evaluations: evaluations per repeat; None for the number in the shortest experiment.
 
     Raises:
         GaitsimError: the evaluations are not enough for one generation of an experiment.

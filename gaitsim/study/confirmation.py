@@ -149,7 +149,7 @@ def _screen(
     target: float,
     level: float,
 ) -> Generator[list[Cell], list[Means], None]:
-    """Request the first sets that decide which candidate is the cheapest to reach the target.
+    """Request first sets until they show which candidate is the cheapest to reach the target.
 
     Candidates that cost more than a candidate that clearly reaches the target are not repeated.
     """

@@ -35,7 +35,7 @@ Scalar = int | float | str | bool
 
 
 class Range(BaseModel):
-    """Equally spaced numbers: from, from + step … up to and including `to`."""
+    """Equally spaced numbers: `from`, `from` + `step` and so on, up to and including `to`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -110,7 +110,7 @@ class Study(BaseModel):
 
     @property
     def fresh(self) -> "Study":
-        """The study with the number of fresh repeats that confirm a cell as its repeats."""
+        """The same study, with `repeats` set to the number of fresh repeats."""
         default = max(LEAST_FRESH, 10 * self.repeats)
         return self.model_copy(update={"repeats": self.confirm or default})
 
@@ -122,8 +122,8 @@ class Cell:
     Attributes:
         index: position of the cell, counted from 0; the last axis varies fastest.
         point: values of the cell by the names of the axes, the experiment first.
-        experiment: experiment to repeat; its seed is that of the study's first experiment plus
-            the index.
+        experiment: experiment to repeat. Unless the seed is an axis, it is the seed of the study's
+            first experiment plus the index.
     """
 
     index: int
@@ -151,7 +151,7 @@ def parse_study(text: str, source: str) -> Study:
     """Return the study that a TOML text describes.
 
     Raises:
-        ExperimentError: the text has problems; lists all of them.
+        ExperimentError: the text has problems; the error lists all of them.
     """
     problems = Problems(source)
     try:
@@ -248,7 +248,7 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
         source: origin of the study, for errors.
 
     Raises:
-        ExperimentError: cells have problems; lists each problem once.
+        ExperimentError: cells have problems; the error lists each problem once.
         GaitsimError: there are too many cells or too many scores.
     """
     axes: dict[str, list[Scalar]] = {EXPERIMENT: [*study.experiments]}

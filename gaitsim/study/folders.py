@@ -122,7 +122,7 @@ class Section:
 
     Attributes:
         title: heading.
-        columns, rows: table; () for none.
+        columns, rows: header and rows of the table; () without a table.
         texts: paragraphs.
         command: command line in the report, or ''.
     """

@@ -13,7 +13,7 @@ from gaitsim.study.means import Means
 from gaitsim.study.running import FRESH, Best, read_result, run_cells
 
 OnSets = Callable[[int, int], None]
-"""Callback that receives the numbers of finished and of needed sets of fresh repeats."""
+"""Called with the number of finished sets of fresh repeats, and the number of needed sets."""
 
 
 def confirm(

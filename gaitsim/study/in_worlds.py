@@ -27,7 +27,7 @@ class Ranked:
     Attributes:
         label: name of the run in the ranking.
         unseen: results of its champion.
-        low, high: bootstrap confidence interval of the mean of the worst tenth, over worlds.
+        low, high: confidence interval of the mean of the worst tenth, from a bootstrap of worlds.
     """
 
     label: str
@@ -150,7 +150,7 @@ def rank_in_worlds(
 def ranking(
     unseen: Mapping[str, UnseenResults], ranges: Ranges, notes: Sequence[str] = ()
 ) -> Ranking:
-    """Rank results in the same worlds, given by label."""
+    """Rank runs, by label, by their results in the same worlds."""
     order = sorted(unseen, key=lambda label: -unseen[label].worst_tenth)
     results = {label: unseen[label].results for label in order}
     ranked = tuple(
@@ -198,7 +198,7 @@ def _check_bodies(champions: Mapping[str, Individual]) -> None:
         if other != name:
             raise GaitsimError(
                 f"{first_label} has the body {name!r}, but {label} has the body {other!r}",
-                allowed="runs of the same body, which can be in the same worlds",
+                allowed="runs of the same body",
             )
 
 
@@ -215,7 +215,7 @@ def _difference(
 def _interval(
     results: tuple[NDArray[np.float64], ...], statistic: Callable[..., Any]
 ) -> tuple[float, float]:
-    """Return the 95 % bootstrap interval over worlds; NaN if a motion failed or for one world."""
+    """Return the 95 % bootstrap interval; NaN if a motion failed or there is only one world."""
     if len(results[0]) < 2 or not all(np.isfinite(one).all() for one in results):
         return np.nan, np.nan
     return interval(results, statistic, np.random.default_rng(0))

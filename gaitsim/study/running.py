@@ -54,7 +54,7 @@ def repeat_experiment(
         workers: number of workers; None for one per core.
         on_generation: called after each generation.
         on_warning: called with a message for the user when workers died or are idle.
-        cluster: workers to use instead; the caller closes it.
+        cluster: workers to use instead of `workers`; the caller closes it.
 
     Raises:
         GaitsimError: a plugin or a worker fails.

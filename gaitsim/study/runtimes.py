@@ -1,6 +1,6 @@
 """Runtimes of repeats until they reach target scores: ECDFs and expected running times.
 
-After Hansen, Auger, Ros, Mersmann, Tušar & Brockhoff (2021, "COCO: a platform for comparing
+Source: Hansen, Auger, Ros, Mersmann, Tušar & Brockhoff (2021, "COCO: a platform for comparing
 continuous optimizers in a black-box setting"). A runtime is a number of evaluations. A score
 counts once its generation is finished, which is when the search receives it.
 """
@@ -26,7 +26,7 @@ SPACED = (
 QUARTILES = (
     "the quartiles of the best scores of all repeats of all experiments together, rounded down"
 )
-DIGITS = 4  # digits of the range of scores to which targets are rounded
+DIGITS = 4  # targets are rounded down to this many digits of the range of scores
 
 Scores = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -38,7 +38,7 @@ def target_text(target: float) -> str:
 
 
 def spaced_targets(bests: Iterable[Scores]) -> Scores:
-    """Return targets from the lowest median of the first scores to the highest score of all.
+    """Return targets from the lowest median of the first scores to the highest final score.
 
     Args:
         bests: best score so far of each experiment, (repeats, generations).
@@ -121,7 +121,7 @@ class TargetSummary:
 
 
 def runtimes(best: Scores, evaluations: Counts, target: float) -> Scores:
-    """Return the evaluations until each repeat reached a target, (repeats,), ∞ for never.
+    """Return the evaluations until each repeat reached a target, (repeats,); ∞ if it did not.
 
     Args:
         best: best score so far, (repeats, generations).

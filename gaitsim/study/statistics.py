@@ -1,6 +1,6 @@
 """Statistics over repeated runs of randomised algorithms.
 
-After Arcuri & Briand (2011, "A practical guide for using statistical tests to assess
+As recommended by Arcuri & Briand (2011, "A practical guide for using statistical tests to assess
 randomized algorithms in software engineering"): medians with confidence intervals, a rank
 test with correction for multiple comparisons, and an effect size that does not assume normality.
 """

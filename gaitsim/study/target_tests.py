@@ -1,12 +1,12 @@
 """Tests of how often and how soon the repeats of two experiments reach a target.
 
-After Arcuri & Briand (2011, "A practical guide for using statistical tests to assess randomized
-algorithms in software engineering"): successes are compared with Fisher's exact test, times with
-the rank test. All repeats that never reach the target tie after the slowest repeat that does. As
-all repeats are censored at the same budget, this is Gehan's generalised Wilcoxon test (1965,
-"A generalized Wilcoxon test for comparing arbitrarily singly-censored samples", Biometrika 52).
-Unlike the log-rank test, it is exact for few repeats, is defined even if no repeat succeeds, and
-has A12 as its effect size.
+As Arcuri & Briand recommend (2011, "A practical guide for using statistical tests to assess
+randomized algorithms in software engineering"), successes are compared with Fisher's exact test,
+and times with the rank test. All repeats that never reach the target tie after the slowest repeat
+that does. As all repeats are censored at the same budget, this is Gehan's generalised Wilcoxon test
+(1965, "A generalized Wilcoxon test for comparing arbitrarily singly-censored samples", Biometrika
+52). Unlike the log-rank test, it is exact for few repeats, is defined even if no repeat succeeds,
+and has A12 as its effect size.
 """
 
 import itertools
@@ -68,7 +68,7 @@ def compare_times(
     """Compare every pair of experiments at every target.
 
     Args:
-        times: evaluations until each repeat reached the target, (repeats,), ∞ for never; by
+        times: evaluations until each repeat reached the target, (repeats,), or ∞ if it did not; by
             target, then by the name of the experiment.
     """
     found = [

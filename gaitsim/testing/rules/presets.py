@@ -57,7 +57,7 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
     """Return scores from the first generation, the second population, and some of its scores.
 
     Raises:
-        PluginError: a plugin fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space = experiment.space()
     first, state = ask(experiment, space, initial_state(experiment, space), None, 1)
