@@ -331,7 +331,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         return self.snapshot.members
 
     def fingerprint(self) -> str:
-        """Return the SHA-256 hash of population, scores and history, without times.
+        """Return the SHA-256 hash of all results except times.
 
         Raises:
             RunError: no generation is finished yet.

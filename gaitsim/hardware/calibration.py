@@ -133,7 +133,7 @@ class Calibration:
         return self._values("max_speed")
 
     def excess(self, degrees: Floats) -> Floats:
-        """Return how far servo angles, (…, joints) °, exceed their ranges; 0 or less within them."""
+        """Return how far servo angles, (…, joints) °, exceed their ranges; ≤ 0 within them."""
         return np.maximum(self.low - degrees, degrees - self.high)
 
     def pulses(self, degrees: Floats) -> Floats:

@@ -124,7 +124,7 @@ def runtime_names() -> frozenset[str]:
 def identity(run: Path) -> list[int] | None:
     """Return a key that distinguishes a run folder from a later one at the same path.
 
-    None if the folder is missing.
+    Return None if the folder is missing.
     """
     try:
         found = run.stat()
@@ -134,7 +134,7 @@ def identity(run: Path) -> list[int] | None:
 
 
 def background_process(run: Path) -> BackgroundProcess | None:
-    """Return the process that evolves a run in the background, or is waiting to; None if none."""
+    """Return the background process that evolves a run or waits to; None if there is none."""
     data = _read(runtime_file(run, STATUS))
     return None if data is None else _parse_live_process(data, runtime_file(run, LOCK))
 

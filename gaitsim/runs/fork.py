@@ -41,9 +41,9 @@ def fork_run(
     Args:
         path: folder of the run to copy.
         out: folder to create; None for the run's name. A number is added to an existing name.
-        overrides: options to change in the copy's experiment, by key; they start a stage.
-        generations: last generation of the copy; None for that of the experiment.
-        any_version: whether to accept versions of packages that differ from those of the run.
+        overrides: options to change in the copy's experiment, by key.
+        generations: last generation of the copy; None for the number in the experiment.
+        any_version: whether to accept package versions other than those of the run.
 
     Returns:
         The folder of the copy.

@@ -71,8 +71,8 @@ def plan_resume(
     Args:
         run: run, locked or not.
         overrides: changed options by key.
-        generations: last generation to evolve; None for that of the experiment.
-        any_version: whether to accept versions of packages that differ from those of the run.
+        generations: last generation to evolve; None for the number in the experiment.
+        any_version: whether to accept package versions other than those of the run.
 
     Raises:
         ExperimentError: the experiment has problems, or would have them with the overrides.

@@ -40,7 +40,7 @@ class RunSnapshot(RunFiles):
     def experiment_with(
         self, overrides: Overrides | None = None, place: str = COMMAND_LINE
     ) -> Experiment:
-        """Return the experiment with options changed by key, with its plugins loaded.
+        """Return the experiment with some options changed and its plugins loaded.
 
         Raises:
             ExperimentError: the experiment or the options have problems; the error lists all.
@@ -209,7 +209,7 @@ class RunSnapshot(RunFiles):
     def individual(self, which: Choice = None) -> Individual:
         """Return the best individual of a generation or of all generations, or a member.
 
-        The best of all is chosen among the generations comparable with the last one.
+        The best of all generations is chosen only among those comparable with the last one.
 
         Raises:
             ExperimentError: the experiment has problems, such as a plugin that is not installed.

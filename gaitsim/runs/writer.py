@@ -79,8 +79,8 @@ class RunWriter:
             path: folder of the run.
             overrides: options to change from the next generation, by key; they are written to the
                 experiment.
-            generations: last generation to evolve; None for that of the experiment.
-            any_version: whether to accept versions of packages that differ from those of the run.
+            generations: last generation to evolve; None for the number in the experiment.
+            any_version: whether to accept package versions other than those of the run.
 
         Raises:
             RunError: another process is writing the run; or the run is damaged, was evolved with

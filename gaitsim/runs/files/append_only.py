@@ -1,4 +1,4 @@
-"""Files that grow by whole records, and are truncated to the checkpoint at resumption."""
+"""Files that grow by whole records, and are truncated to the checkpoint when a run resumes."""
 
 import math
 import os

@@ -40,7 +40,7 @@ _GENOME = array(("genes",), _GENES, "finite", np.isfinite)
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage that a change of the experiment has ended.
+    """A stage that ended because the experiment was changed.
 
     Args:
         generation: last generation of the stage.

@@ -1,7 +1,8 @@
 """`checksums.bin`: checksums of each generation, with which `gaitsim verify` finds changes.
 
-The last checksum of each record covers the rest of the record, the generation's row and best, and
-the last checksum of the previous record. It therefore reveals any change, and in which generation.
+The last checksum of each record covers the rest of the record, the generation's row and best
+individual, and the last checksum of the previous record. It therefore reveals any change, and the
+generation that was changed.
 It does not prove that the scores are genuine: only reproducing the run does.
 """
 
@@ -36,7 +37,7 @@ def checksums(
         genomes: genomes, (population, genes).
         evaluation: evaluation of the genomes.
         row: row of the history.
-        bests: record in `bests.bin`, followed by the best of each island if there are several.
+        bests: record in `bests.bin`, followed by the best score of each of several islands.
         before: chain checksum of the previous generation; NONE without one.
     """
     parts = genomes_checksum(genomes) + scores_checksum(evaluation)
@@ -65,7 +66,7 @@ def chain_checksum(before: bytes, parts: bytes, row: Mapping[str, float], bests:
         before: chain checksum of the previous generation; NONE without one.
         parts: checksums of genomes and scores.
         row: row of the history.
-        bests: record in `bests.bin`, followed by the best of each island if there are several.
+        bests: record in `bests.bin`, followed by the best score of each of several islands.
     """
     cells = {
         name: value

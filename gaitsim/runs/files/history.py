@@ -210,7 +210,7 @@ def is_term(name: str) -> bool:
 def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Columns:
     """Return whole rows of a history as columns by name, each (rows,).
 
-    Terms may be any number, as those of failed individuals need not be finite.
+    Terms may have any value, because terms of failed individuals need not be finite.
 
     Args:
         path: path of the file, for messages.
@@ -258,7 +258,7 @@ def record_type(space: GenomeSpace) -> np.dtype[Any]:
 
 
 def read_records(path: Path, layout: np.dtype[Any], most: int | None = None) -> NDArray[Any]:
-    """Return the records of a file with one per generation; none without a file.
+    """Return the records of a file with one record per generation; empty without a file.
 
     An incomplete last record, which is still being written, and records after the first `most` are
     left out.

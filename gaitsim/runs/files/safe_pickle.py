@@ -190,7 +190,7 @@ def _scan(stream: io.BytesIO) -> None:
     """Check every opcode of a file without building anything.
 
     Raises:
-        RefusedError: an opcode, length, depth or key is not that of a checkpoint.
+        RejectedPickleError: an opcode, length, depth or key cannot occur in a checkpoint.
         Exception: any error of pickletools for bytes that are not a pickle.
     """
     # genops reads from a stream, which allocates no more than its length.

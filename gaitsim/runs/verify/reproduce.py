@@ -48,8 +48,9 @@ def reproduce_some(
 ) -> Reproduced:
     """Reproduce some generations, in full if the previous population is stored.
 
-    The first generation needs no previous population, and that of the last one is in the previous
-    checkpoint, if it exists. For other generations, only the best individual is re-evaluated.
+    The first generation needs no previous population. The population before the last generation is
+    in the previous checkpoint, if that exists. In all other generations, only the best individual
+    is re-evaluated.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.

@@ -81,7 +81,8 @@ def verify(
         run: run to verify; generations added during the verification are left out.
         generations: generations to reproduce; None for a sample.
         everything: whether to reproduce the whole run instead, up to the first difference.
-        workers: number of parallel workers; None deliberately differs from the run's default.
+        workers: number of parallel workers; None for a number that deliberately differs from the
+            run's default, as the result must not depend on it.
         begin: callback with the number of generations to reproduce.
         advance: callback after each generation.
 
