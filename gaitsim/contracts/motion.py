@@ -184,7 +184,7 @@ class Skeleton:
 
     Raises:
         SkeletonError: the shapes do not match each other, a name in `damaged` is unknown, or the
-            profile of the ground is not finite and ascending.
+            profile of the ground has non-finite values or is not in ascending order of x.
     """
 
     segments: NDArray[np.floating[Any]]

@@ -63,8 +63,8 @@ class RealSpace(GenomeSpace):
         labels: name of each gene; () for 'gene 1', 'gene 2' and so on.
         initial_sigma: standard deviation of the initial population around the middle of the bounds,
             in the unit of the gene, (genes,); None for a uniform distribution between the bounds.
-        periodic: whether each gene is periodic, such as a phase, (genes,) bool. A value beyond one
-            bound of such a gene wraps around to the other bound. None if no gene is periodic.
+        periodic: whether each gene is periodic, such as a phase, (genes,) bool; None if no gene is.
+            A value beyond one bound of a periodic gene wraps around to the other bound.
 
     Raises:
         ValueError: the shapes differ, or the bounds are not finite and ascending.

@@ -152,8 +152,8 @@ def split_indices(individuals: int, chunks: int, workers: int) -> list[int]:
     """Return the indices at which to split a population into chunks, which workers take in order.
 
     The chunks of the first round are large and equal. Chunks shrink by equal steps from round to
-    round, so that the last ones, at the end of which workers wait for the slowest, are short
-    without more chunks in total. Source: Tzeng and Ni 1993, "Trapezoid self-scheduling".
+    round: the last ones are short, so that workers hardly wait for the slowest one, without more
+    chunks in total. Source: Tzeng and Ni 1993, "Trapezoid self-scheduling".
 
     Args:
         individuals: size of the population.

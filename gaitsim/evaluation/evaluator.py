@@ -109,7 +109,7 @@ class Evaluator:
         """Compile kernels and check workers, so that the first generation is not delayed.
 
         Args:
-            individuals: size of the first population; None for that of the experiment.
+            individuals: size of the first population; None for the size in the experiment.
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.

@@ -12,7 +12,7 @@ from gaitsim.registry import Entry, contract_error, plugin_errors
 
 Scores = NDArray[np.float64]
 TERM = "term:"
-"""Prefix for a term whose name is also that of a measure."""
+"""Prefix for a term that has the same name as a measure."""
 
 
 def values_to_read(

@@ -135,7 +135,7 @@ def _next_generations(
 def reevaluate(experiment: Experiment, last: Generation, evaluate: Evaluate) -> Generation:
     """Return a generation with new scores for the same genomes, to continue from.
 
-    The genomes whose scores the search remembers are re-evaluated, too, and count as evaluations.
+    The genomes whose scores the search remembers are also re-evaluated, and count as evaluations.
 
     Args:
         experiment: experiment of the next stage.

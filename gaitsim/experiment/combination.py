@@ -67,10 +67,10 @@ def check_islands(evolution: Evolution, islands: Islands, problems: Problems) ->
     sources = islands.immigrants // max(islands.migrants, 1)
     if islands.immigrants >= population:
         most = (population - 1) // sources
-        whence = f"each of {sources:,} neighbours" if sources > 1 else "the neighbour"
+        senders = f"each of {sources:,} neighbours" if sources > 1 else "the neighbour"
         problems.report(
             "islands.migrants",
-            f"{islands.migrants:,} migrants from {whence} leave no room in a population of "
+            f"{islands.migrants:,} migrants from {senders} leave no room in a population of "
             f"{population:,}",
             f"a whole number ≤ {most:,}"
             + (", or the topology ring" if islands.topology == "all" and sources > 1 else ""),

@@ -1,9 +1,9 @@
 """Frames and the intervals between them.
 
-A foot that touches the ground in a frame is assumed to touch it until the next frame, as bodies
-assume, too. Support, slip and other quantities of stance are therefore computed for the interval
-from one frame to the next, with positions in the middle of the interval. The last frame has the
-values of the interval before it.
+A foot that touches the ground in a frame is assumed to touch it until the next frame; bodies make
+the same assumption. Support, slip and other quantities of stance are therefore computed for the
+interval from one frame to the next, with positions in the middle of the interval. The last frame
+has the values of the interval before it.
 """
 
 from typing import Any

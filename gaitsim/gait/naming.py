@@ -98,8 +98,9 @@ def _describe_wave(name: str, lag: float | None) -> str:
 def _in_pairs(phases: Floats, relative: Floats) -> tuple[NDArray[np.bool_], Layout] | None:
     """Return the feet to compare with reference gaits, a mask (feet,), and their layout.
 
-    These are the feet that step, if they form pairs: eight legs of which two are held up can walk
-    in a tripod. Otherwise all feet are compared, but only the phases of those that step count.
+    These are the feet that step, if they form pairs: a body with eight legs may hold up two of them
+    and walk in a tripod. Otherwise, all feet are compared, but only the phases of those that step
+    count.
     """
     stepping = ~np.isnan(phases)
     for chosen in (stepping, np.ones_like(stepping)):

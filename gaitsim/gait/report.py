@@ -27,7 +27,7 @@ class Footfalls:
         touching: whether each foot is on the ground until the next frame, (frames, feet), up to a
             fall.
         stride: common stride of the feet; None if the contacts are not periodic.
-        phases: phase of each foot's touch-down after that of the first foot that steps, (feet,),
+        phases: phase of each foot's touch-down relative to the first foot that steps, (feet,),
             cycles from 0 to 1; NaN for feet that do not step, and without a stride.
         consistency: consistency of the phases, (feet,), from 0 (random) to 1 (equal in all
             strides).
@@ -87,8 +87,8 @@ def analyse_gait(
         margin: static stability margin from the body, (frames,), metres; None computes it from the
             skeleton.
         measured: quantities that the body measured, in SI units by name. `forward`, `lateral`,
-            `climb`, `yaw` and `slip ratio` replace those of the skeleton. `cost of transport` and
-            `lasted`, the time before a fall, are not available from a skeleton.
+            `climb`, `yaw` and `slip ratio` replace values computed from the skeleton. `cost of
+            transport` and `lasted`, the time before a fall, are not available from a skeleton.
         carried: share of the weight that the feet carry, (frames,), for a body in physics.
     """
     path, turned = skeleton.path.astype(np.float64), heading(trunk(skeleton))

@@ -32,7 +32,7 @@ class Effect:
         share: share of the variance of the result over worlds, from 0 to 1, corrected for chance.
         p: probability of at least this share by chance, corrected for multiple conditions.
         hurting: intervals in which the result is low, (low, high) each, ascending.
-        loss: mean result of the worlds outside these intervals, minus that of the worlds within.
+        loss: mean result of the worlds outside these intervals, minus the mean result within.
     """
 
     condition: str

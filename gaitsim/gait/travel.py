@@ -78,7 +78,7 @@ def travel_of(
 ) -> Travel:
     """Return the travel of a skeleton and of its joint angles, (frames, joints), if it has any.
 
-    Quantities that the body measured, in SI units by name, replace those of the skeleton.
+    Quantities that the body measured, in SI units by name, replace values from the skeleton.
     """
     path = skeleton.path.astype(np.float64)
     moved = path[-1] - path[0]

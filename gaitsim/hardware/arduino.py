@@ -125,7 +125,7 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
 
 
 def write_sketch(sketch: Sketch, folder: Path) -> None:
-    """Write the two files of a sketch to a folder, and replace those of an earlier sketch.
+    """Write the two files of a sketch to a folder, and replace the files of an earlier sketch.
 
     Raises:
         RunError: the folder or a file cannot be written.

@@ -107,8 +107,8 @@ class PairTest:
         first, second: names of the samples.
         p: two-sided p-value of the Mann–Whitney U test; see `rank_test`.
         p_holm: p-value corrected for all comparisons (Holm 1979).
-        a12: effect size of Vargha and Delaney: the share of pairs in which the value of the first
-            exceeds that of the second; ties count half. 1/2 if neither tends to be larger.
+        a12: effect size of Vargha and Delaney: the share of pairs in which the first sample's value
+            exceeds the second's; ties count half. It is 1/2 if neither tends to be larger.
         effect: 'negligible', 'small', 'medium' or 'large', according to `a12`.
     """
 

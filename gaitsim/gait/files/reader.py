@@ -58,7 +58,7 @@ class GaitFile:
         """Return the angles in the order of a body's joints.
 
         Raises:
-            GaitsimError: the joints of the file are not those of the body.
+            GaitsimError: the file and the body have different joints.
         """
         if not self.joint_names and self.angles.shape[1] == len(joints):
             return self.angles

@@ -1,7 +1,7 @@
 """Drafts: files and folders under a temporary name, until they are complete or deleted.
 
-Each process locks its drafts. The system releases the lock when the process ends, in whatever way,
-so that `sweep` can tell abandoned drafts from those still being written.
+Each process locks its drafts. The system releases the lock however the process ends, so that
+`sweep` can tell abandoned drafts from those still being written.
 """
 
 import os

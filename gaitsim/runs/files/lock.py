@@ -22,7 +22,7 @@ _REMEDIES = dict.fromkeys((errno.ELOOP, errno.EINVAL, errno.EISDIR, errno.EMLINK
 
 
 class RunLock:
-    """The lock of a run folder; the system releases it when the process ends, in whatever way.
+    """The lock of a run folder; the system releases it however the process ends.
 
     Raises:
         RunError: another process holds the lock, or is waiting to evolve the run in the

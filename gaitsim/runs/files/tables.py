@@ -104,7 +104,7 @@ def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> byte
 def read_up_to(file: BinaryIO, most: int) -> bytes:
     """Return at most `most` bytes from the current position.
 
-    The size is limited to that of the file, as reading allocates the requested size.
+    The number is limited to the size of the file, as reading allocates the requested size.
     """
     here = file.tell()
     left = file.seek(0, os.SEEK_END) - here

@@ -55,7 +55,7 @@ class Verdict:
 
     @property
     def not_reproduced(self) -> tuple[tuple[int, int], ...]:
-        """The first and last generation of each span of which only the files were checked."""
+        """The first and last generation of each span in which only the files were checked."""
         done = sorted({*self.reproduced, *self.best_only})
         gaps = zip([0, *done], [*done, self.last + 1], strict=True)
         return tuple((before + 1, after - 1) for before, after in gaps if after - before > 1)
