@@ -101,7 +101,7 @@ class UnseenResults(ReprMixin):
         return self.quantile(0.5)
 
     def kept(self, result: float) -> float:
-        """Return a result as a share of the nominal result; NaN unless the nominal one is above 0."""
+        """Return a result as a share of the nominal result; NaN if the nominal one is ≤ 0."""
         return result / self.nominal.result if self.nominal.result > 0 else math.nan
 
     @cached_property
