@@ -15,7 +15,7 @@ def check_workers(workers: Any) -> None:
     """Check a number of workers.
 
     Raises:
-        GaitsimError: it is invalid.
+        GaitsimError: the number is invalid.
     """
     whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
     if workers is not None and not (whole and workers >= 1):

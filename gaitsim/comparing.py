@@ -79,10 +79,10 @@ def compare(
         experiments: two or more names of presets, paths of TOML files or robot files, or
             experiments.
         repeats: repeats of each experiment, at least 2, as intervals and tests need two.
-        evaluations: evaluations per repeat; None for those of the shortest experiment.
+        evaluations: evaluations per repeat; None for the number in the shortest experiment.
         targets: scores to reach, for the ECDF, the expected running times and their tests. ()
-            uses 51 equally spaced targets for the ECDF, and otherwise the quartiles of the scores
-            of all repeats.
+            uses 51 equally spaced targets for the ECDF, and the quartiles of the scores of all
+            repeats for the running times and tests.
         set: options of all experiments by key, such as `{"evolution.population": 50}`.
         workers: number of parallel workers; None chooses the body's default.
 

@@ -82,7 +82,7 @@ class RunError(GaitsimError):
 
 
 class CheckpointError(RunError):
-    """A checkpoint is damaged, hostile, of the wrong kind or from a newer gaitsim."""
+    """A checkpoint is missing, damaged, hostile, of the wrong kind or in another format."""
 
 
 class ExperimentError(GaitsimError):

@@ -33,12 +33,13 @@ def evaluate(
     Args:
         experiment: name of a preset, path of a file, or an experiment; a name or path is read
             again at each call.
-        genomes: (population, genes), or (genes,) for one individual; not modified.
+        genomes: genomes to evaluate, (population, genes), or (genes,) for one individual; not
+            modified.
         generation: generation whose worlds are used, counted from 1, if the experiment has
             several worlds.
         repair: whether to move genes into the genome space as a search does, with
-            `experiment.space().repair`: values are clipped to their bounds, cyclic angles wrapped.
-            If False, genes outside the space are an error.
+            `experiment.space().repair`: genes are clipped to their bounds, and periodic genes
+            wrapped. If False, genes outside the space are an error.
 
     Returns:
         The evaluation: `scores` (population,), −inf for an individual that failed; `terms` by

@@ -124,7 +124,7 @@ BY_ENDING = tuple(name for name, format in FORMATS.items() if format.ending == f
 
 
 def check_flags(format: str, given: Iterable[str]) -> None:
-    """Refuse flags that a format does not accept.
+    """Raise an error for flags that a format does not accept.
 
     Raises:
         GaitsimError: a flag is not accepted by this format.
@@ -157,7 +157,7 @@ def export(
         format: a format listed by `gaitsim export --help`, such as 'mat', 'csv', 'arduino' or
             'ros2'; None takes the format from the file's extension, or else 'mat'.
         **options: `calibration` (the path of a TOML file), `keyframe_ms`, `speed`, `clip`,
-            `centre`, `low` and `high`, with the meaning of the command's flags.
+            `centre`, `low` and `high`, with the same meanings as the command's flags.
 
     Returns:
         A description of the file's content, and notices.

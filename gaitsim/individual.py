@@ -55,7 +55,7 @@ class Near:
 NEAR_TOLERANCE = 0.05  # share of an axis
 
 Which = int | Member | None
-"""An individual of a run: the best of a generation, a member, or the best of all."""
+"""An individual of a run: the best of a generation, a member, or the best of the run."""
 
 Choice = Which | Near
 """An individual of a run, as chosen by a user."""

@@ -149,7 +149,8 @@ class Network:
 
         Args:
             sizes: neurons of each layer, inputs first.
-            genes: (…, genes), such as (population, genes), in the order of `genes`.
+            genes: parameters, (…, genes), such as (population, genes), in the order of
+                `Network.genes`.
             activation: activation of the hidden layers.
             output: activation of the last layer.
 
@@ -205,7 +206,7 @@ class Network:
         """Return the outputs of the network.
 
         Args:
-            inputs: (…, inputs, samples), one sample per column; without leading axes, all
+            inputs: inputs, (…, inputs, samples), one sample per column; without leading axes, all
                 networks of a population receive the same inputs.
 
         Returns:

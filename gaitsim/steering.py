@@ -140,7 +140,8 @@ def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive"
     """Return an experiment's body at its start, with the controllers of `controllers_of`.
 
     Raises:
-        GaitsimError: as for `controllers_of`, or the body fails.
+        GaitsimError: the body cannot be steered, a controller is missing or does not fit, or the
+            body fails.
     """
     return Drive(experiment, controllers_of(experiment, replaced))
 
@@ -157,7 +158,7 @@ class Drive:
         command: active command.
         size: longest diagonal of the box around the body, m.
         ending: reason why the motion ended; '' until then.
-        shares: share of each controller in the control, (commands,), summing to 1.
+        shares: weight of each controller in the movement, (commands,), with the sum 1.
     """
 
     def __init__(self, experiment: Experiment, controllers: Mapping[str, Genomes]) -> None:

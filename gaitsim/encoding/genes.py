@@ -57,7 +57,7 @@ def split_genomes(genomes: Genomes, groups: Sequence[GeneGroup]) -> tuple[NDArra
     """Return the values of each group, (population, parts), mirrored parts last.
 
     Args:
-        genomes: (population, genes) of `genome_space(groups)`.
+        genomes: genomes in `genome_space(groups)`, (population, genes).
         groups: groups in the order of the genome.
 
     Raises:

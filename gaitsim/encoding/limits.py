@@ -69,11 +69,11 @@ def limit_steps(
     Angles within the limit are returned unchanged, bit for bit.
 
     Args:
-        angles: (population, joints, frames) rad; not changed.
+        angles: commanded angles, (population, joints, frames) rad; not changed.
         step_limit: largest change from frame to frame, rad, for all joints or (joints,).
 
     Returns:
-        (population, joints, frames) rad in the dtype of `angles`.
+        The angles of the servos, (population, joints, frames) rad, in the dtype of `angles`.
     """
     limited = angles.copy()
     step = np.asarray(step_limit, angles.dtype)

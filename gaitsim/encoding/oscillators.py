@@ -1,8 +1,8 @@
 """Oscillators that drive joints: the sine and cpg encodings.
 
 Source of the cpg: A. J. Ijspeert, Central pattern generators for locomotion control in animals
-and robots: a review, Neural Networks 21 (2008) 642-653. Unlike there, couplings are not weighted
-by amplitude.
+and robots: a review, Neural Networks 21 (2008) 642-653. Unlike in that paper, couplings are not
+weighted by amplitude.
 """
 
 import math
@@ -54,9 +54,9 @@ class Oscillators:
     def waves(
         self, amplitude: Floats, phase: Floats, lag: Floats, frequency: ArrayLike
     ) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return sin 2πft and cos 2πft, (frames,), and the share of each in A sin(2πft + φ + λ).
+        """Return sin 2πft and cos 2πft, (frames,), and their coefficients in A sin(2πft + φ + λ).
 
-        By the addition theorem, the shares, (population, joints), are A cos(φ + λ) and
+        By the addition theorem, the coefficients, (population, joints), are A cos(φ + λ) and
         A sin(φ + λ). Each angle then costs two products instead of a sine. The frequency must be
         the same for all individuals.
         """
@@ -64,12 +64,12 @@ class Oscillators:
         joint_phase = phase.take(self.of_joints, axis=1) + lag
         step = 2 * math.pi * np.asarray(frequency, np.float64) / self.frame_rate
         cycle = step * np.arange(self.frames)
-        shares = amplitude * np.cos(joint_phase), amplitude * np.sin(joint_phase)
+        coefficients = amplitude * np.cos(joint_phase), amplitude * np.sin(joint_phase)
         return (
             self._cast(np.sin(cycle)),
             self._cast(np.cos(cycle)),
-            self._cast(shares[0]),
-            self._cast(shares[1]),
+            self._cast(coefficients[0]),
+            self._cast(coefficients[1]),
         )
 
     def cpg(

@@ -62,8 +62,8 @@ def descend(
         orders: order of the pairs in each epoch, (epochs, pairs).
         noise: noise on the inputs, (epochs, pairs, inputs); (epochs, 0, 0) for none.
         rates: learning rate of each epoch, (epochs,).
-        errors: output, (epochs,): mean squared error over all pairs and outputs after each epoch,
-            without noise.
+        errors: array for the result, (epochs,): mean squared error over all pairs and outputs
+            after each epoch, without noise.
     """
     pairs, joints = targets.shape
     seen, hidden = np.empty(inputs.shape[1]), np.empty(len(b1))

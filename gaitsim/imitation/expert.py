@@ -67,7 +67,7 @@ class Expert:
         return self.name if self.file else heading_of_run(self.name, self.experiment)
 
     def folder(self) -> Path:
-        """Return the folder for exports: that of the run, or else the folder of the gait file.
+        """Return the folder for exports: the run's, or else the folder of the gait file.
 
         Raises:
             RunError: the run's folder cannot be created.

@@ -27,8 +27,8 @@ class Imitation:
     Attributes:
         gait: gait as the body played it, with the expert's generation; its score is NaN if the
             body cannot play joint angles.
-        commanded: angles from the network, (frames, joints), radians; they differ from those of
-            the gait where they exceed the body's limits.
+        commanded: angles from the network, (frames, joints), radians; they differ from the gait's
+            angles where they exceed the body's limits.
         imitator: network with its scaling.
         seed: seed of the training.
     """

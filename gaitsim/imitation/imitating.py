@@ -79,7 +79,7 @@ class Result(ReprMixin):
     def forward_kept(self) -> float | None:
         """Share of the expert's forward distance that the imitator walks.
 
-        None if the body cannot play joint angles or does not measure the distance, or if the
+        It is None if the body cannot play joint angles or does not measure the distance, or if the
         expert does not walk forward.
         """
         if self.played is None or self.expert.individual is None:

@@ -18,7 +18,7 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True, eq=False)
 class Imitator:
-    """A network that maps the joint angles of one frame to those of the next.
+    """A network that maps the joint angles of one frame to the joint angles of the next frame.
 
     Attributes:
         network: network with an input and an output for each joint.

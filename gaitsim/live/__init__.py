@@ -8,8 +8,8 @@
 
 With `--listen` the process detaches from its parent, outlives it, and accepts commands from any
 client of its socket, which is in a private folder of the user (`gaitsim.runs.background`). A new
-client first receives a snapshot with all keys but `rows`; the rows are in the run's folder. A
-client that disconnects, or does not read for two seconds, does not affect the run.
+client first receives a snapshot with all keys but `rows`, `events` and `error`; the rows are in the
+run's folder. A client that disconnects, or does not read for two seconds, does not affect the run.
 
 Commands:
 
@@ -45,9 +45,10 @@ those after `generations_per_second` appear only if they have changed:
     champion      best individual so far: {"generation", "score", "genome": [numbers]}
     events        events since the last snapshot: [{"generation", "kind", "text"}]; kinds are best,
                   kept, stage and warning
-    error         {"what", "where", "allowed", "remedy"}, with a list "problems" of the same form
-                  if there are several. With the state `failed` the error ended the process.
-                  Otherwise a change was rejected, and the run continues as before.
+    error         {"what", "where", "key", "allowed", "remedy"}; the error of an experiment also has
+                  "noun", and a list "problems" of the same form. With the state `failed`, the error
+                  ended the process. Otherwise, a change was rejected, and the run continues as
+                  before.
 
 Numbers that are not finite are null. The exit code is 0, or 2 after an `error`.
 """

@@ -79,7 +79,7 @@ def start_detached(
 
     Args:
         run: folder of the run.
-        generations: last generation to evolve; None for the planned one.
+        generations: last generation to evolve; None for the number originally planned.
         workers: number of parallel workers; None for the default.
         overrides: options to change at the start, by key.
         paused: whether to pause before the first generation.
@@ -162,7 +162,7 @@ def send(run: Path, *commands: Command) -> None:
     """Send commands to the background process of a run.
 
     Raises:
-        RunError: the process does not accept them.
+        RunError: the process does not accept the commands.
     """
     try:
         with (

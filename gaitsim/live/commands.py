@@ -20,7 +20,7 @@ class Slot(Protocol):
         """Return whether the run may evolve now; otherwise, the caller tries again later."""
 
     def release(self) -> None:
-        """Give the slot up, so that another run may evolve."""
+        """Release the slot, so that another run may evolve."""
 
 
 class UnlimitedSlot:

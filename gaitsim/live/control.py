@@ -40,8 +40,10 @@ class BackgroundControls:
         """Continue the run in the background, in a process that outlives this one.
 
         Args:
-            generations: last generation to evolve, counted from 1; None for the planned one.
-            set: options to change, by key; those that affect the evolution start a stage.
+            generations: last generation to evolve, counted from 1; None for the number originally
+                planned.
+            set: options to change, by key. Changing an option that affects the evolution starts a
+                new stage.
             workers: number of parallel workers; None for the body's default.
 
         Raises:

@@ -88,7 +88,7 @@ class Presence:
         """Check that the run's folder still exists.
 
         Raises:
-            RunError: it was deleted, moved or replaced.
+            RunError: the folder was deleted, moved or replaced.
         """
         if self._identity is None or identity(self._run) != self._identity:
             raise deleted_or_moved(self._run)

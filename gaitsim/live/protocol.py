@@ -221,7 +221,7 @@ def _number(value: float | None) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """Return JSON-compatible values, with None for numbers that are not finite."""
+    """Return JSON-compatible values, with None for non-finite numbers."""
     if isinstance(value, RankedIndividual | Best | Event):
         value = vars(value)
     if isinstance(value, Mapping):

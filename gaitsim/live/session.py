@@ -28,7 +28,7 @@ def evolve_live(
         commands: queue that is read between two generations; a `set` closes and reopens the run.
         reporter: receiver of every state, generation and error.
         overrides: options to change at the start, by key.
-        generations: last generation to evolve; None for the planned one.
+        generations: last generation to evolve; None for the number originally planned.
         workers: number of parallel workers.
         any_version: whether to resume with different versions of packages.
 
