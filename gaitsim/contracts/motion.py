@@ -146,7 +146,7 @@ class Measure:
         source: value for each individual, an array of shape (population,); or a function that
             returns this array and is called when the values are first read.
         unit: unit as printed; `''` for a pure number.
-        help: description of the quantity, one sentence.
+        help: description of the quantity, one phrase.
     """
 
     source: Array | Callable[[], Array]

@@ -49,7 +49,7 @@ class Organism(Plugin):
         dynamic: whether the body is simulated with forces, so that it falls without support. For
             such a body, a leap is legitimate; for a body without inertia, it is an exploit.
         twin: preset of the same body in rigid-body physics. Its joints have the same names and
-            zeros, so that it can play this body's gaits. '' for a body without one.
+            zeros, so that it can play this body's gaits. The default '' means that there is none.
     """
 
     channels: ClassVar[Mapping[str, Channel]]
@@ -106,9 +106,9 @@ class Organism(Plugin):
     def rig(self) -> Rig | None:
         """Return the body as a tree of links that its joint angles move; None by default.
 
-        If a body has a rig, the page of an atlas stores only joint angles, and computes the 3D
-        motion from them. The rig's segments, solids and feet are the skeleton's segments, solids
-        and contacts, in the same order.
+        The page of an atlas shows gaits only if the body has a rig: it stores them as joint angles,
+        and computes their 3D motion. The rig's segments, solids and feet are the skeleton's
+        segments, solids and contacts, in the same order.
         """
         return None
 

@@ -30,7 +30,7 @@ class Results:
     Attributes:
         genomes: evaluated genomes, (population, genes); for several populations,
             (populations, population, genes).
-        scores: score of each genome; higher is better. −inf for a failed individual, never NaN.
+        scores: score of each genome, −inf for a failed individual; never NaN. Higher is better.
         values: terms and measures that `Search.reads` names, each of the same shape as `scores`.
             They may be NaN for failed individuals.
     """
@@ -51,9 +51,9 @@ class Members:
         cells: index of each member's cell, int64: (members, axes) in a grid, (members, 1) in a
             tessellation; None for a front.
         borders: borders of the cells along each axis by name, ascending, each of shape
-            (cells + 1,); for a tessellation, the two ends of the axis. None for a front.
-        centroids: centre of each Voronoi cell in the units of the axes, (cells, axes). In
-            distances to a centre, each axis is scaled to length 1. None for a grid or a front.
+            (cells + 1,); for a tessellation, the two ends of the axis; None for a front.
+        centroids: centre of each Voronoi cell in the units of the axes, (cells, axes); None for a
+            grid or a front. In distances to a centre, each axis is scaled to length 1.
     """
 
     genomes: Genomes
@@ -88,7 +88,7 @@ class Context:
         space: genome space of the body.
         population: number of individuals in each generation.
         generation: number of the current generation, counted from 1.
-        rng: only source of randomness; each call in each generation gets its own stream.
+        rng: only source of randomness; `ask` and `tell` get new streams in each generation.
         start: genome around which the first generation is drawn, (genes,); None for a random
             first generation.
         populations: shape of the axes before the population axis if the search handles several

@@ -20,8 +20,8 @@ class Solid:
     """A rigid convex solid in its own frame; `Skeleton.poses` gives its place in the world.
 
     Args:
-        name: name of the part of the body. If it begins with L or R and a number, such as
-            'L1 tibia', the solid is drawn in the colour of the left or right side.
+        name: name of the part of the body. If its first word, without a number, is L, R, left,
+            right, near or far, as in 'L1 tibia', the solid has the colour of that side.
         shape: one of box, sphere, capsule, cylinder, ellipsoid, mesh.
         size: lengths in metres, as in MuJoCo. Box: half lengths along x, y and z. Sphere: radius.
             Capsule and cylinder: radius, and half length along z, without the round ends of a

@@ -22,8 +22,8 @@ class Evaluation:
     """The scores of a population.
 
     Attributes:
-        scores: score of each individual, (population,) float64; higher is better. −inf if the
-            individual failed, or the sum of its terms is not finite or too large.
+        scores: score of each individual, (population,) float64, −inf if it failed or the sum of its
+            terms is not finite or too large. Higher is better.
         terms: terms of the scores by name, each (population,) float64.
         reasons: reason for each score of −inf, by the index of the individual.
         values: terms and measures that the search reads, by name, each (population,).

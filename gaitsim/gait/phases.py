@@ -20,8 +20,8 @@ def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
 
     Returns:
         The phases, (feet,), circular means in cycles from 0 to 1, and the lengths of the mean
-        vectors, (feet,): 1 if the phase is the same in every stride, near 0 if it is random. NaN
-        for feet that do not step.
+        vectors, (feet,): 1 if the phase is the same in every stride, near 0 if it is random. Both
+        are NaN for feet that do not step.
     """
     phases, consistency = np.full((2, len(feet)), np.nan)
     first = next((foot for foot in feet if foot.steps), None)

@@ -50,9 +50,10 @@ LARGEST_RECORDS = 2**32  # bytes of a file of records
 def row(generation: Generation) -> dict[str, float]:
     """Return a generation's row: statistics of the scores, terms, and figures of the search.
 
-    Failed individuals, with a score of −inf, only affect `worst`. `std` is the standard
-    deviation. The column of a term holds the value of the best individual, `mean:<term>` the mean
-    over individuals that did not fail, and `search:<figure>` a figure reported by the search.
+    Failed individuals, with a score of −inf, only affect `worst`, unless all failed. `std` is the
+    standard deviation. The column of a term holds the value of the best individual, `mean:<term>`
+    the mean over individuals that did not fail, and `search:<figure>` a figure reported by the
+    search.
     """
     scores = generation.scores
     alive = np.isfinite(scores)
