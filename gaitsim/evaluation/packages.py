@@ -49,7 +49,7 @@ def check_versions(here: Mapping[str, str], there: Mapping[str, Mapping[str, str
     Raises:
         GaitsimError: a worker lacks a package, or has a different version of it.
     """
-    # Workers by name and version of each package that differs.
+    # Workers by package and differing version.
     differing: dict[tuple[str, str], list[str]] = defaultdict(list)
     for worker, versions in sorted(there.items()):
         for name, version in here.items():
