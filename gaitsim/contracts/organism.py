@@ -47,7 +47,8 @@ class Organism(Plugin):
             time, as compiled kernels can. If so, chunks of a population are evaluated in threads,
             otherwise in processes. Keep False for a body written in pure Python.
         dynamic: whether the body is simulated with forces, so that it falls without support. For
-            such a body, a leap is legitimate; for a body without inertia, it is an exploit.
+            such a body, moments without a foot on the ground are part of a gait; for a body without
+            inertia, they are signs of an exploit.
         twin: preset of the same body in rigid-body physics. Its joints have the same names and
             zeros, so that it can play this body's gaits. The default '' means that there is none.
     """
