@@ -49,9 +49,9 @@ def print_robustness(found: Robustness) -> None:
         numbers = "score", "falls by"
         print_table(["perturbation", *numbers, ""], rows, numbers)
         console.print(
-            f"A fall of 100 % is {number(found.worth)}: the absolute value of the score, or its gain "
-            "since the first generation if that is larger. Random perturbations are means of ten "
-            "draws."
+            f"A fall of 100 % is {number(found.worth)}: the absolute value of the score, or its "
+            "gain since the first generation if that is larger. Random perturbations are means of "
+            "ten draws."
         )
     for missing in found.missing:
         console.print(f"Not available: {missing}.", style="yellow")
