@@ -166,8 +166,8 @@ class Search(ReprMixin, Iterator[Generation]):
         """
         if self.path is None:
             raise RunError(
-                "this search is not recorded",
-                remedy="pass evolve() a folder, such as out='runs/mine'",
+                "this search is not recorded on disk",
+                remedy="give evolve() a folder for the run, such as out='runs/mine'",
             )
         return Run(self.path)
 

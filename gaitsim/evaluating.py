@@ -63,7 +63,7 @@ def evaluate(
         with plugin_errors(experiment.entries["organism"], "repairing genomes"):
             given = np.ascontiguousarray(space.repair(given))
     elif wrong := out_of_bounds(experiment, given, "the population"):
-        raise GaitsimError(wrong, where="genomes", remedy="clip them, or leave out repair=False")
+        raise GaitsimError(wrong, where="genomes", remedy="clip them, or omit repair=False")
     return _evaluator(experiment).evaluate(given, int(generation))
 
 

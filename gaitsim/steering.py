@@ -34,7 +34,9 @@ def commands_of(experiment: Experiment) -> tuple[Command, ...]:
     with plugin_errors(entry, "naming its commands"):
         commands = tuple(experiment.organism.commands())
     if not all(isinstance(command, Command) for command in commands):
-        raise contract_error(entry, f"has the commands {commands!r}", "a Command each")
+        raise contract_error(
+            entry, f"returned {commands!r:.200} from commands()", "objects of the class Command"
+        )
     for what in ("key", "name"):
         if len({getattr(command, what) for command in commands}) < len(commands):
             raise contract_error(
@@ -258,7 +260,9 @@ class Drive:
         elif SHARES in motion and motion[SHARES].shape != (1, frames, len(self.commands)):
             wrong = f"returned shares of shape {motion[SHARES].shape}"
         if wrong:
-            allowed = "the requested number of frames, finite; shares (1, frames, commands)"
+            allowed = (
+                "finite positions in each requested frame; shares of shape (1, frames, commands)"
+            )
             raise contract_error(self._entry, wrong, allowed)
 
     @property

@@ -79,7 +79,7 @@ def test_the_ground_and_failures_end_a_flight_and_restart_starts_a_new_one(kite)
 @pytest.mark.parametrize(
     ("method", "given", "says"),
     [
-        ("commands", ("rise",), r"has the commands \('rise',\)"),
+        ("commands", ("rise",), r"returned \('rise',\) from commands\(\)"),
         ("commands", (COMMANDS[0], replace(COMMANDS[0], key="up")), "with the same name"),
         ("commands", (COMMANDS[0], replace(COMMANDS[1], key="down")), "with the same key"),
         ("steer", None, "returned a NoneType from steer"),

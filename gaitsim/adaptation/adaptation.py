@@ -110,7 +110,7 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         if self.proposal is None:
             raise GaitsimError(
                 f"the adaptation has ended: {self.ending}",
-                remedy="continue it with a larger value of trials or a different value of stop",
+                remedy="to continue, increase trials or change stop",
             )
         trial = create_trial(self.proposal, measured)
         session = replace(self.session, trials=(*self.trials, trial))

@@ -114,9 +114,10 @@ def read_prior(
         on_progress(len(genomes))
     if not performed.max() > 0:
         raise GaitsimError(
-            f"no gait of the atlas {run.path} has a measure {measure!r} above 0",
-            allowed="a measure that is above 0 for at least one gait, and where more is better",
-            remedy=f"choose another measure, or continue the atlas: {command('resume', run.path)}",
+            f"{measure!r} is not above 0 for any gait of the atlas {run.path}",
+            allowed="a measure that is above 0 for at least one gait, and of which more is better",
+            remedy=f"choose another measure, or evolve the atlas further: "
+            f"{command('resume', run.path)}",
         )
     return Prior(
         experiment,

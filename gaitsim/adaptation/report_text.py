@@ -49,8 +49,8 @@ def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
         f"Trials {where}. Best on the intact body: {report.best:.3g}{unit}"
         + (f", of the {measured} most promising gaits." if measured > 1 else "."),
         "The last three columns are shares of this value. Kept: the best gait found by adaptation. "
-        "Champion: the map's best gait, without adaptation. Random: the best of random gaits of "
-        "the map, as many as there were trials.",
+        "Champion: the map's best gait, without adaptation. Random: the best of as many "
+        "random gaits of the map as there were trials.",
         "",
         "| damage | trials | kept | champion | random |",
         "| --- | --- | --- | --- | --- |",

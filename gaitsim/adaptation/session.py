@@ -144,7 +144,7 @@ def mismatch(found: Session, wanted: Session) -> str:
     The settings `trials` and `stop` may differ, as they do not change the earlier trials.
     """
     if found.atlas != wanted.atlas:
-        return "the atlas has changed since then"
+        return "the atlas has changed since the adaptation began"
     for name in ("place", "damage", "measure"):
         one, other = getattr(found, name), getattr(wanted, name)
         if one != other:
@@ -176,5 +176,5 @@ def _inconsistency(session: Session) -> str:
     if not all(abs(value) < LARGEST_SCORE for value in (*numbers, *session.intact.values())):
         return "a measured value is not a finite number"
     if session.intact and not max(session.intact.values()) > 0:
-        return "no gait walks on the intact body in rigid-body physics"
+        return "no gait of the atlas walks on the intact body in rigid-body physics"
     return ""

@@ -53,8 +53,8 @@ def measure_intact(
         on_progress(1)
     if not max(found.values()) > 0:
         raise GaitsimError(
-            f"none of the {len(found)} best gaits of the atlas {prior.source} reaches a "
-            f"{prior.measure!r} above 0 on the undamaged body in rigid-body physics",
+            f"{prior.measure!r} is not above 0 for any of the {len(found)} best gaits of the atlas "
+            f"{prior.source} on the intact body in rigid-body physics",
             remedy="evolve the atlas further with 'gaitsim resume', or omit --physics",
         )
     return found

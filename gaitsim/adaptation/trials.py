@@ -135,7 +135,7 @@ def create_trial(proposal: Proposal, measured: float) -> Trial:
         value = np.nan
     if not abs(value) < LARGEST_SCORE:
         raise GaitsimError(
-            f"invalid measured performance {measured!r:.80}",
+            f"invalid measured value: {measured!r:.80}",
             where=f"trial {proposal.number}",
             allowed="a finite number",
         )

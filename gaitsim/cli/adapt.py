@@ -184,7 +184,7 @@ def adapt(
         raise GaitsimError(
             f"there is no adaptation {adaptation_name!r}, and thus no proposed gait",
             where="--measured",
-            remedy="check --name, or leave out --measured to get the first gait",
+            remedy="check --name, or omit --measured to get the first gait",
         )
     words = damage_options(damaged) + ["--physics"] * physics + ["--interactive"] * interactive
     words += ["--name", name] if name else []
@@ -242,7 +242,7 @@ def _check(place: Place, interactive: bool, measured: str | None, json: bool) ->
         wrong = "--interactive cannot be combined with --json"
     if wrong:
         option = "--interactive" if interactive else "--measured"
-        remedy = "pass values with --measured instead" if json else f"leave out {option}"
+        remedy = "pass values with --measured instead" if json else f"omit {option}"
         raise GaitsimError(wrong, where=option, remedy=remedy)
 
 
@@ -291,7 +291,7 @@ def _number(text: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise GaitsimError(
-            f"{text.strip()!r:.60} is not a measured value", allowed="a finite number, such as 1.3"
+            f"invalid measured value: {text.strip()!r:.60}", allowed="a finite number, such as 1.3"
         )
     return value
 

@@ -38,10 +38,10 @@ def write_report(
     """
     if folder is None:
         raise GaitsimError(
-            "--pairs needs --report DIR; a report covers all leg losses, and supports few options",
+            "--pairs needs --report DIR, and --report cannot be combined with all other options",
             where="--report",
-            allowed="with --report: --pairs, --physics, --measure, --workers, and the options "
-            "under 'How trials are chosen'",
+            allowed="--pairs, --physics, --measure, --workers, and the options under "
+            "'How trials are chosen'",
         )
     try:
         with interruptible():

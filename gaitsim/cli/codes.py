@@ -53,7 +53,7 @@ def read_individual(reference: str, choice: Choice) -> Individual:
         raise GaitsimError(
             "a challenge code holds only one individual",
             where="--generation, --member",
-            remedy="leave out both options",
+            remedy="omit both options",
         )
     return challenge.individual
 

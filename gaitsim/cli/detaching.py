@@ -41,7 +41,7 @@ def check_detachable(dask: str | None) -> None:
     if dask is not None:
         raise GaitsimError(
             "--dask cannot be combined with --detach",
-            remedy="leave out --detach, and start gaitsim in a terminal multiplexer such as tmux",
+            remedy="omit --detach, and start gaitsim in a terminal multiplexer such as tmux",
         )
 
 

@@ -165,10 +165,10 @@ def explain_error(error: typer.BadParameter, command: Any) -> GaitsimError | Non
     field.annotation = annotation
     (wrong, *_) = cause.errors()
     value, known = wrong["input"], string_choices(field)
-    kind = {"int_parsing": "not a whole number", "float_parsing": "not a number"}.get(wrong["type"])
+    names = " or ".join(parameter.opts)
     return GaitsimError(
-        f"{value!r} is {kind or 'not allowed'}",
-        where=" or ".join(parameter.opts),
+        f"invalid {names}: {value!r}",
+        where=names,
         allowed=", ".join(known) or allowed(field),
         remedy=nearest(str(value), known),
     )

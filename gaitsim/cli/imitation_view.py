@@ -51,8 +51,8 @@ def print_results(
         )
         if first.expert_beyond_limits:
             console.print(
-                f"{first.expert_beyond_limits:,} angles of the gait file exceed them, too; the "
-                "values below are for the gait as the body plays it"
+                f"{first.expert_beyond_limits:,} angles of the gait file exceed these limits, too; "
+                "the values below are for the gait as the body plays it"
             )
         console.print()
         assert expert.individual is not None, "a body that plays the imitator plays its expert"

@@ -143,7 +143,7 @@ def choose_format(
     if format is not None and ending in known and ending != format:
         raise GaitsimError(
             f"{out} ends with .{ending}, but --format is {format}",
-            remedy="leave out one of the two",
+            remedy="omit one of the two",
         )
     return format or ending
 

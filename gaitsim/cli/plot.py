@@ -240,7 +240,7 @@ def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     unused = [name for name, value in given.items() if value and name not in supported]
     if unused:
         raise GaitsimError(
-            f"a plot of kind {kind} does not take {' and '.join(unused)}",
+            f"a plot of kind {kind} has no option {' and '.join(unused)}",
             allowed=", ".join(sorted(supported)),
             remedy=" or ".join(
                 f"--kind {one}" for one, known in KINDS.items() if {*unused} <= {*known.options}

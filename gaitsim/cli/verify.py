@@ -74,7 +74,7 @@ def verify(
             raise GaitsimError(
                 "a challenge code has no generations",
                 where="--all, --generations",
-                remedy="leave out both options",
+                remedy="omit both options",
             )
         _verify_code(challenge, json)
         return

@@ -60,7 +60,7 @@ def check_world(world: Mapping[str, float], conditions: Mapping[str, Condition])
         if name == SEED:
             if not (value == math.floor(value) and 0 <= value < 2**53):
                 raise GaitsimError(
-                    f"the seed of a world is {value:g}",
+                    f"invalid seed of a world: {value:g}",
                     key="world",
                     allowed="a whole number from 0 to 2^53 − 1",
                 )
@@ -70,7 +70,7 @@ def check_world(world: Mapping[str, float], conditions: Mapping[str, Condition])
         condition = conditions[name]
         if not condition.least <= value <= condition.most:
             raise GaitsimError(
-                f"the condition {name} is {value:g}",
+                f"invalid value of the condition {name}: {value:g}",
                 key="world",
                 allowed=f"{condition.least:g} to {condition.most:g} {condition.unit}".rstrip(),
             )

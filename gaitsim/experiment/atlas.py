@@ -110,7 +110,7 @@ def _duty_factors(found: Experiment) -> list[str]:
         known = [f"{name} ({one.unit})" if one.unit else name for name, one in measures.items()]
     raise GaitsimError(
         f"the body {entry.name!r} has no legs whose duty factors could be the axes of an atlas",
-        allowed=", ".join(known) or "none: the body has no measures",
+        allowed=", ".join(known) or "none, because the body has no measures",
         remedy="choose some of these measures as axes: --axes NAME=LOW:HIGH" * bool(known),
     )
 

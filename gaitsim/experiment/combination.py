@@ -215,7 +215,7 @@ def check_pairing(
         problems.report(
             "evolution.population",
             objection,
-            f"{max(2, size - 1):,} or {size + 1:,}, or other search.elites",
+            f"{max(2, size - 1):,} or {size + 1:,}, or a different search.elites",
         )
 
 
@@ -247,7 +247,7 @@ def check_combination(
         problems.report(
             f"{kind}.plugin",
             f"{entries[kind].name!r} {wrong}",
-            ", ".join(usable) or f"none: no installed {kind} works with this body",
+            ", ".join(usable) or f"none, because no installed {kind} works with this body",
         )
 
 

@@ -97,11 +97,11 @@ class Problems:
         if detail["type"] == "missing" and len(detail["loc"]) == 1:
             what = missing_option(key, field)
         elif detail["type"] in _SELF_EXPLANATORY:
-            what = f"{shown} is not allowed: {_sentence(detail)}"
+            what = invalid_value(key, shown, _sentence(detail))
         elif detail["type"] == "finite_number":
-            what = invalid_option(f"{shown} is not a finite number", key, field)
+            what = invalid_value(key, f"{shown} is not finite", options.meaning(field))
         else:
-            what = invalid_option(f"{shown} is not allowed", key, field)
+            what = invalid_value(key, shown, options.meaning(field))
         choices = options.string_choices(field) if isinstance(given, str) else []
         self.report(
             key,
@@ -127,13 +127,12 @@ class Problems:
 def missing_option(key: str, field: FieldInfo) -> str:
     """Return the message that an option without a default is missing."""
     about = options.meaning(field)
-    return f"{key} is required: {about}" if about else f"{key} is required"
+    return f"{key} is required ({about})" if about else f"{key} is required"
 
 
-def invalid_option(what: str, key: str, field: FieldInfo) -> str:
-    """Return the message about an option's value, followed by the meaning of the option."""
-    about = options.meaning(field)
-    return f"{what} ({key.rpartition('.')[2]}: {about})" if about else what
+def invalid_value(key: str, shown: str, about: str = "") -> str:
+    """Return the message about an invalid value, followed by the meaning of the key or a reason."""
+    return f"invalid {key}: {shown} ({about})" if about else f"invalid {key}: {shown}"
 
 
 def _sentence(detail: Any) -> str:

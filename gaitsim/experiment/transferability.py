@@ -27,7 +27,7 @@ class Transferability(BaseModel):
     every: int = option(5, "generations between tests in reality, each of one individual", ge=1)
     features: tuple[str, ...] = option(
         (),
-        "measures of the simulated motion from which the model predicts; [] takes those of "
+        "measures of the simulated motion from which the model predicts; [] uses those of "
         f"{', '.join(FEATURES[:-1])} and {FEATURES[-1]} that the body has",
     )
 

@@ -17,8 +17,9 @@ class Worlds(BaseModel):
 
     number: int = option(
         0,
-        "number of worlds in which each individual is evaluated, the same for all; 0 uses only the "
-        "world of the body's options. N worlds take N times as long, but count as one evaluation",
+        "number of worlds, the same for all individuals, in which each one is evaluated; 0 uses "
+        "only the world of the body's options. N worlds take N times as long, but count as one "
+        "evaluation",
         ge=0,
         le=1000,
     )

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from gaitsim import toml
 from gaitsim.errors import ExperimentError, GaitsimError, nearest
 from gaitsim.experiment.loading import read_file
-from gaitsim.experiment.problems import Problems
+from gaitsim.experiment.problems import Problems, invalid_value
 from gaitsim.hardware.calibration import BUSES, Calibration, Joint
 from gaitsim.legged import SERVOS
 
@@ -42,7 +42,8 @@ def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibrat
         if key not in ("schema", "joints"):
             problems.add_unknown_key("", key, ("schema", "joints"))
     if data.get("schema", SCHEMA) != SCHEMA:
-        problems.report("schema", f"{toml.literal(data['schema'])} is not allowed", str(SCHEMA))
+        what = invalid_value("schema", toml.literal(data["schema"]))
+        problems.report("schema", what, str(SCHEMA))
     given = data.get("joints", {})
     if not isinstance(given, dict):
         problems.report("joints", "joints is not a table", '[joints."name"] for each joint')

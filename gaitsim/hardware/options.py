@@ -88,11 +88,11 @@ def check_accepted_flags(
     rejected = [name for name in given if name not in accepted[format]]
     if rejected:
         formats = [name for name, flags in accepted.items() if set(rejected) <= set(flags)]
-        options = "this option" if len(rejected) == 1 else "these options"
+        flags = " and ".join(rejected)
         raise GaitsimError(
-            f"the format {format} does not take {' and '.join(rejected)}",
+            f"the format {format} has no option {flags}",
             where="--format",
-            allowed=f"{', '.join(formats) or 'no format'}, for {options}",
+            remedy=f"omit {flags}" + f", or use --format {', '.join(formats)}" * bool(formats),
         )
 
 
@@ -108,5 +108,5 @@ def check_options(format: str, options: Options) -> None:
         raise GaitsimError(
             f"--calibration sets the ranges of the servos, so it cannot be combined with "
             f"{' and '.join(uniform)}",
-            remedy=f"set the ranges in the calibration, and leave out {' and '.join(uniform)}",
+            remedy=f"set the ranges in the calibration, and omit {' and '.join(uniform)}",
         )

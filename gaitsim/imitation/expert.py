@@ -98,7 +98,7 @@ def find_expert(reference: str, body: str | None = None, which: Choice = None) -
             raise GaitsimError(
                 f"{reference} is a run, which defines its own body",
                 where="--body",
-                remedy="leave out --body, or give a gait file",
+                remedy="omit --body, or give a gait file",
             )
         individual = run.individual(which)
         individual.experiment.check_functions()
@@ -106,7 +106,7 @@ def find_expert(reference: str, body: str | None = None, which: Choice = None) -
     if which is not None:
         raise GaitsimError(
             f"{reference} is a gait file, which has no generations or members",
-            remedy="leave out --generation and --member, or give a run",
+            remedy="omit --generation and --member, or give a run",
         )
     return expert_of_file(read_gait(Path(reference)), body)
 

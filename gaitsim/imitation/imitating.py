@@ -259,7 +259,7 @@ def imitate(
             raise GaitsimError(
                 "an individual already determines body, generation and member",
                 where="arguments",
-                remedy="leave out body, generation and member",
+                remedy="omit body, generation and member",
             )
         expert = expert_of(source)
     else:

@@ -52,7 +52,9 @@ def stepping_measures(
     pairs = [
         (legs.index(front), legs.index(rear)) for side in sides for front, rear in pairwise(side)
     ]
-    mean = Measure(steps.mean, "", "share of the time that a foot is on the ground, mean of all")
+    mean = Measure(
+        steps.mean, "", "share of the time that a foot is on the ground, averaged over the feet"
+    )
     frequency = Measure(steps.frequency, "Hz", "strides per second; 0 without a stride")
     lag = Measure(
         partial(steps.lag, pairs),

@@ -161,7 +161,7 @@ def find(kind: str, name: str) -> Entry:
     if name not in known:
         raise PluginError(
             f"unknown {what} {name!r}",
-            allowed=", ".join(known) or f"none: no installed package provides a {what}",
+            allowed=", ".join(known) or f"none, because no installed package provides a {what}",
             remedy=nearest(name, list(known)),
         )
     claims = known[name]

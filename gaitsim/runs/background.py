@@ -80,10 +80,10 @@ def create_runtime_folder() -> Path:
                 folder.mkdir(0o700, parents=True)
         reason = _trust_problem(folder)
     except OSError as error:
-        reason = f"it cannot be created: {error.strerror}"
+        reason = f"cannot be created ({error.strerror})"
     if reason:
         raise GaitsimError(
-            f"cannot evolve runs in the background: {reason}",
+            f"cannot evolve runs in the background: the folder for their processes {reason}",
             where=str(folder),
             allowed="a folder that only you own and can open, with permissions 0700",
             remedy=f"correct it, or set the environment variable {VARIABLE} to another folder",
@@ -92,19 +92,19 @@ def create_runtime_folder() -> Path:
 
 
 def _trust_problem(folder: Path) -> str:
-    """Return why a folder cannot be trusted; '' if it can.
+    """Return why a folder cannot be trusted, without a subject; '' if it can.
 
     Raises:
         OSError: the folder does not exist.
     """
     if not folder.is_absolute():
-        return "its path must be absolute"
+        return "has a relative path"
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode):
-        return "it is not a folder"
+        return "is not a folder"
     if found.st_uid != os.getuid():
-        return "it belongs to another user"
-    return "other users can open it" if stat.S_IMODE(found.st_mode) & 0o077 else ""
+        return "belongs to another user"
+    return "can be opened by other users" if stat.S_IMODE(found.st_mode) & 0o077 else ""
 
 
 def runtime_file(run: Path, kind: str, folder: Path | None = None) -> Path:

@@ -141,7 +141,7 @@ def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
     known = {f"{kind} {name}" for kind in KINDS for name in entries(kind)}
     return [
         GaitsimError(
-            f"the {key} of this run is from the package {package}",
+            f"the {key} of this run is not installed; its package is {package}",
             remedy=f"install it: pip install {'=='.join(package.split())}",
         )
         for key, package in found.items()

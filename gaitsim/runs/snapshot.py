@@ -252,7 +252,7 @@ class RunSnapshot(RunFiles):
         if not 0 <= index < count:
             raise RunError(
                 f"the run {self.path} has no {which}",
-                allowed=f"1 to {count}" if count else "none: every individual failed",
+                allowed=f"1 to {count}" if count else "none, because every individual failed",
                 remedy=f"list them: {command('members', self.path)}",
             )
         generation = self.finished.generation

@@ -15,7 +15,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 ALLOWED = (
     "a champion file, as in runs/spider/champions; a run, for its champion; RUN@GENERATION, "
-    "for the best of a generation; or RUN#MEMBER, for a member of its front or archive"
+    "for the best individual of a generation; or RUN#MEMBER, for a member of its front or archive"
 )
 
 

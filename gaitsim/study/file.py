@@ -16,7 +16,7 @@ from gaitsim.contracts import option
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.loading import read_file
-from gaitsim.experiment.problems import Problems, invalid_option, missing_option
+from gaitsim.experiment.problems import Problems, invalid_value, missing_option
 from gaitsim.registry import STUDIES, options
 from gaitsim.registry.presets import read_preset
 
@@ -219,10 +219,8 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
             )
         else:
             field = fields[parts[0]]
-            shown = toml.literal(data.get(parts[0]))
-            problems.report(
-                key, invalid_option(f"{shown} is not allowed", key, field), options.allowed(field)
-            )
+            what = invalid_value(key, toml.literal(data.get(parts[0])), options.meaning(field))
+            problems.report(key, what, options.allowed(field))
 
 
 def experiment_files(study: Study) -> dict[str, str]:

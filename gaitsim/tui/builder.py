@@ -199,7 +199,7 @@ class Validation:
         key, first = next(iter(self.problems.items()))
         more = f"  (and {len(self.problems) - 1} more)" if len(self.problems) > 1 else ""
         parts = [first.what, first.allowed and f"allowed: {first.allowed}", first.remedy]
-        place = f"{key}: " if key else ""
+        place = "" if key in first.what else f"{key}: "
         return f"✗ {place}{'; '.join(filter(None, parts))}{more}"
 
 

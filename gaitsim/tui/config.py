@@ -123,7 +123,7 @@ def _problem(path: Path, sections: list[str], name: str, detail: Any) -> Gaitsim
         what, hint = f"unknown key {literal(name)}", nearest(name, known)
         return GaitsimError(what, where=where, allowed=", ".join(known), remedy=hint, key=key)
     allowed = _ALLOWED.get(key, 'a key in quotes, such as "ctrl+d"')
-    what = f"{literal(detail['input'])} is not allowed"
+    what = f"invalid {key}: {literal(detail['input'])}"
     return GaitsimError(what, where=where, allowed=allowed, key=key)
 
 
@@ -150,6 +150,6 @@ def remember_theme(path: Path, theme: str) -> None:
 def format_problem(problem: GaitsimError) -> str:
     """Return a problem of the settings on one line, with its key and a remedy."""
     place = problem.key or problem.where
-    what = f"{place}: {problem.what}" if place else problem.what
+    what = problem.what if place in problem.what else f"{place}: {problem.what}"
     remedy = problem.remedy or (problem.allowed and f"allowed: {problem.allowed}")
     return f"• {what}; {remedy}" if remedy else f"• {what}"

@@ -83,7 +83,7 @@ class Product:
             names = dict.fromkeys(str(detail["loc"][0]) for detail in error.errors())
         return None, {
             name: GaitsimError(
-                f"{typed.get(name, '')!r} is not allowed",
+                f"invalid {name}: {typed.get(name, '')!r}",
                 allowed=options.type_and_bounds(fields[name]) if typed.get(name) else "a value",
             )
             for name in names

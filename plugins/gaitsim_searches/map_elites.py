@@ -104,8 +104,7 @@ class MapElites(Search):
                 )
             if max(-low, high) > _FARTHEST:
                 raise ValueError(
-                    f"the ends of the axis {name!r} are too far apart; allowed: "
-                    f"{-_FARTHEST:g} to {_FARTHEST:g}"
+                    f"the ends of the axis {name!r} must be from {-_FARTHEST:g} to {_FARTHEST:g}"
                 )
         if isinstance(self.cells, tuple):
             if len(self.cells) != len(self.axes):
@@ -115,8 +114,9 @@ class MapElites(Search):
                 )
             if math.prod(self.cells) > _MOST_CELLS:
                 raise ValueError(
-                    f"a grid of {math.prod(self.cells):,} cells is too large; allowed: at most "
-                    f"{_MOST_CELLS:,}; give fewer cells per axis, or one number of Voronoi cells"
+                    f"a grid of {math.prod(self.cells):,} cells is too large: at most "
+                    f"{_MOST_CELLS:,} are allowed; give fewer cells per axis, or one "
+                    "number of Voronoi cells"
                 )
         return self
 

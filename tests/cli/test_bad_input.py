@@ -169,21 +169,21 @@ def test_an_invalid_command_line_is_rejected(error_of, arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "what", "allowed"),
     [
-        ("run spider --generations abc", "'abc' is not a whole number", "a whole number"),
-        ("run spider --generations 1e3", "'1e3' is not a whole number", "a whole number"),
-        ("run spider --seed 1.5", "'1.5' is not a whole number", "a whole number"),
-        ("run spider --workers 0", "'0' is not allowed", "a whole number ≥ 1 and ≤ 1,024"),
-        ("compare a b --repeats 1", "'1' is not allowed", "a whole number ≥ 2 and ≤ 100,000"),
-        ("export R --centre x", "'x' is not a number", "a number"),
-        ("play R --at nan", "'nan' is not allowed", "a number ≥ 0"),
+        ("run spider --generations abc", "invalid --generations: 'abc'", "a whole number"),
+        ("run spider --generations 1e3", "invalid --generations: '1e3'", "a whole number"),
+        ("run spider --seed 1.5", "invalid --seed: '1.5'", "a whole number"),
+        ("run spider --workers 0", "invalid --workers: '0'", "a whole number ≥ 1 and ≤ 1,024"),
+        ("compare a b --repeats 1", "invalid --repeats: '1'", "a whole number ≥ 2 and ≤ 100,000"),
+        ("export R --centre x", "invalid --centre: 'x'", "a number"),
+        ("play R --at nan", "invalid --at: 'nan'", "a number ≥ 0"),
         (
             "export R --format xml",
-            "'xml' is not allowed",
+            "invalid --format: 'xml'",
             "mat, csv, npz, servo, arduino, dynamixel, feetech, ros2, rosbag2, html, atlas, glb, "
             "tensorboard",
         ),
-        ("plot R --theme solar", "'solar' is not allowed", "light, dark"),
-        ("video R --view left", "'left' is not allowed", "iso, side, top, orbit"),
+        ("plot R --theme solar", "invalid --theme: 'solar'", "light, dark"),
+        ("video R --view left", "invalid --view: 'left'", "iso, side, top, orbit"),
     ],
 )
 def test_an_invalid_value_is_reported_with_the_allowed_ones(error_of, arguments, what, allowed):

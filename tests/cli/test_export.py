@@ -66,8 +66,8 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--format", "mat", "--clip"), "does not take --clip"),
-        (("--format", "mat", "--generations", "1,2"), "does not take --generations"),
+        (("--format", "mat", "--clip"), "has no option --clip"),
+        (("--format", "mat", "--generations", "1,2"), "has no option --generations"),
         (("--format", "mat", "--generation", 1, "--member", 1), "one of the two"),
         (("--keyframe-ms", 20, "--centre", 0), "--keyframe-ms and --centre"),
         (("--format", "servo", "--min", 10), "invalid servo range from 10° to 90°"),
@@ -78,10 +78,10 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
         (("--format", "npz", "--out", "x.csv"), "ends with .csv"),
         (("--format", "servo", "--out", "missing/x.csv", "--clip"), "there is no folder missing"),
         (("--format", "servos"), "servos"),
-        (("--format", "ros2", "--clip"), "allowed: servo, arduino, dynamixel, feetech"),
+        (("--format", "ros2", "--clip"), "or use --format servo, arduino, dynamixel, feetech"),
         (("--format", "ros2", "--out", "x.csv"), "ends with .csv"),
         (("--format", "ros2", "--speed", 0), "invalid speed of playback 0"),
-        (("--format", "arduino", "--centre", 0), "does not take --centre"),
+        (("--format", "arduino", "--centre", 0), "has no option --centre"),
         (
             ("--format", "arduino", "--out", "my gait"),
             "invalid name 'my gait' for an Arduino",

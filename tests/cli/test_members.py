@@ -89,7 +89,7 @@ def test_a_member_can_be_chosen_by_values(gaitsim, front):
         (("play", "puppet", "--member", "price"), "not a member"),
         (("play", "puppet", "--member", "price=x"), "not a number"),
         (("play", "puppet", "--member", "prize=1"), "unknown axis 'prize'"),
-        (("plot", "puppet", "--kind", "fitness", "--member", 1), "does not take --member"),
+        (("plot", "puppet", "--kind", "fitness", "--member", 1), "has no option --member"),
         (("video", "puppet", "--generations", "1,2", "--member", 1), "--member, --generations"),
         (("run", "puppet.toml", "--from", "puppet#99"), "has no member 99"),
         (("members", "puppet", "--out", "front.txt"), "FILE.csv"),

@@ -13,7 +13,7 @@ def finished(gaitsim, puppet_file):
     [
         (("--kind", "nothing"), "joints, stability"),
         (("--kind", "footfall"), "has no feet to plot"),
-        (("--kind", "fitness", "--generation", 2), "does not take --generation"),
+        (("--kind", "fitness", "--generation", 2), "has no option --generation"),
         (("--kind", "terms", "--channel", "a", "--window", "1:2"), "--channel and --window"),
         (("--kind", "path", "--generations", "1,2"), "try: --kind channel"),
         (("--kind", "terms", "--beside", "puppet"), "try: --kind runs"),

@@ -377,7 +377,10 @@ def test_a_run_whose_folder_is_deleted_ends_with_a_message(start, puppet_file, t
 
 def test_finished_generations_are_kept(gaitsim, puppet_file):
     gaitsim("run", puppet_file)
-    for generations, says in [(0, "0 is not allowed"), (4, "is already at generation 5")]:
+    for generations, says in [
+        (0, "invalid evolution.generations: 0 ("),
+        (4, "is already at generation 5"),
+    ]:
         done = gaitsim("resume", "puppet", "--generations", generations, code=2)
         assert says in done.stderr
     assert "5 generations are done" in gaitsim("resume", "puppet", "--generations", 5).stdout

@@ -330,7 +330,7 @@ def test_a_champion_is_compared(run):
     path.write_bytes(pack(replace(champion, genome=champion.genome + 1e-9)))
     found = verify(run, [LAST], workers=1).differences
     assert [*found] == [champion.generation]
-    assert "the genome in champions/" in found[champion.generation][0]
+    assert "the genomes in champions/" in found[champion.generation][0]
     path.write_bytes(b"no champion")
     assert [*verify(run, [LAST], workers=1).differences] == [champion.generation]
 
@@ -344,7 +344,7 @@ def test_an_option_that_was_changed_is_found(run):
     )
     verdict = everything(run)
     assert next(iter(verdict.differences)) == 1
-    assert "the genomes of the population differ" in verdict.differences[1]
+    assert "the reproduced genomes do not match checksums.bin" in verdict.differences[1]
 
 
 def edit(run, *overrides):

@@ -72,7 +72,7 @@ def test_a_seed_that_is_an_axis_is_not_changed() -> None:
         ("record_every|record_evry", "did you mean 'record_every'"),
         ('"millipede-mutation"|"millipede-mutatoin"', "did you mean 'millipede-mutation'"),
         ('"millipede-mutation"|"millipede-random"', "listed twice"),
-        ('name = "small"|name = "../small"', "not allowed"),
+        ('name = "small"|name = "../small"', 'invalid name: "../small"'),
         ('name = "small"|name = "small"\nschema = 2', "newer version of gaitsim"),
         ('name = "small"|name = ', "not valid TOML"),
         ('"organism.pairs"|"experiment"', "a column of the table"),

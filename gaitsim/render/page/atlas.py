@@ -168,7 +168,7 @@ def _body(individual: Individual, rig: Rig) -> Json:
     if (rig.joints, rig.names) != (experiment.organism.joint_names(), skeleton.names):
         raise contract_error(
             experiment.entries["organism"],
-            "has a rig with different joints or segments",
+            "has a rig whose joints or segments differ from the body's",
             "the joints of joint_names() and the segments of the skeleton, in the same order",
         )
     clip = {key: value for key, value in clip_data(individual).items() if key not in _FRAME_FIELDS}

@@ -88,7 +88,7 @@ def read_signal(individual: Individual, name: str) -> Signal:
         timed = [one for one, other in organism.channels.items() if other.over_time]
         raise GaitsimError(
             f"the channel {name!r} of {entry} has one value per gait, not one per frame",
-            allowed=", ".join(timed) or "none: this body has no channel over time",
+            allowed=", ".join(timed) or "none, because this body has no channel over time",
         )
     with plugin_errors(entry, "naming its joints"):
         names = {"joints": tuple(map(str, organism.joint_names()))}

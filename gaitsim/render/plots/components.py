@@ -83,7 +83,7 @@ def _find(signal: Signal, component: str) -> tuple[int, int]:
         allowed="; and ".join(", ".join(names) for names in signal.entries)
         + f"; or a number from 1 to {len(signal.entries[-1])} along the last axis"
         if known
-        else "no component: the channel has one value per frame",
+        else "none, because the channel has one value per frame",
         remedy=nearest(component, known),
     )
 

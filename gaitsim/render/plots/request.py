@@ -14,7 +14,7 @@ class NothingToPlotError(GaitsimError):
 
 
 KEEPERS = {
-    "front": "a search of several objectives, such as nsga-2",
+    "front": "a search with a Pareto front, such as nsga-2",
     "archive": "a search with an archive, such as map-elites",
 }
 

@@ -35,8 +35,9 @@ def require_figures(individual: Individual) -> None:
 
 def _no_figures(experiment: Experiment) -> NothingToPlotError:
     return NothingToPlotError(
-        f"the search {experiment.entries['search'].name!r} records no figures, such as coverage",
-        allowed="a search that records figures, such as cma-es, nsga-2 or map-elites",
+        f"the search {experiment.entries['search'].name!r} records no quantities of its own, such "
+        "as coverage",
+        allowed="a search that records some, such as cma-es, nsga-2 or map-elites",
     )
 
 

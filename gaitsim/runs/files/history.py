@@ -191,7 +191,7 @@ def header_problem(names: Sequence[str]) -> str:
     if max(len(terms), len(figures)) > MOST_TERMS:
         return f"it has {len(terms):,} terms, and at most {MOST_TERMS:,} are allowed"
     if not all(map(is_term, figures)):
-        return "it has an invalid name of a figure of the search"
+        return "a column for the search has an invalid name"
     wrong = next((name for name in terms if not is_term(name)), None)
     if wrong is None and len({*names}) < len(names):
         wrong = next(name for name in terms if terms.count(name) > 1)

@@ -149,8 +149,9 @@ def _check_checkpoint(
     space = run.experiment_at(number).space()
     diversity = float(space.diversity(generation.genomes))
     reported = figures(run.experiment_at(number), generation.state)
-    for what in row_differences(run, replace(generation, diversity=diversity, figures=reported)):
-        yield number, f"{what} in {name}"
+    generation = replace(generation, diversity=diversity, figures=reported)
+    for what in row_differences(run, generation, f"in {name}"):
+        yield number, what
 
 
 def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
@@ -211,19 +212,26 @@ def _check_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
         if champion.generation != generation:
             yield generation, f"{name} contains the champion of generation {champion.generation}"
         if not np.array_equal(champion.genome, best["genome"]):
-            yield generation, f"the genome in {name} differs from that in {BESTS}"
+            yield generation, f"the genomes in {name} and {BESTS} differ"
         if champion.score != best["score"]:
-            yield generation, f"the score in {name} differs from that in {BESTS}"
+            yield generation, f"the scores in {name} and {BESTS} differ"
         if champion.terms != best_terms(run.history, generation):
-            yield generation, f"the terms in {name} differ from those in {HISTORY}"
+            yield generation, f"the terms in {name} and {HISTORY} differ"
 
 
-def row_differences(run: RunSnapshot, generation: Generation) -> list[str]:
-    """Return how a generation's row and best record differ from the recorded ones."""
+def row_differences(run: RunSnapshot, generation: Generation, place: str) -> list[str]:
+    """Return how a generation's row and best record differ from the recorded ones.
+
+    Args:
+        run: the run with the recorded row and record.
+        generation: the generation to compare.
+        place: end of each sentence: where or when the generation was found, such as
+            'when reproduced'.
+    """
     number = generation.number
     then, now = row_of(run, number), row(generation)
     found = [
-        f"{HISTORY}: {name} is {value!r}, but {float(now.get(name, np.nan))!r}"
+        f"{HISTORY}: {name} is {value!r}, but {float(now.get(name, np.nan))!r} {place}"
         for name, value in then.items()
         if name != "seconds" and not np.array_equal(value, now.get(name, np.nan), equal_nan=True)
     ]
@@ -231,12 +239,12 @@ def row_differences(run: RunSnapshot, generation: Generation) -> list[str]:
     best, genome = run.bests[number - 1], generation.genomes[generation.best]
     score = float(generation.scores[generation.best])
     if best["score"] != score:
-        found.append(f"{BESTS}: the score is {float(best['score'])!r}, but {score!r}")
+        found.append(f"{BESTS}: the score is {float(best['score'])!r}, but {score!r} {place}")
     islands = island_bests(generation, run.islands.shape[1])
     wrong = np.flatnonzero(run.islands[number - 1] != islands)
     if len(wrong) and len(islands) > 1:
-        found.append(f"{ISLANDS}: the best score of island {wrong[0] + 1} differs")
+        found.append(f"{ISLANDS}: the best score of island {wrong[0] + 1} differs {place}")
     for at in np.flatnonzero(best["genome"] != genome)[:1]:
         then_gene, gene = best["genome"][at].item(), genome[at].item()
-        found.append(f"{BESTS}: gene {at + 1} is {then_gene!r}, but {gene!r}")
+        found.append(f"{BESTS}: gene {at + 1} is {then_gene!r}, but {gene!r} {place}")
     return found

@@ -12,7 +12,7 @@ from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import Generation, evolve, island_map, reevaluate
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.folder import CHECKPOINT, PREVIOUS
+from gaitsim.runs.files.folder import CHECKPOINT, CHECKSUMS, PREVIOUS
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.resume import restore_generation
 from gaitsim.runs.snapshot import RunSnapshot
@@ -103,8 +103,8 @@ def _differences(run: RunSnapshot, again: Generation) -> list[str]:
     Champions are left out, as `consistency` compares them with the record.
     """
     found = [
-        f"the {part} of the population differ" for part in wrong_checksums(run, again)
-    ] + row_differences(run, again)
+        f"the reproduced {part} do not match {CHECKSUMS}" for part in wrong_checksums(run, again)
+    ] + row_differences(run, again, "when reproduced")
     for checkpoint, name in ((run.finished, CHECKPOINT), (run.previous, PREVIOUS)):
         if checkpoint is not None and checkpoint.generation == again.number:
             found += _checkpoint_differences(checkpoint, name, again)
@@ -135,7 +135,9 @@ def _score_differences(checkpoint: Checkpoint, name: str, again: Evaluation) -> 
     wrong = np.flatnonzero(checkpoint.scores != again.scores)
     if len(wrong):
         then, now = float(checkpoint.scores[wrong[0]]), float(again.scores[wrong[0]])
-        found.append(f"{name}: the score of individual {wrong[0]} is {then!r}, but {now!r}")
+        found.append(
+            f"{name}: the score of individual {wrong[0]} is {then!r}, but {now!r} when reproduced"
+        )
     for term, values in checkpoint.terms.items():
         if not np.array_equal(values, again.terms.get(term, np.empty(0)), equal_nan=True):
             found.append(f"{name}: the term {term} differs")
@@ -154,7 +156,7 @@ def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> list
     now = {"score": float(again.scores[0])}
     now |= {f"term {name}": float(values[0]) for name, values in again.terms.items()}
     return [
-        f"the {what} of its best individual is {then.get(what)!r}, but {value!r}"
+        f"the {what} of its best individual is {then.get(what)!r}, but {value!r} when reproduced"
         for what, value in now.items()
         if not math.isnan(value) and then.get(what) != value
     ]

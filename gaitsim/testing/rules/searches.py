@@ -27,7 +27,7 @@ def search_rules(search: Search, figures: dict[str, float]) -> Iterator[Finding]
     for what, space in supported_spaces(search):
         objections: list[object] = [search.objection(space, size) for size in POPULATIONS + SMALL]
         if not all(isinstance(objection, str) for objection in objections):
-            yield error("objection", "a string, '' for none", f"{objections[0]!r:.60}", "")
+            yield error("objection", "objection() returns a string", f"{objections[0]!r:.60}", "")
             return
         supported = [
             size
@@ -165,7 +165,12 @@ def _check_resume(trial: Trial, what: str) -> Iterator[Finding]:
                 return
         mismatch: object = trial.search.mismatch(_store_and_load(state), trial.context(done + 1, 3))
         if mismatch != "":
-            yield error("mismatch", f"'' for its own state ({what})", f"{mismatch!r:.60}", "")
+            yield error(
+                "mismatch",
+                f"mismatch() returns '' for the search's state ({what})",
+                f"{mismatch!r:.60}",
+                "",
+            )
             return
 
 

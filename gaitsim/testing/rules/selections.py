@@ -37,7 +37,7 @@ def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator
         )
     objection: object = selection.objection(40, 2, 2)
     if not isinstance(objection, str):
-        yield error("objection", "a string, '' for none", f"{objection!r:.60}", "")
+        yield error("objection", "objection() returns a string", f"{objection!r:.60}", "")
     figures["individuals_per_second"] = measure_rate(
         selection.parents, [random, 500, np.random.default_rng(2)], 1000
     )

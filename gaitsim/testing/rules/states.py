@@ -70,13 +70,23 @@ def check_observers(trial: Trial, what: str) -> Iterator[Finding]:
         has_score = np.isfinite(last.scores).any()
         figures: object = search.figures(copy_state(state))
         if not isinstance(figures, Mapping) or names not in (None, list(figures)):
-            yield error("figures", f"always the same names ({what})", f"{figures!r:.60}", "")
+            yield error(
+                "figures",
+                f"figures() always returns the same names ({what})",
+                f"{figures!r:.60}",
+                "",
+            )
             return
         names = list(figures)
         for name in names:
             # A best score may be −inf while all individuals have failed.
             if np.isnan(figures[name]) or (has_score and not np.isfinite(figures[name])):
-                yield error("figures", f"finite numbers ({what})", f"{name}: {figures[name]}", "")
+                yield error(
+                    "figures",
+                    f"figures() returns finite numbers ({what})",
+                    f"{name}: {figures[name]}",
+                    "",
+                )
                 return
         if (yield from any_error(_check_members(trial, what, search.members(copy_state(state))))):
             return
@@ -90,13 +100,16 @@ def _check_members(trial: Trial, what: str, members: object) -> Iterator[Finding
         if bool(keeps) != (members is not None):
             yield error(
                 "members",
-                f"a gaitsim.contracts.Members, as keeps = {keeps!r}" if keeps else "None",
+                f"members() returns a gaitsim.contracts.Members, because keeps = {keeps!r}"
+                if keeps
+                else "members() returns None, because keeps = ''",
                 f"a {type(members).__name__}",
                 "set 'keeps' to 'front' or 'archive' if members() returns any, otherwise to ''",
             )
         return
     if not isinstance(members, Members):
-        yield error("members", "a gaitsim.contracts.Members", f"a {type(members).__name__}", "")
+        expected = "members() returns a gaitsim.contracts.Members"
+        yield error("members", expected, f"a {type(members).__name__}", "")
         return
     count = len(members.genomes)
     expected = f"valid genomes, each with a score and values ({what})"

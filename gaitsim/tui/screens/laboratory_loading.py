@@ -65,7 +65,7 @@ class Subject:
         """The reason why its gait cannot be adapted; '' if it can."""
         if self.run.experiment.search.keeps == "archive":
             return ""
-        return "The run is not an atlas: its search keeps no archive. Run gaitsim atlas."
+        return "The run is not an atlas: its search keeps no archive. 'gaitsim atlas' evolves one."
 
     @property
     def has_twin(self) -> bool:
