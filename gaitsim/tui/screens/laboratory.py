@@ -60,7 +60,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 - **Adapt** tries gaits of the atlas on the damaged body, each time the most promising one
   according to a Gaussian process whose prior mean is the map. *Expected* is its prediction with
   a standard deviation, *measured* the result of the trial, *kept* its share of the best of the
-  intact map. The search ends when the best trial reaches 90 % of the highest expected value, or
+  intact map. The search ends when the best trial reaches 95 % of the highest expected value, or
   after 20 trials.
 - **Map**: the expected performance of each gait after the trials. Trials are marked by their
   numbers, the best by ★.
