@@ -27,10 +27,14 @@ class View:
         if json:
             return
         damage = ", ".join(session.damage) or "no damage"
-        where = {"simulation": damage, "physics": f"{damage}, in physics", "robot": "your robot"}
+        where = {
+            "simulation": f"a body with {damage}",
+            "physics": f"the twin in physics with {damage}",
+            "robot": "your robot",
+        }
         output().print(
-            f"{prior.source}, {len(prior.performance):,} gaits on {where[session.place]}: "
-            f"{prior.measure}, {prior.best:.3g}{self._unit} for the best in the atlas",
+            f"{prior.source}: {len(prior.performance):,} gaits to try on {where[session.place]}; "
+            f"best {prior.measure} in the atlas: {prior.best:.3g}{self._unit}",
             style="bold",
         )
 
