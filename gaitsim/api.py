@@ -62,8 +62,8 @@ def evolve(
     Args:
         experiment: name of a preset, path of a TOML file or robot file, or an experiment. None
             evolves `body` alone, with CMA-ES, or with a genetic search if its genes are bits.
-        fitness: function (motion) -> (population,), or a dict of such functions, one per term; or
-            an instance of a subclass of `Fitness`. None uses the experiment's.
+        fitness: function (motion) -> scores (population,), or a dict of such arrays, one per term;
+            or an instance of a subclass of `Fitness`. None uses the experiment's.
         body: function (genomes (population, genes)) -> dict of channels, each (population, …), or
             scores (population,); or an instance of a subclass of `Organism`. None uses the
             experiment's.
