@@ -15,7 +15,11 @@ class FollowCourse(Fitness):
     """
 
     radius: float = option(
-        0.5, "distance from the course that halves the nearness", unit="m", gt=0, le=100
+        0.5,
+        "distance from the course at which the term nearness is half its maximum",
+        unit="m",
+        gt=0,
+        le=100,
     )
 
     needs: ClassVar[tuple[str, ...]] = ("position", "rotation", "course")

@@ -46,24 +46,27 @@ class FlyOptions(Organism):
         0.01, "time between commands of the network, a multiple of dt", unit="s", ge=1e-6, le=10
     )
     trials: int = option(
-        1, "number of flights of each individual, from different starts", ge=1, le=100
+        1,
+        "number of trials: flights of each individual from different starting states",
+        ge=1,
+        le=100,
     )
-    trial_seed: int = option(0, "seed of all starts but the first, which is at rest", ge=0)
+    trial_seed: int = option(
+        0, "seed of all starting states but the first, which is level and at rest", ge=0
+    )
     start_offset: float = option(
-        0.3, "largest distance of a start from the origin along each axis", unit="m", ge=0, le=10
+        0.3, "largest starting distance from the origin along each axis", unit="m", ge=0, le=10
     )
-    start_tilt: float = option(
-        15.0, "largest tilt of a start about each axis", unit="°", ge=0, le=90
-    )
+    start_tilt: float = option(15.0, "largest starting tilt about each axis", unit="°", ge=0, le=90)
     start_speed: float = option(
-        0.5, "largest speed of a start along each axis", unit="m/s", ge=0, le=10
+        0.5, "largest starting speed along each axis", unit="m/s", ge=0, le=10
     )
     start_spin: float = option(
-        1.0, "largest angular speed of a start about each axis", unit="rad/s", ge=0, le=20
+        1.0, "largest starting angular speed about each axis", unit="rad/s", ge=0, le=20
     )
 
     start_heading: float = option(
-        0.0, "largest heading of a start to either side", unit="°", ge=0, le=180
+        0.0, "largest starting heading to either side", unit="°", ge=0, le=180
     )
 
     course: Course = option(

@@ -119,11 +119,10 @@ class Finder:
         ]
         legs = _with_counterparts(legs)
         if len(legs) < 2 or _are_arms(legs, centre[2]):
-            names = [self.model.body(limb.foot).name for limb in limbs]
+            names = ", ".join(self.model.body(limb.foot).name for limb in limbs)
             raise GaitsimError(
-                "the robot has no legs",
-                allowed="at least two limbs of hinge joints that reach the ground below the trunk; "
-                f"found {len(limbs)}" + (f", which end at {', '.join(names)}" if names else ""),
+                "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
+                allowed="at least two limbs of hinge joints that reach the ground below the trunk",
                 remedy="name the bodies at the ends of the legs in organism.feet",
             )
         return legs
