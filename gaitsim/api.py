@@ -144,7 +144,7 @@ class Search(ReprMixin, Iterator[Generation]):
         self.last = generation = next(self._generations)
         if generation.number == 1 and not np.isfinite(generation.scores).any():
             reason = generation.evaluation.reasons.get(0, "its score is not finite")
-            warn(f"all {len(generation.scores):,} individuals failed; the first: {reason}")
+            warn(f"all {len(generation.scores):,} individuals failed (individual 0: {reason})")
         score = float(generation.scores[generation.best])
         if np.isfinite(score) and (self.champion is None or score > self.champion.score):
             self.champion = Individual(

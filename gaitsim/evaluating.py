@@ -97,7 +97,7 @@ def _genomes(experiment: Experiment, space: GenomeSpace, given: ArrayLike) -> Ge
 
 
 def _invalid_genomes(experiment: Experiment, what: str, remedy: str = "") -> GaitsimError:
-    allowed = f"(population, genes), finite: {expected_genomes(experiment)}"
+    allowed = f"finite, (population, genes), with {expected_genomes(experiment)}"
     return GaitsimError(what, where="genomes", allowed=allowed, remedy=remedy)
 
 

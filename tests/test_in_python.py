@@ -321,7 +321,7 @@ def test_individuals_without_a_score_have_failed() -> None:
     failed = np.flatnonzero(np.isneginf(first.scores)).tolist()
     assert failed
     assert first.evaluation.reasons == dict.fromkeys(failed, "score is nan")
-    with pytest.warns(UserWarning, match="all 20 individuals failed; the first: score is nan"):
+    with pytest.warns(UserWarning, match=r"all 20 individuals failed \(individual 0: score is nan"):
         next(gs.evolve(body=nothing, space=SPACE, population=20))
 
 

@@ -221,7 +221,7 @@ class Evaluator:
             yield
         except WorkerLostError as error:
             raise GaitsimError(
-                f"{error.what}: moving {self.experiment.entries['organism']}",
+                f"{error.what}, which moves {self.experiment.entries['organism']}",
                 remedy="run with --workers 1 to see the reason; fewer workers need less memory",
             ) from None
 

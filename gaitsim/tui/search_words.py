@@ -89,7 +89,7 @@ SEARCH: dict[str, Hints] = {
     "live.stop": Hints("end quit save halt", "The run is not evolving here."),
     "live.change": Hints(
         "set option parameter rate mutation weight fitness selection crossover stage steer",
-        "Another process evolves the run, or it is still preparing.",
+        "Another process evolves the run, or the run is still being prepared.",
         "Change",
         "On a live run: press c.",
     ),
@@ -102,7 +102,7 @@ SEARCH: dict[str, Hints] = {
     "live.replay": Hints("champion play animation motion", _CHAMPION),
     "live.goal": Hints(
         "generations target length more further extend",
-        "Another process evolves the run, or it is still preparing.",
+        "Another process evolves the run, or the run is still being prepared.",
         "Goal",
         "On a live run: press g.",
     ),

@@ -35,7 +35,7 @@ class CmaEs(Search):
     )
     step: float = option(
         0.2,
-        "standard deviation of the first samples, as a share of the gene's width, for bodies that "
+        "standard deviation of the first samples, as a share of the gene's range, for bodies that "
         "do not define one",
         gt=0,
         le=1,

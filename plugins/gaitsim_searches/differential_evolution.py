@@ -37,11 +37,17 @@ class DifferentialEvolution(Search):
 
     greediness: float = option(
         0.1,
-        "share of the best genomes, at least two of them, towards which all genomes move",
+        "share of the population, at least two individuals, that counts as the best, towards which "
+        "all others move",
         gt=0,
         le=1,
     )
-    memory: int = option(6, "number of successful pairs of F and CR remembered", ge=1, le=1000)
+    memory: int = option(
+        6,
+        "number of remembered pairs of scale factor F and crossover rate CR that worked",
+        ge=1,
+        le=1000,
+    )
     archive: float = option(
         1.0, "size of the archive of replaced genomes, in populations", ge=0, le=10
     )
@@ -49,7 +55,7 @@ class DifferentialEvolution(Search):
     spread: float = option(
         0.1,
         "standard deviation of the first genomes around a warm start, as a share of the gene's "
-        "width",
+        "range",
         gt=0,
         le=1,
     )

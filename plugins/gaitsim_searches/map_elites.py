@@ -51,15 +51,16 @@ class MapElites(Search):
         | tuple[Annotated[int, Field(ge=1, le=_MOST_CELLS)], ...]
     ) = option(
         1_000,
-        "one number: number of even Voronoi cells; several numbers: number of cells "
-        "along each axis of a grid",
+        "number of Voronoi cells, or several numbers: the number of cells along each axis of a "
+        "grid",
     )
     variation: Literal["isotropic", "line", "cma-me", "cma-mae"] = option(
         "line", "method that creates new genomes from elites"
     )
     sigma: float = option(
         0.03,
-        "standard deviation of the change of a gene in isotropic and line variation, in widths",
+        "standard deviation of the change in a gene with isotropic and line variation, as a share "
+        "of the gene's range",
         ge=0,
         le=10,
     )
@@ -70,16 +71,18 @@ class MapElites(Search):
         le=10,
     )
     flips: float = option(1.0, "mean number of bits that isotropic and line variation flip", gt=0)
-    step: float = option(0.2, "initial step size of an emitter, in widths", gt=0, le=10)
+    step: float = option(
+        0.2, "initial step size of an emitter, as a share of each gene's range", gt=0, le=10
+    )
     emitters: int = option(5, "number of emitters that share a generation", ge=1, le=1_000)
     learning_rate: float = option(
         0.01,
-        "rate at which the thresholds of cma-mae rise, from 0 (never) to 1 (at once)",
+        "rate at which the thresholds of 'cma-mae' rise, from 0 (never) to 1 (at once)",
         ge=0,
         le=1,
     )
     threshold: float = option(
-        0.0, "score that a genome of cma-mae must exceed in an empty cell", ge=-1e100, le=1e100
+        0.0, "score that a genome must exceed in an empty cell with 'cma-mae'", ge=-1e100, le=1e100
     )
     random: int = option(
         1,

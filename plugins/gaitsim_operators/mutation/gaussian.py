@@ -17,7 +17,7 @@ class Gaussian(Mutation):
 
     rate: float = option(0.05, "probability that a gene mutates", ge=0, le=1)
     sigma: float = option(
-        0.1, "standard deviation of a change, as a share of the gene's width", gt=0, le=10
+        0.1, "standard deviation of a change, as a share of the gene's range", gt=0, le=10
     )
     decay: float = option(
         1.0,
