@@ -48,7 +48,7 @@ class CmaEs(Search):
     tolerance: float = option(
         1e-12,
         "standard deviation of all genes below which the search has converged, as a share of their "
-        "widths",
+        "ranges",
         gt=0,
         lt=0.1,
     )
