@@ -273,7 +273,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
             RunError: the generation or member does not exist, or all its individuals failed.
         """
         if generation is not None and member is not None:
-            raise GaitsimError("replay() takes a generation or a member, not both", where=ARGUMENTS)
+            raise GaitsimError("generation and member cannot be combined", where=ARGUMENTS)
         found = self.snapshot.individual(generation if member is None else Member(member))
         return with_world(found, world) if world else found
 

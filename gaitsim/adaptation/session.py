@@ -64,7 +64,7 @@ def session_file(run: Path, name: str) -> Path:
     """
     if not _NAME.fullmatch(name):
         raise GaitsimError(
-            f"invalid name {name!r:.120} of an adaptation",
+            f"invalid name for an adaptation: {name!r:.120}",
             where="name",
             allowed="up to 100 letters, digits, '-', '_' and '.', starting with a letter or digit",
         )

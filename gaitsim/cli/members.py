@@ -82,7 +82,9 @@ def members(
         )
     if out is not None:
         if out.suffix.lower() != ".csv":
-            raise GaitsimError(f"{out} is not a CSV file", where="--out", allowed="FILE.csv")
+            raise GaitsimError(
+                f"{out} does not have the extension .csv", where="--out", allowed="FILE.csv"
+            )
         check_folder(out)
     opened = RunSnapshot(find_run(run))
     found = _members(opened)

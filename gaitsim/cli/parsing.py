@@ -36,7 +36,7 @@ def _member(text: str) -> Member | Near:
     if text.isascii() and text.isdecimal() and len(text) < 10 and int(text):
         return Member(int(text))
     if "=" not in text:
-        raise GaitsimError(f"{text!r} is not a member", where="--member", allowed=allowed)
+        raise GaitsimError(f"invalid member: {text!r}", where="--member", allowed=allowed)
     values = parse_pairs(text, "--member", allowed)
     try:
         found = {name: float(value) for name, value in values.items()}
@@ -108,7 +108,7 @@ def parse_generations(several: str | None) -> tuple[int, ...]:
     parts = [part.strip() for part in several.split(",")]
     if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
         raise GaitsimError(
-            f"{several!r} is not a list of generations",
+            f"invalid list of generations: {several!r}",
             where="--generations",
             allowed="numbers separated by commas, such as 1,50,300",
         )
@@ -162,7 +162,7 @@ def parse_window(text: str | None) -> tuple[float, float] | None:
             raise ValueError
     except ValueError:
         raise GaitsimError(
-            f"{text!r} is not a window of time",
+            f"invalid time window: {text!r}",
             where="--window",
             allowed="START:END in seconds, such as 2:5",
         ) from None
@@ -180,7 +180,7 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
     parts = text.lower().replace("×", "x").split("x")
     if len(parts) != 2 or not all(part.isdecimal() and len(part) < 7 for part in parts):
         raise GaitsimError(
-            f"{text!r} is not a size",
+            f"invalid size: {text!r}",
             where="--size",
             allowed="WIDTHxHEIGHT in pixels, such as 1280x720",
         )
@@ -220,7 +220,7 @@ def parse_axes(text: str | None) -> dict[str, tuple[float, float] | None] | None
                 raise ValueError
         except ValueError:
             raise GaitsimError(
-                f"invalid ends {ends!r} of the axis {name!r}", where="--axes", allowed=allowed
+                f"invalid range for the axis {name!r}: {ends!r}", where="--axes", allowed=allowed
             ) from None
         found[name] = (low, high) if ends else None
     return found
@@ -237,7 +237,7 @@ def parse_cells(text: str | None) -> int | tuple[int, ...] | None:
     parts = text.lower().replace("×", "x").split("x")
     if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
         raise GaitsimError(
-            f"{text!r} is not a number of cells",
+            f"invalid number of cells: {text!r}",
             where="--cells",
             allowed="a number of Voronoi cells, such as 5000, or one count per axis of a grid, "
             "such as 40x30",

@@ -83,5 +83,5 @@ def _parse_controller(text: str) -> tuple[str, str]:
     """Return the command and the individual in a value of `--controller`."""
     name, equals, reference = text.partition("=")
     if not (name and equals and reference):
-        raise GaitsimError(f"{text!r} is not a controller", where="--controller", allowed=ALLOWED)
+        raise GaitsimError(f"invalid controller: {text!r}", where="--controller", allowed=ALLOWED)
     return name, reference

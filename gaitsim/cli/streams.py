@@ -26,7 +26,9 @@ def check_environment() -> None:
     """
     value = os.environ.get(PROGRESS, "")
     if value not in ("", "json"):
-        raise GaitsimError(f"unknown value {value!r}", where=PROGRESS, allowed="json, or unset")
+        raise GaitsimError(
+            f"invalid {PROGRESS}: {value!r}", where=PROGRESS, allowed="json, or unset"
+        )
 
 
 def prepare() -> None:

@@ -133,7 +133,7 @@ def check_worlds(
         if not one.least <= low <= high <= one.most:
             problems.report(
                 key,
-                f"{low:g} to {high:g} is not a valid range for this condition",
+                f"invalid range for the condition {name!r}: {low:g} to {high:g}",
                 f"[lowest, highest], from {one.least:g} to {one.most:g} {one.unit}".rstrip(),
             )
 

@@ -194,7 +194,7 @@ class Reader:
         if not fits:
             self._report(
                 "name",
-                f"{literal(name)} is not a valid name, because runs are folders of that name",
+                f"invalid name: {literal(name)} (the folder of a run has the same name)",
                 f'at most {LONGEST_NAME} bytes without / \\ : * ? " < > |, without spaces at '
                 "either end, and without a dot or hyphen at the start",
             )
@@ -213,7 +213,7 @@ class Reader:
     def _seed(self) -> int:
         seed = self._scalar("seed", 0)
         if not 0 <= seed < 2**63:
-            self._report("seed", f"{seed} is out of range", "a whole number from 0 to 2^63 − 1")
+            self._report("seed", f"invalid seed: {seed}", "a whole number from 0 to 2^63 − 1")
         return seed
 
     def _scalar(self, key: str, default: _Scalar) -> _Scalar:

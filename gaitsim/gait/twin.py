@@ -54,7 +54,7 @@ def twin_of(
     """
     if not _has_twin(experiment):
         raise GaitsimError(
-            f"{experiment.entries['organism']} has no physical twin",
+            f"{experiment.entries['organism']} has no twin in rigid-body physics",
             allowed="a kinematic body whose plugin declares a twin, such as the spider",
         )
     twin = load_experiment(experiment.organism.twin)

@@ -153,7 +153,7 @@ def sketch_name(folder: Path) -> str:
     name = folder.name
     if not (name.isascii() and name.replace("_", "").isalnum() and len(name) <= MAX_NAME):
         raise GaitsimError(
-            f"invalid name {name!r} for an Arduino sketch",
+            f"invalid name for an Arduino sketch: {name!r}",
             where="--out",
             allowed=f"at most {MAX_NAME} letters, digits and underscores",
         )

@@ -140,7 +140,7 @@ def check_playback(speed: float) -> None:
     """
     if not MIN_SPEED <= speed <= 1 / MIN_SPEED:
         raise GaitsimError(
-            f"invalid speed of playback {speed:g}",
+            f"invalid playback speed: {speed:g}",
             where="--speed",
             allowed=f"{MIN_SPEED:g} to {1 / MIN_SPEED:g}; 1 is the simulated speed, 0.5 half of it",
         )

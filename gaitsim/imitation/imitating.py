@@ -252,7 +252,7 @@ def imitate(
         if name not in known:
             raise unknown("setting of imitate()", name, known)
     if generation is not None and member is not None:
-        raise GaitsimError("imitate() takes a generation or a member, not both", where="arguments")
+        raise GaitsimError("generation and member cannot be combined", where="arguments")
     which = generation if member is None else Member(member)
     if isinstance(source, Individual):
         if body is not None or which is not None:

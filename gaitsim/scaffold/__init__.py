@@ -55,7 +55,7 @@ def _check_name(plugin: str, name: str) -> None:
         return
     better = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-0123456789")[:LONGEST].rstrip("-")
     raise GaitsimError(
-        f"{name!r} is not a valid name for a plugin and its package",
+        f"invalid name for a plugin and its package: {name!r}",
         allowed=f"up to {LONGEST} lowercase letters, digits and single hyphens, a letter first",
         remedy=f"{better!r}" if _NAME.fullmatch(better) else "a name such as 'two-legs'",
     )

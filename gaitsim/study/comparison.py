@@ -162,7 +162,7 @@ def check_request(
         return check_targets([float(part) for part in targets.split(",")])
     except ValueError:
         raise GaitsimError(
-            f"{targets!r} is not a list of scores",
+            f"invalid list of scores: {targets!r}",
             where="--targets",
             allowed="numbers separated by commas, such as 1.5,2,2.5",
         ) from None

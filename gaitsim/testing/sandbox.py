@@ -168,7 +168,7 @@ def examine_in_processes(
     """
     if not 0 < seconds <= _DAY:
         raise GaitsimError(
-            f"{seconds:g} s is not a valid timeout", allowed=f"above 0 s and at most {_DAY:,} s"
+            f"invalid timeout: {seconds:g} s", allowed=f"above 0 s and at most {_DAY:,} s"
         )
     options = options or {}
     with ExitStack() as stack:

@@ -163,10 +163,10 @@ SEARCH: dict[str, Hints] = {
     "map.play": Hints("pause stop go animation"),
     "map.view": Hints("camera side above front angle perspective"),
     "compare.quantity": Hints(
-        "median mean diversity best axis", "None of these runs has a generation yet."
+        "median mean diversity best axis", "None of these runs has a finished generation yet."
     ),
     "compare.by": Hints(
-        "axis time seconds evaluations", "None of these runs has a generation yet."
+        "axis time seconds evaluations", "None of these runs has a finished generation yet."
     ),
     "compare.replay": Hints("champion play motion", "The chosen run has no champion yet."),
     "compare.statistics": Hints(

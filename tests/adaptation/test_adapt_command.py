@@ -136,7 +136,10 @@ def test_runs_without_an_archive_and_bodies_without_damage_are_refused(
     gaitsim("run", puppet_file, "--workers", 1, "--out", "whole")
     done = gaitsim("adapt", "whole", *LOST, "--measure", "reach", code=2)
     assert "cannot be damaged" in done.stderr
-    assert "no physical twin" in gaitsim("adapt", "whole", *LOST, "--physics", code=2).stderr
+    assert (
+        "no twin in rigid-body physics"
+        in gaitsim("adapt", "whole", *LOST, "--physics", code=2).stderr
+    )
     assert not [*tmp_path.rglob("adaptations/*")], "nothing was evaluated before"
 
 

@@ -174,7 +174,7 @@ def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
     assert "No servo can follow" in shown
     for path, says in [
         ("none.csv", "cannot read none.csv: No such file"),
-        ("gait.txt", "does not have the suffix of a gait file"),
+        ("gait.txt", "does not have the extension of a gait file"),
     ]:
         done = gaitsim("analyse", "spider", "--gait", path, code=2)
         assert says in done.stderr

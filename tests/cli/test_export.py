@@ -80,11 +80,11 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
         (("--format", "servos"), "servos"),
         (("--format", "ros2", "--clip"), "or use --format servo, arduino, dynamixel, feetech"),
         (("--format", "ros2", "--out", "x.csv"), "ends with .csv"),
-        (("--format", "ros2", "--speed", 0), "invalid speed of playback 0"),
+        (("--format", "ros2", "--speed", 0), "invalid playback speed: 0"),
         (("--format", "arduino", "--centre", 0), "has no option --centre"),
         (
             ("--format", "arduino", "--out", "my gait"),
-            "invalid name 'my gait' for an Arduino",
+            "invalid name for an Arduino sketch: 'my gait'",
         ),
         (("--format", "arduino", "--calibration", "missing.toml"), "--calibration-template"),
         (("--format", "servo", "--calibration", "x", "--min", 0), "cannot be combined with --min"),

@@ -85,8 +85,8 @@ def test_a_member_can_be_chosen_by_values(gaitsim, front):
     [
         (("play", "puppet", "--member", 99), "has no member 99"),
         (("play", "puppet", "--member", 1, "--generation", 1), "--generation, --member"),
-        (("play", "puppet", "--member", 0), "not a member"),
-        (("play", "puppet", "--member", "price"), "not a member"),
+        (("play", "puppet", "--member", 0), "invalid member: "),
+        (("play", "puppet", "--member", "price"), "invalid member: "),
         (("play", "puppet", "--member", "price=x"), "not a number"),
         (("play", "puppet", "--member", "prize=1"), "unknown axis 'prize'"),
         (("plot", "puppet", "--kind", "fitness", "--member", 1), "has no option --member"),

@@ -21,5 +21,5 @@ def test_a_body_without_commands_is_rejected_with_alternatives(gaitsim, terminal
 
 def test_an_invalid_controller_is_rejected(gaitsim, terminal):
     said = gaitsim("steer", "fly", "--controller", "climb", code=2).stderr
-    assert "'climb' is not a controller" in said
+    assert "invalid controller: 'climb'" in said
     assert "COMMAND=RUN" in said

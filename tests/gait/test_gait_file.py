@@ -43,8 +43,8 @@ def npz(**fields):
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
-        ("a.txt", b"", "does not have the suffix of a gait file"),
-        ("a", b"", "does not have the suffix of a gait file"),
+        ("a.txt", b"", "does not have the extension of a gait file"),
+        ("a", b"", "does not have the extension of a gait file"),
         ("a.npz", b"", "is not a gait file"),
         ("a.npz", b"PK\3\4 and more", "is not a gait file"),
         ("a.npz", npz(other=ANGLES), "neither joint_angles nor bestGait"),
@@ -77,7 +77,7 @@ def test_other_files_are_rejected(name, content, says, tmp_path):
 def test_files_that_cannot_be_read_are_refused(tmp_path):
     for path, says in (
         (tmp_path / "none.npz", "No such file"),
-        (tmp_path, "does not have the suffix of a gait file"),
+        (tmp_path, "does not have the extension of a gait file"),
         (Path("a\0.npz"), "null"),
     ):
         with pytest.raises(GaitsimError) as told:

@@ -173,7 +173,7 @@ def test_a_gait_too_large_for_the_flash_is_refused_with_an_interval_that_fits(tm
     interval = int(error.value.remedy.rpartition(" ")[2])
     sketch = create_sketch(keyframes_of(gait, calibration, interval), calibration, "walk", "a gait")
     assert 30_000 < sketch.flash <= 32_767
-    with pytest.raises(GaitsimError, match="invalid name 'my gait' for an Arduino sketch"):
+    with pytest.raises(GaitsimError, match="invalid name for an Arduino sketch: 'my gait'"):
         sketch_name(tmp_path / "my gait")
 
 

@@ -144,5 +144,5 @@ def test_a_slower_playback_takes_longer():
     assert table.milliseconds.tolist() == [0, 100, 200, 300, 400]
     assert table.degrees[:, 0].tolist() == [0, 15, 30, 9, -12]
     for speed in (0, -1, np.nan, np.inf):
-        with pytest.raises(GaitsimError, match="invalid speed of playback"):
+        with pytest.raises(GaitsimError, match="invalid playback speed"):
             table_of(gait([0, 30]), HALF_TURN, speed=speed)

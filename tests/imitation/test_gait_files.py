@@ -117,7 +117,7 @@ ANGLES = np.zeros((3, 24))
     ("arguments", "says"),
     [
         (("none.mat",), "none.mat"),
-        (("notes.txt",), "does not have the suffix of a gait file"),
+        (("notes.txt",), "does not have the extension of a gait file"),
         (("unnamed.npz",), "--body"),
         pytest.param(("foreign.npz",), "a body with the 2 joints of", marks=pytest.mark.slow),
         (("foreign.npz", "--body", "spider"), "which this body does not have"),

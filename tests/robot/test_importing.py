@@ -300,7 +300,7 @@ BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/
         ("<mujoco><worldbody><body><nonsense/></body></worldbody></mujoco>", "cannot compile"),
         (TWO.replace("density='9'", "pos='nan 0 0'"), "not finite"),
         ("<mujoco><include file='../secret.xml'/></mujoco>", "outside its folder"),
-        ("<mujoco><include file='gone.xml'/></mujoco>", "does not exist"),
+        ("<mujoco><include file='gone.xml'/></mujoco>", "not found"),
         ("<mujoco><include file='robot.xml'/></mujoco>", "included twice"),
         ("<mujoco><asset><mesh file='/etc/passwd'/></asset></mujoco>", "outside its folder"),
         ("<mujoco><asset><model file='other.xml'/></asset></mujoco>", "attaches a separate model"),

@@ -32,5 +32,5 @@ def test_a_gait_walks_as_far_on_the_twin_as_in_the_independent_simulation(gait):
 
 def test_a_body_without_a_twin_is_refused():
     twin = play_on_twin(play_gait(read_gait(GAITS / "ripple.npz"), load_experiment("spider")))
-    with pytest.raises(GaitsimError, match="has no physical twin"):
+    with pytest.raises(GaitsimError, match="has no twin in rigid-body physics"):
         play_on_twin(twin)

@@ -78,7 +78,7 @@ BAD = {
 
 @pytest.mark.parametrize(("name", "remedy"), BAD.items(), ids=repr)
 def test_a_name_that_cannot_be_a_packages_is_refused(tmp_path, name, remedy):
-    with pytest.raises(GaitsimError, match="is not a valid name for a plugin") as raised:
+    with pytest.raises(GaitsimError, match="invalid name for a plugin") as raised:
         new_package(name, "organism", tmp_path)
     assert remedy in raised.value.remedy
     assert "lowercase letters" in raised.value.allowed

@@ -178,7 +178,7 @@ def test_a_check_shows_its_verdict(look, install, working, monkeypatch):
         assert "Checking …" in shown(driver)
         await go(driver, "organism odd")
         await driver.press("c")
-        await driver.until(lambda: "✗ The plugin violates its contract" in shown(driver))
+        await driver.until(lambda: "✗ The plugin breaks its contract" in shown(driver))
         assert "expected: move() returns a gaitsim.contracts.Motion" in shown(driver)
         assert "actual: a str" in shown(driver)
         await go(driver, "mutation gaussian")

@@ -156,7 +156,7 @@ def test_a_comparison_of_marked_runs_is_started_with_the_mouse(walk, drive):
         targets.query_one(Input).value = "1,x"
         await driver.until(lambda: "--targets 1,x" in driver.text("#study-command"))
         await driver.pilot.click("#begin")
-        await driver.until(lambda: "not a list of scores" in driver.text("#study-problem"))
+        await driver.until(lambda: "invalid list of scores: " in driver.text("#study-problem"))
         targets.query_one(Input).value = "-9,99"
         await driver.until(lambda: "-9,99" in driver.text("#study-command"))
         # A button ignores a click while it is still drawn as pressed.

@@ -129,7 +129,7 @@ def read_gait(path: Path) -> GaitFile:
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise GaitsimError(f"{path} does not have the suffix of a gait file", allowed=_ALLOWED)
+        raise GaitsimError(f"{path} does not have the extension of a gait file", allowed=_ALLOWED)
     data = read_bounded(path, LARGEST)
     try:
         with warnings.catch_warnings():

@@ -114,5 +114,5 @@ class DamageActions(GaitScreen):
         if action == "repair" and not self.damage:
             return "The body is intact."
         if action == "physics" and self.subject and not self.subject.has_twin:
-            return "The body has no physical twin."
+            return "The body has no twin in rigid-body physics."
         return super().obstacle(action)

@@ -52,7 +52,7 @@ def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -
     if report["ok"]:
         text.append("✓ The plugin fulfils its contract", colours["success"])
     else:
-        text.append("✗ The plugin violates its contract", colours["error"])
+        text.append("✗ The plugin breaks its contract", colours["error"])
     rate = report["figures"].get("individuals_per_second")
     if rate:
         number = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"

@@ -38,7 +38,7 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
             path = files.find(name)
             if path is None:
                 raise RobotError(
-                    f"the included file {name!r} does not exist",
+                    f"included file not found: {name!r}",
                     where=where,
                     allowed="a path relative to the robot's file",
                 )

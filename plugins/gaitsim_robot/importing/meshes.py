@@ -28,7 +28,9 @@ def decode(data: bytes, suffix: str) -> Floats:
     """
     reader = _READERS.get(suffix.lower())
     if reader is None:
-        raise MeshError(f"{suffix or 'a file without suffix'} is not one of {', '.join(_READERS)}")
+        raise MeshError(
+            f"{suffix or 'a file without extension'} is not one of {', '.join(_READERS)}"
+        )
     try:
         vertices = reader(data)
     except (ValueError, KeyError, IndexError, RobotError) as error:
