@@ -177,7 +177,7 @@ def adapt(
     if report is not None or pairs:
         others = damage or interactive or measured or name or fresh or figure or json
         options = {"physics": physics, "pairs": pairs, "measure": measure or DEFAULT_MEASURE}
-        write_report(run, None if others else report, given, workers=workers, **options)
+        write_report(run, report, given, supported=not others, workers=workers, **options)
         return
     adaptation_name = name or default_name(place, damaged)
     if value is not None and not session_file(run.path, adaptation_name).exists():

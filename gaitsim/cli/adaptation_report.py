@@ -22,23 +22,30 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 def write_report(
-    run: RunSnapshot, folder: Path | None, settings: Mapping[str, Any], **options: Any
+    run: RunSnapshot,
+    folder: Path | None,
+    settings: Mapping[str, Any],
+    *,
+    supported: bool,
+    **options: Any,
 ) -> None:
     """Compute or continue a report on an atlas, and write its files.
 
     Args:
         run: the atlas.
-        folder: folder of the report; None if the command line lacks it, or has options that a
-            report does not support.
+        folder: folder of the report; None if the command line lacks it.
         settings: settings of the adaptations, fields of `Settings` by name.
+        supported: whether a report supports all options of the command line.
         options: options of `make_report`.
 
     Raises:
-        GaitsimError: `folder` is None, or `make_report` fails.
+        GaitsimError: the command line is invalid, or `make_report` fails.
     """
     if folder is None:
+        raise GaitsimError("--pairs needs --report DIR", where="--pairs")
+    if not supported:
         raise GaitsimError(
-            "--pairs needs --report DIR, and --report cannot be combined with all other options",
+            "--report covers all leg losses, and cannot be combined with every other option",
             where="--report",
             allowed="--pairs, --physics, --measure, --workers, and the options under "
             "'How trials are chosen'",

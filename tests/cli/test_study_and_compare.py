@@ -62,7 +62,10 @@ def test_a_finished_study_only_rewrites_its_results(gaitsim, tmp_path):
         (["compare", "millipede", "millipede", "--set", "mutation.rte=1"], "unknown key"),
         (["compare", "millipede", "millipede", "--population", "8"], "7 is odd"),
         (["compare", "millipede", "millipede", "--targets", "nan"], "invalid target: nan"),
-        (["compare", "millipede", "millipede", "--targets", "1,,2"], "'1,,2' is not a list"),
+        (
+            ["compare", "millipede", "millipede", "--targets", "1,,2"],
+            "invalid list of scores: '1,,2'",
+        ),
         (["compare", "millipede", "millipede", "--targets", "1" + 100 * ",1"], "101 targets"),
         (
             ["compare", "millipede", "millipede", "--evaluations", "20"],
