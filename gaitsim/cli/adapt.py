@@ -54,12 +54,15 @@ def adapt(
         bool,
         typer.Option(
             "--physics",
-            help="Run the trials on the body's twin, its version in rigid-body physics.",
+            help="Run the trials on the body's twin, which is its version in rigid-body physics.",
         ),
     ] = False,
     measure: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Measure to maximise. Default: 'forward', in metres."),
+        typer.Option(
+            metavar="NAME",
+            help="Measure to maximise. Default: 'forward', the distance walked forward in metres.",
+        ),
     ] = None,
     trials: Annotated[
         int | None,
@@ -85,19 +88,22 @@ def adapt(
         float | None,
         _trials(
             help="Distance over which a trial affects the predictions for other gaits, as a share "
-            f"of each axis. Default: {DEFAULT.length_scale}."
+            f"of the range of each axis of the atlas. Default: {DEFAULT.length_scale}."
         ),
     ] = None,
     noise: Annotated[
         float | None,
         _trials(
-            help="Variance of a measurement divided by the best value in the atlas. "
-            f"Default: {DEFAULT.noise}."
+            help="Assumed variance of a measurement, in units in which the best value in the atlas "
+            f"is 1. Default: {DEFAULT.noise}."
         ),
     ] = None,
     interactive: Annotated[
         bool,
-        _robot("--interactive", help="Write a gait file, ask for the robot's result, and repeat."),
+        _robot(
+            "--interactive",
+            help="Write a gait file, ask for the robot's result, and repeat with the next gait.",
+        ),
     ] = False,
     measured: Annotated[
         str | None,
@@ -110,11 +116,14 @@ def adapt(
     format: Annotated[GaitFormat, _robot(help="Format of the gait files.")] = "mat",
     name: Annotated[
         str | None,
-        typer.Option(help="Name of the adaptation. Default: derived from the damage, or 'robot'."),
+        typer.Option(
+            metavar="NAME",
+            help="Name of the adaptation. Default: derived from the damage, or 'robot'.",
+        ),
     ] = None,
     fresh: Annotated[
         bool,
-        typer.Option("--fresh", help="Start over; earlier trials under this name are deleted."),
+        typer.Option("--fresh", help="Start over: delete the earlier trials of this adaptation."),
     ] = False,
     figure: Annotated[
         Path | None,
@@ -126,8 +135,8 @@ def adapt(
     report: Annotated[
         Path | None,
         _report(
-            metavar="DIR",
-            help="Adapt to the loss of each leg; write tables and figures to this folder.",
+            metavar="FOLDER",
+            help="Adapt to the loss of each leg in turn; write tables and figures to this folder.",
         ),
     ] = None,
     pairs: Annotated[
@@ -138,9 +147,10 @@ def adapt(
 ) -> None:
     """Find a gait for a damaged body in a few trials, guided by an atlas.
 
-    A Gaussian process over the atlas predicts how each gait performs on the damaged body, and the
-    most promising gait is tried next. Without --damage, the command proposes gaits for your robot.
-    Repeat the command to continue an adaptation.
+    An atlas holds the best gait for each way of using the legs; see 'gaitsim atlas'. A Gaussian
+    process predicts how each of these gaits performs on the damaged body, and the most promising
+    gait is tried next. Without --damage and --physics, the command proposes gaits to try on your
+    robot. Repeat the command to continue an adaptation.
 
     [bold]Examples[/bold]
 

@@ -42,7 +42,7 @@ def write_report(
         GaitsimError: the command line is invalid, or `make_report` fails.
     """
     if folder is None:
-        raise GaitsimError("--pairs needs --report DIR", where="--pairs")
+        raise GaitsimError("--pairs needs --report FOLDER", where="--pairs")
     if not supported:
         raise GaitsimError(
             "--report covers all leg losses, and cannot be combined with every other option",

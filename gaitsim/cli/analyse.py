@@ -46,13 +46,17 @@ def analyse(
     engine: Annotated[
         str | None,
         typer.Option(
+            metavar="NAME",
             help="Physics engine for the robot, such as bullet; with --physics, for the body's "
-            "twin."
+            "version in rigid-body physics.",
         ),
     ] = None,
     gait: Annotated[
         Path | None,
-        typer.Option(help="File of joint angles to play on the run's body: .npz, .csv or .mat."),
+        typer.Option(
+            help="Analyse the joint angles in this file (.npz, .csv or .mat) instead of the run's "
+            "own gait; the run's body plays them."
+        ),
     ] = None,
     perturb: Annotated[
         bool,
@@ -66,8 +70,8 @@ def analyse(
         bool,
         typer.Option(
             "--physics",
-            help="Also play the gait on the body's twin, its version in rigid-body physics, if it "
-            "has one.",
+            help="Also play the gait on the body's twin, which is its version in rigid-body "
+            "physics, and compare the two.",
         ),
     ] = False,
     worlds: Worlds = None,

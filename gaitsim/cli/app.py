@@ -9,13 +9,13 @@ from gaitsim.cli.help import group
 app = group(
     "gaitsim.cli",
     {
-        "run": "Evolve a gait and keep the run on disk.",
-        "atlas": "Fill an atlas of a body's gaits: the best one for each way of using the legs.",
+        "run": "Evolve a gait, and save the run in a folder.",
+        "atlas": "Evolve an atlas of a body's gaits: the best gait for each way of using the legs.",
         "resume": "Continue a run exactly as if it had never stopped, optionally with changed "
         "options.",
         "attach": "Watch a run that is evolving in the background or in another program.",
         "stop": "Stop background runs after their current generation, and save them.",
-        "fork": "Copy a run to continue the copy with changed options.",
+        "fork": "Copy a run, for example to continue the copy with changed options.",
         "runs": "List the runs in a folder, oldest first, or delete some of them.",
         "show": "Show a run in full: its plugins, progress, stages and champion.",
         "members": "List the members of a run's front or archive.",
@@ -27,21 +27,21 @@ app = group(
         "video": "Make a video of the champion: MP4 or GIF.",
         "play": "Play a champion in the terminal until Ctrl-C.",
         "analyse": "Report which gait evolved and how its score is made up.",
-        "steer": "Fly a body yourself: keys choose the trained network in control.",
+        "steer": "Fly a body with the keyboard: each key puts another trained network in control.",
         "adapt": "Find a gait for a damaged body in a few trials, guided by an atlas.",
-        "imitate": "Train a network to imitate the champion or a gait file, and let it walk by "
-        "itself.",
-        "study": "Sweep options on all cores; write a table, surfaces and a summary.",
+        "imitate": "Train a network to imitate the champion or a gait file, and evaluate the "
+        "gait that the network generates.",
+        "study": "Evolve every combination of chosen options, and write a table and figures.",
         "compare": "Compare experiments statistically, with the same number of evaluations for "
         "each repeat.",
         "differences": "Compare runs: their curves, results and differing options.",
         "share": "Print the champion as a challenge code, which others can verify.",
-        "gallery": "Create a site from a folder of runs: a card for each run, and a page that "
-        "plays its champion.",
+        "gallery": "Create a website from a folder of runs, with a page for each run that plays "
+        "its champion.",
         "verify": "Reproduce generations of a run, or the score of a challenge code, bit for bit.",
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
-        "experiments": "List and show presets.",
+        "experiments": "List and show presets: the experiments that packages provide.",
         "robots": "Check robot files, and list the installed robots and servos.",
         "plugins": "List, show and check plugins, and create new ones.",
     },

@@ -18,7 +18,7 @@ PIPED = 80, 30  # characters, if the output is not a terminal
 
 
 def print_map(run: RunSnapshot, members: Members, axes: tuple[str, str] | None) -> None:
-    """Print the best elites along two axes of an archive, with the best of all marked.
+    """Print an archive as a map along two axes, with the best member marked.
 
     Args:
         run: run that keeps the archive.

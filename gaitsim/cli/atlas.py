@@ -30,15 +30,17 @@ def atlas(
         str | None,
         typer.Option(
             metavar="NAME=LOW:HIGH,…",
-            help="Measures that distinguish gaits, each with its range; for duty factors, the "
-            "range defaults to 0:1. Default: the duty factor of each leg.",
+            help="Measures that distinguish gaits, each with its range; for duty factors (the "
+            "share of the time that a foot is on the ground), the range defaults to 0:1. Default: "
+            "the axes of the preset, or else the duty factor of each leg.",
         ),
     ] = None,
     cells: Annotated[
         str | None,
         typer.Option(
             metavar="N|NxN…",
-            help="Number of Voronoi cells, or cells per axis of a grid, such as 40x30.",
+            help="Number of Voronoi cells, such as 5000, or of cells along each axis of a grid, "
+            "such as 40x30. Each cell keeps its best gait.",
         ),
     ] = None,
     generations: Generations = None,
@@ -52,10 +54,10 @@ def atlas(
     detach: Detach = False,
     json: Json = False,
 ) -> None:
-    """Fill an atlas of a body's gaits: the best one for each way of using the legs.
+    """Evolve an atlas of a body's gaits: the best gait for each way of using the legs.
 
-    An atlas is a run with the search map-elites. The command evolves the preset NAME-atlas if it
-    exists, and otherwise the given experiment with that search and these axes.
+    An atlas is a run of the search map-elites. The command evolves the preset NAME-atlas if it
+    exists, and otherwise the given experiment with map-elites as its search.
 
     [bold]Examples[/bold]
 

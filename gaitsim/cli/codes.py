@@ -21,9 +21,9 @@ STANDARD_INPUT = "-"
 
 
 def read_challenge(reference: str) -> Challenge | None:
-    """Return the challenge of a code, of a file that holds one, or of standard input for '-'.
+    """Return the challenge in a code, in a file that holds a code, or on standard input for '-'.
 
-    Anything else returns None.
+    Returns None if the reference is none of these.
 
     Raises:
         GaitsimError: the code is damaged, invalid, in a different format, or cannot be read.

@@ -52,16 +52,18 @@ def compare(
         int | None,
         typer.Option(
             min=1,
-            help="Evaluations per repeat. Default: the smallest number among the experiments.",
+            help="Evaluations per repeat. Default: the smallest number that any of the "
+            "experiments plans.",
         ),
     ] = None,
     targets: Annotated[
         str | None,
         typer.Option(
             metavar="SCORE,…",
-            help="Target scores, such as 1.5,2,2.5. Default: 51 equally spaced scores for the "
-            "ECDF (the share of targets reached by each number of evaluations), and the "
-            "quartiles of all repeats' scores for expected running times and their tests.",
+            help="Target scores, such as 1.5,2,2.5, for the ECDF (the share of targets reached "
+            "by each number of evaluations) and for the expected running times (the mean number "
+            "of evaluations to reach a target). Default: 51 equally spaced scores for the ECDF, "
+            "and the quartiles of the scores of all repeats for the running times.",
         ),
     ] = None,
     generations: Generations = None,
@@ -70,7 +72,12 @@ def compare(
     workers: Workers = None,
     dask: Dask = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the report. Default: comparisons/<names>.")
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Folder of the report. Default: in comparisons/, with the names of the "
+            "experiments.",
+        ),
     ] = None,
     format: Annotated[PlotFormat, typer.Option(help="Format of the figures.")] = "png",
     worlds: Annotated[
@@ -78,9 +85,8 @@ def compare(
         typer.Option(
             "--worlds",
             metavar="N",
-            help="Rank runs instead of experiments: evaluate each champion in the same N "
-            "randomly drawn worlds, and compare the means of their worst tenths of "
-            "results.",
+            help="Rank runs instead of experiments: evaluate the champion of each run in the same "
+            "N randomly drawn worlds, and compare the means of the worst 10 % of the results.",
         ),
     ] = None,
     world_seed: WorldSeed = None,
@@ -88,9 +94,10 @@ def compare(
 ) -> None:
     """Compare experiments statistically, with the same number of evaluations for each repeat.
 
-    All experiments get the same number of evaluations, whatever their searches and populations, and
-    their order does not affect the results. Writes a report in Markdown, figures, tables of
-    all repeats and of the ECDF, and all numbers as JSON.
+    Each repeat evolves an experiment from a different random population, and gets the same number
+    of evaluations whatever its search and population size. The order of the experiments does not
+    affect the results. The command writes a report in Markdown, figures, tables of all repeats and
+    of the ECDF, and all numbers as JSON.
 
     [bold]Examples[/bold]
 

@@ -42,11 +42,14 @@ def differences(
             autocompletion=run_names,
         ),
     ],
-    quantity: Annotated[Quantity, typer.Option(help="Quantity to show.")] = "best",
+    quantity: Annotated[
+        Quantity, typer.Option(help="Quantity to show over the generations.")
+    ] = "best",
     by: Annotated[
         Axis | None,
         typer.Option(
-            help="Horizontal axis. Default: generation, or evaluations if populations differ."
+            help="Horizontal axis. Default: generation, or evaluations if the "
+            "population sizes differ."
         ),
     ] = None,
     plot: Annotated[

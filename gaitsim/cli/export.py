@@ -27,7 +27,7 @@ from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 _robot = partial(typer.Option, rich_help_panel="For robots")
-_servo = partial(typer.Option, rich_help_panel="Servo table")
+_servo = partial(typer.Option, rich_help_panel="For --format servo")
 
 
 def export(
@@ -36,12 +36,14 @@ def export(
         ExportFormat | None,
         typer.Option(
             metavar="FORMAT",
-            help="Joint angles: mat (MATLAB, Octave), csv, npz (NumPy). For robots: servo "
-            "(CSV in degrees), arduino (sketch for PCA9685 boards), dynamixel and "
-            "feetech (CSV with goal positions), ros2 (action goal as YAML), rosbag2. The "
-            "body in motion: html (web page), glb (glTF for Blender and others). The "
-            "whole run: atlas (web page with the archive as a map of animated gaits), "
-            "tensorboard. Default: from the extension of --out, otherwise mat.",
+            help="Joint angles: mat (MATLAB, Octave), csv, npz (NumPy).\n\n"
+            "Files for robots: servo (CSV in degrees), arduino (sketch for PCA9685 boards), "
+            "dynamixel and feetech (CSV with goal positions), ros2 (action goal as YAML), "
+            "rosbag2.\n\n"
+            "The body in motion: html (web page), glb (glTF for Blender and others).\n\n"
+            "The whole run: atlas (web page with the archive as a map of animated gaits), "
+            "tensorboard.\n\n"
+            "Default: from the extension of --out, otherwise mat.",
         ),
     ] = None,
     out: ExportFile = None,
@@ -53,7 +55,8 @@ def export(
     generations: Annotated[
         str | None,
         typer.Option(
-            metavar="N,N,…", help="Show the best individuals of several generations side by side."
+            metavar="N,N,…",
+            help="Show the best individuals of several generations side by side, such as 1,50,300.",
         ),
     ] = None,
     calibration: Annotated[

@@ -17,7 +17,10 @@ def fork(
     run: RunName,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the copy. Default: the run's folder name with a number."),
+        typer.Option(
+            metavar="FOLDER",
+            help="Folder of the copy. Default: the run's folder name with a number.",
+        ),
     ] = None,
     set_: Set = None,
     generations: Annotated[
@@ -32,11 +35,12 @@ def fork(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Copy a run to continue the copy with changed options.
+    """Copy a run, for example to continue the copy with changed options.
 
-    The copy has the run's last generation, history and champions. Earlier populations are not
-    stored; 'gaitsim run --from RUN@N' starts a new run from the best individual of an
-    earlier generation. The original does not change, and may be running.
+    The copy has the run's last generation, history and champions, so it continues from the last
+    generation. Use 'gaitsim run --from RUN@N' to start a new run from the best individual of an
+    earlier generation, whose whole population is not stored. The original is not changed, and may
+    be evolving during the copy.
 
     [bold]Examples[/bold]
 

@@ -19,10 +19,13 @@ def gallery(
         Path, typer.Argument(metavar="FOLDER", help="Folder that holds the runs.")
     ] = Path("runs"),
     out: Annotated[
-        Path, typer.Option(help="Folder of the gallery; an existing gallery is replaced.")
+        Path,
+        typer.Option(
+            metavar="FOLDER", help="Folder of the website; an existing website of runs is replaced."
+        ),
     ] = Path("site"),
 ) -> None:
-    """Create a site from a folder of runs: a card for each run, and a page that plays its champion.
+    """Create a website from a folder of runs, with a page for each run that plays its champion.
 
     Within each body and fitness, the best run comes first. The site needs no server: open its
     index.html, or copy the folder to any web server.

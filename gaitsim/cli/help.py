@@ -2,6 +2,7 @@
 
 import gc
 import inspect
+import re
 import sys
 from collections.abc import Mapping
 from importlib import import_module
@@ -18,6 +19,16 @@ from gaitsim.errors import GaitsimError, nearest
 SCREENS = ("tui", "serve")
 """Commands whose standard output is a screen or the log of a server."""
 
+PLACEHOLDERS = {
+    "int": "N",
+    "int range": "N",
+    "float": "NUMBER",
+    "float range": "NUMBER",
+    "path": "FILE",
+    "str": "TEXT",
+}
+"""Placeholders of values in the help, by Typer's name of the type."""
+
 _EXAMPLES = "[bold]Example"
 _UNUSED = ("rich.markdown", "rich.traceback")
 
@@ -30,8 +41,13 @@ class Command(TyperCommand):
         self.help = arrange_help(self.help or "")
 
     def get_params(self, ctx: Any) -> Any:
-        """Return the parameters; flags show no value type."""
-        return hide_flag_types(super().get_params(ctx))
+        """Return the parameters, with one style of placeholders."""
+        return set_placeholders(super().get_params(ctx), ctx)
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """Return the words of the usage line, without Typer's braces around arguments."""
+        pieces = super().collect_usage_pieces(ctx)
+        return [re.sub(r"^\{(.*)\}", r"\1", piece) for piece in pieces]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Print the help."""
@@ -80,8 +96,8 @@ class LazyGroup(TyperGroup):
         self.commands = {name: TyperCommand(name, help=line) for name, line in self.lines.items()}
 
     def get_params(self, ctx: Any) -> Any:
-        """Return the parameters; flags show no value type."""
-        return hide_flag_types(super().get_params(ctx))
+        """Return the parameters, with one style of placeholders."""
+        return set_placeholders(super().get_params(ctx), ctx)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Print the help."""
@@ -142,12 +158,24 @@ def arrange_help(text: str) -> str:
     return "\n\n".join(paragraphs) + mark + "\n".join(lines)
 
 
-def hide_flag_types(parameters: list[Any]) -> list[Any]:
-    """Remove the value type from the help of flags, in place, and return all parameters."""
+def set_placeholders(parameters: list[Any], ctx: Any) -> list[Any]:
+    """Replace Typer's value types in the help by placeholders, in place; return all parameters.
+
+    Flags show none, and arguments only their name.
+    """
     for parameter in parameters:
-        if getattr(parameter, "is_flag", False) and parameter.metavar is None:
+        if parameter.param_type_name == "argument":
+            parameter.display_type_rich = _no_type
+        elif parameter.metavar is None and getattr(parameter, "is_flag", False):
             parameter.metavar = ""
+        elif parameter.metavar is None and hasattr(parameter, "display_type"):
+            shown = parameter.display_type(ctx).strip("<>")
+            parameter.metavar = PLACEHOLDERS.get(shown, shown)
     return parameters
+
+
+def _no_type(ctx: Any) -> None:
+    """Return no type, for the help of an argument."""
 
 
 def explain_error(error: typer.BadParameter, command: Any) -> GaitsimError | None:

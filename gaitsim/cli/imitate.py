@@ -40,9 +40,9 @@ def imitate(
         str | None,
         typer.Option(
             metavar="NAME|FILE|RUN",
-            help="Body of a gait file: a preset, an experiment or robot file, or a run folder. "
-            "Default: the body of the run that exported the file, or of the preset with the same "
-            "joint names.",
+            help="Body that plays the gait file: a preset, an experiment or robot file, or a run "
+            "folder. Default: the body of the run that exported the file, or of the preset with "
+            "the same joint names.",
             autocompletion=completion.preset_names,
         ),
     ] = None,
@@ -59,7 +59,10 @@ def imitate(
     ] = None,
     output: Annotated[
         OutputActivation | None,
-        typer.Option(help="Activation of the outputs: none, or the hidden layer's."),
+        typer.Option(
+            help="Activation of the outputs: 'linear' for none (the default), 'same' for that of "
+            "the hidden layer."
+        ),
     ] = None,
     hidden: Annotated[
         int | None, typer.Option(min=1, max=4096, help="Number of hidden neurons. Default: 48.")
@@ -67,7 +70,10 @@ def imitate(
     epochs: Annotated[
         int | None,
         typer.Option(
-            min=1, max=1_000_000, help="Number of epochs. Default: 1000; with steady, 3000."
+            min=1,
+            max=1_000_000,
+            help="Number of passes over the training data. Default: 1000; with --settings steady, "
+            "3000.",
         ),
     ] = None,
     learning_rate: Annotated[
@@ -75,11 +81,14 @@ def imitate(
         typer.Option(
             min=1e-9,
             max=10,
-            help="Learning rate. Default: 0.008; with steady, 0.02 falling to 0.",
+            help="Learning rate. Default: 0.008; with --settings steady, 0.02 falling to 0.",
         ),
     ] = None,
     seed: Annotated[
-        int, typer.Option(min=0, help="Seed of the weights, sample order and noise.")
+        int,
+        typer.Option(
+            min=0, help="Seed of the initial weights, the order of the samples and the noise."
+        ),
     ] = 0,
     compare_activations: Annotated[
         bool,
@@ -91,25 +100,29 @@ def imitate(
         bool,
         typer.Option(
             "--video",
-            help="Also make a video: first the training error, then the imitator beside its "
-            "expert.",
+            help="Also make a video: first the training error, then the network's gait beside the "
+            "imitated gait.",
         ),
     ] = False,
-    format: Annotated[GaitFormat, typer.Option(help="Format of the imitator's gait file.")] = "mat",
+    format: Annotated[
+        GaitFormat, typer.Option(help="Format of the file of the network's gait.")
+    ] = "mat",
     out: Annotated[
         Path | None,
         typer.Option(
+            metavar="FOLDER",
             help="Folder to write to; created if missing. Default: the run's exports folder, or "
-            "the folder of the gait file."
+            "the folder of the gait file.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Train a network to imitate the champion or a gait file, and let it walk by itself.
+    """Train a network to imitate the champion or a gait file, and evaluate the gait that the
+    network generates.
 
-    The network learns to predict each frame of joint angles from the one before. Then it generates
-    a whole gait from the first frame, which is evaluated like the original. Ctrl-C stops without
-    writing anything.
+    The network learns to predict each frame of joint angles from the frame before. Then it
+    generates a whole gait from the first frame, which is evaluated like the original. Ctrl-C stops
+    without writing anything.
 
     [bold]Examples[/bold]
 

@@ -33,8 +33,8 @@ HEIGHT_ABOVE_TERMS = 8  # lines, including the table's header and the cursor's l
 class LiveView(Display):
     """Progress, the curves of best, mean and diversity, and the terms of the best individuals.
 
-    Terms are listed vertically, as in a sum, so any number of terms fits a narrow terminal, which
-    shows only fewer individuals.
+    Terms are listed vertically, as in a sum, so that a narrow terminal shows fewer individuals
+    rather than fewer terms.
 
     Args:
         path: folder of the run.

@@ -34,7 +34,8 @@ def members(
     gaits: Annotated[
         bool,
         typer.Option(
-            "--gaits", help="Add the name, duty factor and stride frequency of each gait."
+            "--gaits",
+            help="Add columns with the name, duty factor and stride frequency of each gait.",
         ),
     ] = False,
     workers: Workers = None,
@@ -51,6 +52,10 @@ def members(
     json: Json = False,
 ) -> None:
     """List the members of a run's front or archive.
+
+    The search nsga-2 keeps a front: the individuals that no other individual beats in every
+    objective. The search map-elites keeps an archive: the best individual of each cell in a space
+    of measures.
 
     Members are numbered from 1: those of a front in the order of the first objective, those of an
     archive in the order of their cells. Other commands accept these numbers, as in --member 3 or

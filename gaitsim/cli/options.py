@@ -19,15 +19,17 @@ RunOrCode = Annotated[
     str,
     typer.Argument(
         metavar="RUN|CODE",
-        help="Name of a run in runs/, or its folder; or a challenge code, a file that holds "
-        "one, or '-' for standard input.",
+        help="Name of a run in runs/, or its folder; or a challenge code (from 'gaitsim share'), a "
+        "file that contains a code, or '-' to read a code from standard input.",
         autocompletion=completion.run_names,
     ),
 ]
 BestOf = Annotated[
     int | None,
     typer.Option(
-        min=1, help="Use the best individual of this generation. Default: the best of the run."
+        min=1,
+        help="Use the best individual of this generation. Default: the champion, the best "
+        "individual of the run.",
     ),
 ]
 MemberOf = Annotated[
@@ -44,7 +46,8 @@ Damage = Annotated[
     typer.Option(
         "--damage",
         metavar="TEXT",
-        help="Damage to the body, such as 'L2 lost' or 'R1 femur stuck 20'; may be repeated.",
+        help="Simulate damage to the body, such as 'L2 lost' or 'R1 femur stuck 20'; may be "
+        "repeated.",
     ),
 ]
 World = Annotated[
@@ -58,22 +61,20 @@ World = Annotated[
 ]
 Engine = Annotated[
     str | None,
-    typer.Option(
-        help="Physics engine for the robot, such as bullet.",
-    ),
+    typer.Option(metavar="NAME", help="Physics engine for the robot, such as bullet."),
 ]
 Worlds = Annotated[
     int | None,
     typer.Option(
         "--worlds",
         metavar="N",
-        help="Evaluate the gait in N unseen worlds, such as 100, with randomly drawn "
-        "conditions; report how far it moves, how often it falls, and which condition "
+        help="Evaluate the gait in N unseen worlds, such as 100: worlds with randomly drawn "
+        "conditions. Report how far it moves, how often it falls, and which condition "
         "harms it most.",
     ),
 ]
 WorldSeed = Annotated[
-    int | None, typer.Option(help="Seed of the unseen worlds. Default: 0.", show_default=False)
+    int | None, typer.Option(help="Seed of the worlds of --worlds. Default: 0.", show_default=False)
 ]
 ExperimentName = Annotated[
     str,
@@ -98,14 +99,23 @@ From = Annotated[
         autocompletion=completion.run_names,
     ),
 ]
-RunFolder = Annotated[Path | None, typer.Option(help="Folder of the run. Default: runs/<name>.")]
+RunFolder = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FOLDER",
+        help="Folder of the run. Default: in runs/, with the name of the experiment.",
+    ),
+]
 ExportFile = Annotated[
-    Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
+    Path | None,
+    typer.Option(help="File to write. Default: a file in the run's exports folder."),
 ]
 Set = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="KEY=VALUE", help="Set an option of the experiment; may be repeated."
+        "--set",
+        metavar="KEY=VALUE",
+        help="Set an option of the experiment, such as mutation.rate=0.1; may be repeated.",
     ),
 ]
 Workers = Annotated[
@@ -122,13 +132,15 @@ Dask = Annotated[
     typer.Option(
         metavar="ADDRESS|local",
         help="Use a Dask cluster: the address of its scheduler, such as tcp://host:8786, or "
-        "'local' to start one with --workers workers. Does not affect the result.",
+        "'local' to start a cluster on this machine with the number of workers given by "
+        "--workers. Does not affect the result.",
     ),
 ]
 Detach = Annotated[
     bool,
     typer.Option(
-        "--detach", help="Run in the background, until finished or stopped by 'gaitsim stop'."
+        "--detach",
+        help="Evolve in the background, until the run is finished or 'gaitsim stop' stops it.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object per line, for scripts.")]

@@ -38,13 +38,19 @@ def play(
     speed: Annotated[float, typer.Option(help="Playback speed, relative to real time.")] = 1.0,
     whole: Annotated[
         bool,
-        typer.Option("--whole", help="Show the whole path with a fixed camera."),
+        typer.Option(
+            "--whole",
+            help="Show the whole path with a fixed camera, instead of following the body.",
+        ),
     ] = False,
     once: Annotated[
         bool, typer.Option("--once", help="Play the motion once instead of repeating it.")
     ] = False,
     at: Annotated[
-        float | None, typer.Option(min=0, help="Print one picture, of this time in seconds.")
+        float | None,
+        typer.Option(
+            metavar="SECONDS", min=0, help="Print a single picture of the motion at this time."
+        ),
     ] = None,
 ) -> None:
     """Play a champion in the terminal until Ctrl-C.

@@ -37,9 +37,11 @@ def plot(
         Kind,
         typer.Option(
             metavar="KIND",
-            help="Kind of plot: fitness, terms, diversity, genome, runs, search, front, "
-            "archive, gaits, path, channel, footfall, phase, joints, stability, or 'all' "
-            "for every kind that applies.",
+            help="Kind of plot:\n\n"
+            "of the evolution: fitness, terms, diversity, genome, runs, search\n\n"
+            "of a front or an archive: front, archive, gaits\n\n"
+            "of the motion: path, channel, footfall, phase, joints, stability\n\n"
+            "all: every kind that the run has data for",
         ),
     ] = "fitness",
     generation: BestOf = None,
@@ -50,16 +52,16 @@ def plot(
         str | None,
         typer.Option(
             metavar="N,N,…",
-            help="Plot the best individuals of several generations, such as 1,50,300. For "
-            "--kind channel.",
+            help="For --kind channel: plot the best individuals of several generations, such as "
+            "1,50,300.",
         ),
     ] = None,
     channel: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Channel of the motion; an unknown name lists all channels. For --kind "
-            "channel, and for --kind joints a channel of joints, such as torque.",
+            help="Channel of the motion to plot, such as altitude; an unknown name lists all "
+            "channels. For --kind channel; for --kind joints, a channel of joints such as torque.",
         ),
     ] = None,
     component: Annotated[
@@ -72,20 +74,23 @@ def plot(
     ] = None,
     window: Annotated[
         str | None,
-        typer.Option(metavar="START:END", help="Part of the motion in seconds, such as 2:5."),
+        typer.Option(
+            metavar="START:END", help="Part of the motion to plot, in seconds, such as 2:5."
+        ),
     ] = None,
     beside: Annotated[
         list[str] | None,
         typer.Option(
             metavar="RUN",
-            help="Another run, plotted with its repeats; may be repeated. For --kind runs.",
+            help="For --kind runs: also plot this run and its repeats, the runs in the same folder "
+            "that differ only in the seed; may be repeated.",
         ),
     ] = None,
     axes: Annotated[
         tuple[str, str] | None,
         typer.Option(
             metavar="NAME NAME",
-            help="Two axes of the archive. Default: all pairs of axes. For --kind archive.",
+            help="For --kind archive: two axes of the archive. Default: all pairs of axes.",
         ),
     ] = None,
     theme: Annotated[Theme, typer.Option(help="Colour theme.")] = "light",
@@ -98,8 +103,9 @@ def plot(
     out: Annotated[
         Path | None,
         typer.Option(
+            metavar="FILE|FOLDER",
             help="File to write; for --kind all, a folder, created if missing. Default: in the "
-            "run's exports folder."
+            "run's exports folder.",
         ),
     ] = None,
 ) -> None:

@@ -28,7 +28,7 @@ def run(
         str | None,
         typer.Argument(
             help="Name of a preset, or path of a TOML file or a robot file such as URDF. "
-            "Default: the experiment of the challenge code after --from.",
+            "Default: with --from CODE, the experiment of the code.",
             metavar="NAME|FILE",
             autocompletion=preset_names,
         ),
@@ -44,7 +44,7 @@ def run(
     detach: Detach = False,
     json: Json = False,
 ) -> None:
-    """Evolve a gait and keep the run on disk.
+    """Evolve a gait, and save the run in a folder.
 
     Ctrl-C stops after the current generation, saves the run, and prints how to continue it.
 

@@ -89,7 +89,7 @@ def check_root(root: Path) -> None:
         raise GaitsimError(
             f"folder not found: {root}",
             allowed="a folder that holds runs",
-            remedy="'gaitsim runs' lists those in runs/",
+            remedy="'gaitsim runs' lists the runs in runs/",
         )
 
 

@@ -18,7 +18,10 @@ from gaitsim.tui.themes import check_theme
 def serve(
     root: Root = Path("runs"),
     host: Annotated[
-        str, typer.Option(help="Address to listen on. Default: this machine only.")
+        str,
+        typer.Option(
+            metavar="ADDRESS", help="Address to listen on; the default admits only this machine."
+        ),
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen on.")] = 8000,
     theme: ThemeName = None,
@@ -27,11 +30,12 @@ def serve(
         typer.Option(
             envvar="GAITSIM_TOKEN",
             show_envvar=True,
-            help="Token that the address must contain. Default: random, new at each start.",
+            help="Token that the address must contain. Default: a new random token at each start.",
         ),
     ] = None,
     windows: Annotated[
-        int, typer.Option(min=1, max=1000, help="Maximum number of open windows.")
+        int,
+        typer.Option(min=1, max=1000, help="Maximum number of browser windows at the same time."),
     ] = 8,
 ) -> None:
     """Open the terminal UI in a browser, by default on this machine only.

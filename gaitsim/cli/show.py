@@ -29,13 +29,16 @@ def show(
         bool,
         typer.Option(
             "--fingerprint",
-            help="Print only the SHA-256 hash of the population, the scores and the history "
-            "without its times.",
+            help="Print only the fingerprint: a SHA-256 hash of all results except times, so that "
+            "equal fingerprints mean equal runs.",
         ),
     ] = False,
     json: Json = False,
 ) -> None:
     """Show a run in full: its plugins, progress, stages and champion.
+
+    A stage is a span of generations with the same options; changing an option of a run starts the
+    next stage.
 
     [bold]Examples[/bold]
 
@@ -163,7 +166,7 @@ def _print(run: RunSnapshot) -> None:
 
 
 def _champion(run: RunSnapshot) -> Individual | dict[str, Any] | None:
-    """Return the champion; its row in the history if its Python code is missing here."""
+    """Return the champion; values from its row of the history if its Python code is missing."""
     try:
         return champion_of(run)
     except MissingFunctionError:

@@ -20,7 +20,7 @@ def steer(
     experiment: Annotated[
         str,
         typer.Argument(
-            help="Name of a preset or path of an experiment file whose body has steering commands.",
+            help="Name of a preset or path of an experiment file whose body can be steered.",
             metavar="NAME|FILE",
             autocompletion=preset_names,
             show_default=True,
@@ -29,9 +29,10 @@ def steer(
     controller: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="COMMAND=RUN[@N]",
-            help="Assign the champion of a run, or the best individual of its generation N, "
-            "to a steering command; may be repeated.",
+            metavar="COMMAND=RUN[@N]|FILE",
+            help="Let the champion of a run, the best individual of its generation N, or a "
+            "champion file control the body while this steering command is active; may be "
+            "repeated.",
         ),
     ] = None,
     set_: Set = None,
@@ -39,11 +40,14 @@ def steer(
         Path | None,
         typer.Option(
             metavar="FILE.html",
-            help="Instead, write a web page (one file) in which the body can be steered.",
+            help="Write a web page (one file) in which the body can be steered, instead of opening "
+            "the terminal UI.",
         ),
     ] = None,
 ) -> None:
-    """Fly a body yourself: keys choose the trained network in control.
+    """Fly a body with the keyboard: each key puts another trained network in control.
+
+    The keys select steering commands, such as climb or left. Each command has its own network.
 
     [bold]Examples[/bold]
 

@@ -50,7 +50,7 @@ def stop(
     if not runs and not all_:
         raise GaitsimError(
             "no run is given",
-            remedy="name a run, or stop all with --all; 'gaitsim runs' lists them",
+            remedy="name a run ('gaitsim runs' lists them), or stop all background runs with --all",
         )
     paths = _in_folders(runs or []) if all_ else [_find_evolving(name) for name in runs or []]
     for path in paths:

@@ -39,13 +39,20 @@ def study(
     workers: Workers = None,
     dask: Dask = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the study. Default: studies/<name>.")
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Folder of the study. Default: in studies/, with the name of the study.",
+        ),
     ] = None,
 ) -> None:
-    """Sweep options on all cores; write a table, surfaces and a summary.
+    """Evolve every combination of chosen options, and write a table and figures.
 
-    If the study has a target, fresh repeats confirm the cheapest cells that reach it ('confirm' in
-    the file). Ctrl-C stops and keeps finished cells; to continue, pass the folder of the study.
+    The file of the study lists the options and their values; each combination is a cell. If the
+    file sets a target score, gaitsim also evolves new repeats of the cheapest cells that reach the
+    target, to confirm them ('confirm' in the file).
+
+    Ctrl-C stops the study and keeps finished cells; to continue, pass the folder of the study.
 
     [bold]Examples[/bold]
 

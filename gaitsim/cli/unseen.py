@@ -13,7 +13,8 @@ from gaitsim.runs.snapshot import RunSnapshot
 AT_END, FEWEST_AT_END = 100, 10
 """Maximum and minimum number of unseen worlds at the end of a run.
 
-Between them it is a tenth of the evaluations of the run, so that it costs little by comparison.
+Between these limits, the number is a tenth of the number of motions that the run simulated, so
+that this evaluation costs little by comparison.
 """
 
 
@@ -65,7 +66,7 @@ def evaluate_champion(
     """Evaluate the champion of a run over worlds in unseen worlds; Ctrl-C skips this.
 
     Returns:
-        None for a run in one world, or after a notice of why the evaluation has no result.
+        None if the run has no section [worlds], or after a notice of why there is no result.
     """
     worlds = champion.experiment.worlds.number
     if not worlds:

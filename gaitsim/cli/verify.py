@@ -34,7 +34,7 @@ def verify(
         str | None,
         typer.Option(
             metavar="N,N,…",
-            help="Generations to reproduce. Default: ten, spread over the run.",
+            help="Generations to reproduce. Default: ten, evenly spaced from first to last.",
         ),
     ] = None,
     all_: Annotated[
@@ -45,14 +45,16 @@ def verify(
 ) -> None:
     """Reproduce generations of a run, or the score of a challenge code, bit for bit.
 
-    For a challenge code, plays the individual and compares its score with the claimed one.
+    Given a challenge code, the command plays the individual and compares its score with the score
+    in the code.
 
-    For a run, checks that its files are consistent, and that experiment.toml has the options of
-    the last generation. Then reproduces the first and last generation in full, and the best
-    individual of others. With --all, evolves every generation from the options and seed alone.
+    Given a run, the command checks that the files of the run are consistent, and that
+    experiment.toml has the options of the last generation. Then it reproduces the first and the
+    last generation in full, and the best individual of other generations. With --all, it evolves
+    every generation again from the options and the seed.
 
-    The exit code is 0 if everything is identical, 1 if something differs, and 2 if the run or the
-    code is damaged.
+    The exit code is 0 if everything is identical, 1 if something differs or a checkpoint is
+    damaged, and 2 if nothing can be verified, such as a missing run or an invalid code.
 
     [bold]Examples[/bold]
 

@@ -35,7 +35,8 @@ def video(
     generations: Annotated[
         str | None,
         typer.Option(
-            metavar="N,N,…", help="Race the best individuals of several generations side by side."
+            metavar="N,N,…",
+            help="Race the best individuals of several generations side by side, such as 1,50,300.",
         ),
     ] = None,
     view: Annotated[VideoView, typer.Option(help="Direction of the camera.")] = "iso",
@@ -56,7 +57,9 @@ def video(
             "or slow motion for movements too fast to see, such as wing beats."
         ),
     ] = None,
-    intro: Annotated[bool, typer.Option(help="Begin with the fitness curve.")] = True,
+    intro: Annotated[
+        bool, typer.Option(help="Begin the video with the curve of the score over the generations.")
+    ] = True,
 ) -> None:
     """Make a video of the champion: MP4 or GIF.
 

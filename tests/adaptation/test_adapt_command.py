@@ -271,4 +271,4 @@ def test_a_report_covers_all_leg_losses_and_continues(adapt, atlas, tmp_path):
     file.write_text("{}")
     assert "is damaged" in adapt(*given, code=2).stderr
     assert "leg losses" in adapt("--report", "losses", *LOST, code=2).stderr
-    assert "needs --report DIR" in adapt("--pairs", code=2).stderr
+    assert "needs --report FOLDER" in adapt("--pairs", code=2).stderr

@@ -14,4 +14,4 @@ app = group(
 
 @app.callback()
 def experiments() -> None:
-    """List and show presets."""
+    """List and show presets: the experiments that packages provide."""

@@ -17,7 +17,7 @@ def list_() -> None:
 
 
 def _describe(name: str) -> str:
-    try:  # without an outline, which would import NumPy and pydantic and slow down the list
+    try:  # not by an outline: that would import NumPy and pydantic, and slow down the list
         return str(parse(read_preset(name), f"preset {name}").get("description", ""))
     except GaitsimError as error:
         return f"broken: {error.what}"

@@ -6,8 +6,8 @@ app = group(
     __name__,
     {
         "list": "List all plugins by kind, with their packages, without importing them.",
-        "show": "Show a plugin's options, and the channels and conditions of a body.",
-        "check": "Check whether plugins fulfil their contract, and report what to fix.",
+        "show": "Show a plugin's options and, for a body, its channels and conditions.",
+        "check": "Check whether plugins keep the rules for their kind, and report what to fix.",
         "new": "Create a ready-to-run package for a new plugin in the folder NAME.",
     },
     add_completion=False,

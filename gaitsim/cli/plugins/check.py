@@ -28,13 +28,18 @@ def check(
             show_default=False,
         ),
     ] = None,
-    seconds: Annotated[float, typer.Option(help="Time limit for each plugin, in seconds.")] = 120.0,
+    seconds: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Time limit for each plugin.")
+    ] = 120.0,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Exit with code 1 even if there is only advice.")
+        bool,
+        typer.Option(
+            "--strict", help="Exit with code 1 even if the check finds no errors, only advice."
+        ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """Check whether plugins fulfil their contract, and report what to fix.
+    """Check whether plugins keep the rules for their kind, and report what to fix.
 
     The exit code is 1 if a plugin has errors.
 

@@ -25,7 +25,10 @@ def show(
         ),
     ],
 ) -> None:
-    """Show a plugin's options, and the channels and conditions of a body.
+    """Show a plugin's options and, for a body, its channels and conditions.
+
+    A channel is a named array of the body's motion, such as joint_angles. A condition is a property
+    of its world, such as friction; --world and --worlds change conditions.
 
     [bold]Example[/bold]
 

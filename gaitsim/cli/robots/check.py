@@ -38,18 +38,21 @@ def check(
         ),
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Draw the standing robot to this file.")
+        Path | None,
+        typer.Option(metavar="FILE.png", help="Draw the robot in its standing pose to this file."),
     ] = None,
     model_out: Annotated[
         Path | None,
-        typer.Option(help="Write the robot, as it is simulated, to one file that needs no meshes."),
+        typer.Option(
+            help="Write the robot, as it is simulated, to one file that needs no mesh files."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
     """Check whether a robot file can be used, and show its content.
 
-    Shows mass, joints, legs and their sides, feet, servos, the standing pose and all repairs. The
-    exit code is 1 if the robot cannot be used.
+    The command shows mass, joints, legs and their sides, feet, servos, the standing pose and all
+    repairs of the file. The exit code is 1 if the robot cannot be used.
 
     [bold]Examples[/bold]
 
