@@ -113,7 +113,7 @@ def controller_genomes(fly: "Fly", controllers: Mapping[str, Genomes]) -> Genome
         raise GaitsimError(
             "a fly with symmetric wings cannot turn, so it cannot be steered",
             key="organism.wings",
-            allowed='organism.wings = "asymmetric"',
+            allowed='organism.wings = "mirrored" or "asymmetric"',
         )
     genes = fly.genome_space().genes
     for name in NAMES:
