@@ -103,7 +103,8 @@ class _Row:
 
     @property
     def meaning(self) -> str:
-        return _escaped(_plain(self.info.help or ""))
+        # A blank line would end the table.
+        return _escaped(_plain(self.info.help or "")).replace("\n\n", "<br>")
 
     @property
     def default(self) -> str:
