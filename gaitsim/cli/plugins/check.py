@@ -39,7 +39,7 @@ def check(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Check whether plugins keep the rules for their kind, and report what to fix.
+    """Check whether plugins fulfil the contract of their kind, and report what to fix.
 
     The exit code is 1 if a plugin has errors.
 

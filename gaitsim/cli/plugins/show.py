@@ -30,9 +30,11 @@ def show(
     A channel is a named array of the body's motion, such as joint_angles. A condition is a property
     of its world, such as friction; --world and --worlds change conditions.
 
-    [bold]Example[/bold]
+    [bold]Examples[/bold]
 
     gaitsim plugins show spider-walk
+
+    gaitsim plugins show walker
     """
     names = {kind: entries(kind) for kind in KINDS}
     kinds = [kind for kind in KINDS if name in names[kind]]
