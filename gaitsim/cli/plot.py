@@ -245,10 +245,10 @@ def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     supported = ALL_OPTIONS if kind == "all" else KINDS[kind].options
     unused = [name for name, value in given.items() if value and name not in supported]
     if unused:
+        kinds = [one for one, known in KINDS.items() if {*unused} <= {*known.options}]
         raise GaitsimError(
-            f"a plot of kind {kind} has no option {' and '.join(unused)}",
+            f"a plot of kind {kind} has no option{'s' * (len(unused) > 1)} {' and '.join(unused)}",
             allowed=", ".join(sorted(supported)),
-            remedy=" or ".join(
-                f"--kind {one}" for one, known in KINDS.items() if {*unused} <= {*known.options}
-            ),
+            remedy=f"omit {' and '.join(unused)}"
+            + f", or use --kind {', '.join(kinds)}" * bool(kinds),
         )

@@ -52,7 +52,7 @@ def load_experiment(
     except PluginError as error:
         if formats := registry.entries(registry.FILES):
             suffixes = ", ".join(f".{suffix}" for suffix in formats)
-            error.allowed += f"; or a file: .toml, {suffixes}"
+            error.allowed += f"; or a file with the extension .toml, {suffixes}"
         # Unlike pathlib, os.path does not raise an error for an invalid file name.
         here = [file for file in (path, f"{reference}.toml") if os.path.isfile(file)]  # noqa: PTH113
         if here:

@@ -99,7 +99,9 @@ def with_world(individual: Individual, world: World) -> Individual:
         GaitsimError: the body has no conditions, or a name or value is invalid.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
-    return with_changed_body(individual, _options(individual.experiment, world), describe(world))
+    return with_changed_body(
+        individual, _options(individual.experiment, world), f"world {describe(world)!r}"
+    )
 
 
 def put_in_world(experiment: Experiment, world: World) -> Experiment:
@@ -108,7 +110,7 @@ def put_in_world(experiment: Experiment, world: World) -> Experiment:
     Raises:
         GaitsimError: the body has no conditions, or a name or value is invalid.
     """
-    return with_body(experiment, _options(experiment, world), describe(world))
+    return with_body(experiment, _options(experiment, world), f"world {describe(world)!r}")
 
 
 def _options(experiment: Experiment, world: World) -> dict[str, World]:

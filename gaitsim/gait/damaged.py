@@ -22,7 +22,7 @@ def damage_body(experiment: Experiment, damage: Sequence[str]) -> Experiment:
         GaitsimError: the body does not support damage, or the damage is invalid.
     """
     _require_damage(experiment)
-    return with_body(experiment, {KEY: [*damage]}, ", ".join(damage))
+    return with_body(experiment, {KEY: [*damage]}, f"damage {', '.join(damage)!r}")
 
 
 def with_damage(individual: Individual, damage: Sequence[str]) -> Individual:
@@ -39,7 +39,7 @@ def with_damage(individual: Individual, damage: Sequence[str]) -> Individual:
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
     _require_damage(individual.experiment)
-    return with_changed_body(individual, {KEY: [*damage]}, ", ".join(damage))
+    return with_changed_body(individual, {KEY: [*damage]}, f"damage {', '.join(damage)!r}")
 
 
 def _require_damage(experiment: Experiment) -> None:

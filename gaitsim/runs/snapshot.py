@@ -246,7 +246,7 @@ class RunSnapshot(RunFiles):
             raise RunError(
                 f"the run {self.path} has no members: its search keeps neither a front nor an "
                 "archive",
-                remedy=f"omit --member to use the champion: {command('play', self.path)}",
+                remedy="omit the member to use the champion",
             )
         count, index = len(found.scores), which.number - 1
         if not 0 <= index < count:
