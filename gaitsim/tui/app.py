@@ -64,7 +64,14 @@ class GaitsimApp(ViKeys):
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "help", "Help", id="app.help", tooltip="Show keys and their use"),
-        Binding("q", "quit", "Quit", show=False, id="app.quit", tooltip="Quit; runs continue"),
+        Binding(
+            "q",
+            "quit",
+            "Quit",
+            show=False,
+            id="app.quit",
+            tooltip="Quit; asks whether active runs should continue",
+        ),
         Binding(
             "ctrl+o",
             "jump",

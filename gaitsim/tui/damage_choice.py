@@ -16,7 +16,7 @@ def toggle_leg(damage: Choice, leg: str, legs: Legs) -> Choice:
 
 
 def set_joint(damage: Choice, joint: str, new: Damage | None, legs: Legs) -> Choice:
-    """Return the damage with one joint changed, None for intact, and its leg restored."""
+    """Return the damage with `new` damage to a joint, None for intact, and its leg restored."""
     leg = next(leg for leg, joints in legs.items() if joint in joints)
     kept = tuple(one for one in damage if one.part not in (leg, joint))
     return sort_damage((*kept, *((new,) if new else ())), legs)

@@ -15,7 +15,9 @@ class Imitator(Settings):
     member: Member = None
     settings: Annotated[
         TrainingPreset,
-        Field(description="source: a fixed learning rate; steady: noisy inputs and a falling rate"),
+        Field(
+            description="'source': fixed learning rate; 'steady': noisy inputs and a falling rate"
+        ),
     ] = "source"
     activation: Annotated[
         Activation | None, Field(description="activation of the hidden layer; none: leaky-relu")
@@ -29,14 +31,16 @@ class Imitator(Settings):
     ] = None
     epochs: Annotated[
         int | None,
-        Field(ge=1, le=1_000_000, description="number of epochs; none: 1000, or 3000 with steady"),
+        Field(
+            ge=1, le=1_000_000, description="number of epochs; none: 1000, or 3000 with 'steady'"
+        ),
     ] = None
     learning_rate: Annotated[
         float | None,
         Field(
             ge=1e-9,
             le=10,
-            description="learning rate; none: 0.008, or 0.02 falling to 0 with steady",
+            description="learning rate; none: 0.008, or 0.02 falling to 0 with 'steady'",
         ),
     ] = None
     seed: Annotated[int, Field(ge=0, description="seed of the weights, sample order and noise")] = 0
@@ -45,9 +49,11 @@ class Imitator(Settings):
     ] = False
     video: Annotated[
         bool,
-        Field(description="whether to also make a video: the error, then imitator and expert"),
+        Field(description="whether to also make a video of the training error and of both gaits"),
     ] = False
-    format: Annotated[GaitFormat, Field(description="format of the imitator's gait file")] = "mat"
+    format: Annotated[GaitFormat, Field(description="format of the gait file of the network")] = (
+        "mat"
+    )
     gait: Annotated[
         str | None,
         Field(description="gait file to imitate instead of the champion: .mat, .npz or .csv"),

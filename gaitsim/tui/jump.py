@@ -60,7 +60,7 @@ class Jump(ModalScreen[Widget | None]):
             seen = _visible_region(widget)
             label.styles.offset = (seen.x, seen.y)
             yield label
-        yield Static("Type a letter to focus its widget; esc cancels", id="jump-about")
+        yield Static("letter: focus the item under it · esc: cancel", id="jump-about")
 
     def on_key(self, event: events.Key) -> None:
         widget = self._targets.get(event.key)

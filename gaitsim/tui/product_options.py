@@ -75,7 +75,9 @@ class Settings(BaseModel):
 
 
 class GaitFile(Settings):
-    format: Annotated[GaitFormat, Field(description="MATLAB and Octave, CSV or NumPy")] = "mat"
+    format: Annotated[
+        GaitFormat, Field(description="'mat' for MATLAB and Octave, 'csv', or 'npz' for NumPy")
+    ] = "mat"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
@@ -179,7 +181,7 @@ class Template(Settings):
 
 class Plot(Settings):
     theme: Annotated[Theme, Field(description="colour theme")] = "light"
-    format: Annotated[PlotFormat, Field(description="PNG at 300 dpi, or a vector format")] = "png"
+    format: Annotated[PlotFormat, Field(description="'png' at 300 dpi, or a vector format")] = "png"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
@@ -218,7 +220,7 @@ class Plot(Settings):
 
 
 class Video(Settings):
-    format: Annotated[VideoFormat, Field(description="H.264, or GIF for slides")] = "mp4"
+    format: Annotated[VideoFormat, Field(description="'mp4' (H.264), or 'gif' for slides")] = "mp4"
     generation: Generation = None
     member: Member = None
     damage: Damage = None
@@ -279,7 +281,8 @@ class Analysis(Settings):
         Field(description="format of a figure of footfalls, phases and stability; none: no figure"),
     ] = None
     gait: Annotated[
-        str | None, Field(description="file of joint angles to play instead: .npz, .csv or .mat")
+        str | None,
+        Field(description="gait file to play instead of the individual: .npz, .csv or .mat"),
     ] = None
 
     def arguments(self, run: Path) -> list[str]:

@@ -133,17 +133,17 @@ GROUPS: dict[str, tuple[Product, ...]] = {
             Product(PLOTS.get(kind, kind.capitalize()), ("plot", "--kind", kind), Plot, kind)
             for kind in get_args(PlotKind)
         ),
-        Product("All of these", ("plot", "--kind", "all"), Plot, "all"),
+        Product("All plots", ("plot", "--kind", "all"), Plot, "all"),
     ),
     "More": (
-        Product("Page for a browser", ("export", "--format", "html"), Page),
-        Product("Map of an archive for a browser", ("export", "--format", "atlas"), Archive),
+        Product("Web page", ("export", "--format", "html"), Page),
+        Product("Archive map as a web page", ("export", "--format", "atlas"), Archive),
         Product("glTF for Blender", ("export", "--format", "glb"), BodyFile),
         Product("Events for TensorBoard", ("export", "--format", "tensorboard"), Events),
         Product("Video", ("video",), Video),
         Product("Analysis", ("analyse",), Analysis),
-        Product("Imitating network", ("imitate",), Imitator),
-        Product("Differences of runs", ("differences",), Differences),
+        Product("Network that imitates the gait", ("imitate",), Imitator),
+        Product("Differences between runs", ("differences",), Differences),
     ),
 }
 PRODUCTS = tuple(product for products in GROUPS.values() for product in products)

@@ -25,7 +25,7 @@ async def may_quit(app: App[None], drafts: Iterable[str], tasks: Tasks, folder: 
         folder: folder of runs; those in the background may continue without the app.
     """
     if names := ", ".join(drafts):
-        about = f"Changed, but neither started nor saved: {names}"
+        about = f"Not started and not saved: {names}"
         ask = Confirm("Discard the new run?", "Discard", about, danger=True)
         if not await app.push_screen_wait(ask):
             return False
@@ -52,7 +52,7 @@ def _question(runs: Sequence[Path]) -> Choose:
         "one. Stopped runs are saved and can be resumed."
     )
     answers = {"k": "Keep evolving", "s": "Stop and save"}
-    return Choose(f"Quit? In the background: {names}", answers, about)
+    return Choose(f"Quit? Runs in the background: {names}", answers, about)
 
 
 def _evolving_in(folder: Path) -> list[Path]:

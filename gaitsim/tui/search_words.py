@@ -28,7 +28,7 @@ _PRODUCTS = (
     "imitate imitation network curve"
 )
 _REASONS = "score terms analyse analysis gait name explain breakdown"
-_EXPORT = "On a run at home, live or in a replay: press e."
+_EXPORT = "On a run at home, a live run or a replay: press e."
 _SHOWN = "No champion is shown yet: it is loading, or the run has none."
 _CHAMPION = "The run has no champion yet; let it evolve."
 
@@ -52,7 +52,7 @@ SEARCH: dict[str, Hints] = {
     ),
     "home.export": Hints(_PRODUCTS, title="Export", where=_EXPORT),
     "home.why": Hints(
-        _REASONS, title="Why", where="On a run at home, live or in a replay: press w."
+        _REASONS, title="Why", where="On a run at home, a live run or a replay: press w."
     ),
     "home.map": Hints(
         "archive atlas heat map elites members cells coverage quality diversity",
@@ -217,6 +217,7 @@ SEARCH: dict[str, Hints] = {
     "app.jump": Hints("focus go widget"),
     "app.copy": Hints("clipboard shell terminal cli line script", "This screen has no command."),
     "app.tasks": Hints(
-        "background jobs progress video", "No tasks yet; press e on a run to export files."
+        "background jobs progress video",
+        "There are no tasks yet; press e on a run to export files.",
     ),
 }

@@ -410,7 +410,7 @@ class TestExploring:
             assert frame.x.log
             assert frame.y.log
             await self.fill(shown, pilot, np.linspace(-1, 1, 100))
-            assert "no log: values ≤ 0" in legend(shown)
+            assert "no log scale: values ≤ 0" in legend(shown)
             assert not shown.query_one(CurvePlot).frame.y.log
 
         show(test)

@@ -50,7 +50,7 @@ def test_keys_choose_commands_until_the_flight_ends(kite, drive):
         assert screen.drive.command.name == "rise"
         await fly(driver, screen, clock, 0.5)
         assert screen.drive.altitude == pytest.approx(1.5, abs=0.03)
-        for text in ("rise", "altitude", "in the air", "100 %"):
+        for text in ("rise", "altitude", "flight time", "100 %"):
             assert text in driver.text("#steering-facts")
         await driver.press("left")  # no command has this key
         assert screen.drive.command.name == "rise"

@@ -244,10 +244,10 @@ class TestExports:
             ("Analysis", {"figure": "pdf", "generation": "4"},
              "analyse 'runs/a b' --generation 4 "
              "--figure 'runs/a b/exports/analysis-generation-4.pdf'"),
-            ("Imitating network", {"video": "true"}, "imitate 'runs/a b' --video"),
-            ("Imitating network", {"gait": "best gait.mat", "epochs": "9"},
+            ("Network that imitates the gait", {"video": "true"}, "imitate 'runs/a b' --video"),
+            ("Network that imitates the gait", {"gait": "best gait.mat", "epochs": "9"},
              "imitate 'best gait.mat' --epochs 9 --body 'runs/a b' --out 'runs/a b/exports'"),
-            ("Differences of runs", {"runs": "c 'runs/d e'", "by": "seconds"},
+            ("Differences between runs", {"runs": "c 'runs/d e'", "by": "seconds"},
              "differences 'runs/a b' c 'runs/d e' --by seconds "
              "--plot 'runs/a b/exports/differences.png'"),
         ):  # fmt: skip
@@ -257,8 +257,8 @@ class TestExports:
         for title, name, text in (
             *(("Video", "generation", text) for text in ("0", "x", "1.5")),
             ("Video", "view", "below"), ("Archive map", "axes", "yaw"),
-            ("Imitating network", "epochs", "-1"),
-            ("Differences of runs", "runs", ""),
+            ("Network that imitates the gait", "epochs", "-1"),
+            ("Differences between runs", "runs", ""),
         ):  # fmt: skip
             found, problems = products[title].read({name: text})
             assert found is None

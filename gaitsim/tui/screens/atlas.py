@@ -55,7 +55,7 @@ dots are cells without a gait.
   measures. Below the map are its number, score and position on all axes.
 - **Axes**: with more than two axes, each cell shows the best score over the other axes. `]` and
   `[` step through pairs of axes, opposite legs first; `x` and `z` change one axis.
-- **Best** selects the best member, **Go to** a member by number.
+- **Best** selects the best gait, **Go to** a gait by its number.
 - While the run evolves, the map fills, and the numbers of members change.
 - **Replay**, **Why**, **Export** and the **Laboratory** apply to the gait under the cursor.
 - The title shows the generation, the number and share of cells with a gait (the coverage), and the
@@ -66,10 +66,10 @@ dots are cells without a gait.
                 group=Binding.Group("Axes", compact=True), tooltip="Previous pair of axes"),
         Binding("right_square_bracket", "pair(1)", "Axes", key_display="]", id="map.axes-on",
                 group=Binding.Group("Axes", compact=True), tooltip="Next pair of axes"),
-        Binding("x", "axis(0)", "Across", show=False, id="map.across",
-                tooltip="Next horizontal axis"),
-        Binding("z", "axis(1)", "Upwards", show=False, id="map.upwards",
-                tooltip="Next vertical axis"),
+        Binding("x", "axis(0)", "Horizontal axis", show=False, id="map.across",
+                tooltip="Choose the next horizontal axis"),
+        Binding("z", "axis(1)", "Vertical axis", show=False, id="map.upwards",
+                tooltip="Choose the next vertical axis"),
         Binding("b", "best", "Best", id="map.best", tooltip="Select the best member"),
         Binding("g,colon", "go_to", "Go to", key_display="g", id="map.go-to",
                 tooltip="A member by number"),
@@ -79,7 +79,7 @@ dots are cells without a gait.
         Binding("e", "export", "Export", id="map.export", tooltip="Gait files, plots, videos, …"),
         Binding("L", "laboratory", "Laboratory", id="map.laboratory",
                 tooltip="Remove legs from the body and adapt its gait"),
-        Binding("space", "play", "Hold", id="map.play", tooltip="Pause or play the motion"),
+        Binding("space", "play", "Pause", id="map.play", tooltip="Pause or play the motion"),
         Binding("v", "view", "View", show=False, id="map.view",
                 tooltip="From the corner, the side, above, or the front"),
     ]  # fmt: skip
@@ -144,7 +144,7 @@ dots are cells without a gait.
             self._pair = next(iter(atlas.view.pairs), atlas.view.names)
         self._atlas = atlas
         self.sub_title = atlas.summary
-        self.map.show_message("no elite yet: every individual has failed so far")
+        self.map.show_message("no gait yet: every individual has failed so far")
         count = len(atlas.view.members.scores)
         first, self._initial = self._initial, None
         wanted = first.number if first is not None and first.number <= count else None
@@ -275,10 +275,10 @@ dots are cells without a gait.
     def obstacle(self, action: str) -> str:
         known, axes = self.offers
         if action in ("pair", "axis") and axes < 3:
-            return "Only archives with three or more axes have further axes to show."
+            return "The archive has no other axes to show."
         if (
             action in ("best", "go_to", "replay", "why", "export", "play", "view", "laboratory")
             and not known
         ):
-            return "No elite is shown yet."
+            return "No gait is shown yet."
         return super().obstacle(action)

@@ -82,7 +82,7 @@ other terminals.
 
     def on_mount(self) -> None:
         """Scan the folder after the first paint, as reading runs imports NumPy."""
-        self.sub_title = str(self.gaitsim.folder)
+        self.sub_title = f"{self.gaitsim.folder}/"
         self.query_one("#filter").display = False
         self.query_one("#details").display = False
         self.call_after_refresh(self.look)
@@ -133,7 +133,7 @@ other terminals.
 
     def _show_part(self, runs: "list[Overview]", read: int, total: int) -> None:
         if self.runs is None:
-            self._count = f"{read} of {total} read"
+            self._count = f"{read} of {total} runs read"
             self._listed = runs or self._listed
             self._show() if runs else self._title()
 
@@ -167,7 +167,7 @@ other terminals.
         states = Counter[str](run.state for run in self._listed)
         wanted = ("running", "paused", "queued", "failed")
         counts = [f"{states[state]} {state}" for state in wanted if states[state]]
-        self.sub_title = " · ".join([str(self.gaitsim.folder), self._count, *counts])
+        self.sub_title = " · ".join([f"{self._count} in {self.gaitsim.folder}/", *counts])
 
     @on(DataTable.RowHighlighted)
     def _moved(self) -> None:

@@ -55,13 +55,13 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 - **Damage** makes a joint of the chosen leg stuck at an angle, slow or weak. **Repair** removes
   all damage. The damage is shown below the plan in the syntax of `--damage`.
 - **Bodies**: the champion on the intact body and on the damaged one, and the gait being tried.
-  The bar is the distance walked as a share of the intact champion's. A narrow screen hides the
-  intact body during the trials.
+  The bar shows the distance walked, as a percentage of the champion's on the intact body. A narrow
+  screen hides the intact body during the trials.
 - **Adapt** tries gaits of the atlas on the damaged body, each time the most promising one
   according to a Gaussian process whose prior mean is the map. *Expected* is its prediction with
-  a standard deviation, *measured* the result of the trial, *kept* its share of the best of the
-  intact map. The search ends when the best trial reaches 95 % of the highest expected value, or
-  after 20 trials.
+  a standard deviation, *measured* the result of the trial, *of best* its ratio to the best result
+  in the map of the intact body. The search ends when the best trial reaches 95 % of the highest
+  expected value, or after 20 trials.
 - **Map**: the expected performance of each gait after the trials. Trials are marked by their
   numbers, the best by ★.
 - **Stop** keeps all trials; **Adapt** or `gaitsim adapt` continues the search.
@@ -98,8 +98,8 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self.adaptation: Adaptation | None = None
         self.shown: Member | None = None
         self.intact = WalkPane("champion, intact", "reading the run …")
-        self.damaged = WalkPane("champion, damaged", "enter removes the chosen leg")
-        self.adapted = WalkPane("adapted", "a tries gaits of the atlas")
+        self.damaged = WalkPane("champion, damaged", "enter: remove the chosen leg")
+        self.adapted = WalkPane("adapted", "a: try gaits of the atlas")
         self.trials = Trials()
         self.title = visible(run.name)
 

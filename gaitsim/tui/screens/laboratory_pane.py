@@ -87,7 +87,7 @@ class WalkPane(Vertical):
 
 
 def colour_of(share: float) -> str:
-    """Return the theme colour of a share of the intact body's distance."""
+    """Return the theme colour of a share of the distance on the intact body."""
     return "success" if share >= WALKS else "warning" if share >= LIMPS else "error"
 
 

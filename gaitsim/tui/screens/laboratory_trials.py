@@ -20,7 +20,7 @@ from gaitsim.render.terminal.text import number, visible
 from gaitsim.tui.screens.laboratory_pane import colour_of
 from gaitsim.tui.widgets.archive_map import ArchiveMap
 
-COLUMNS = ("trial", "member", "expected", "measured", "kept")
+COLUMNS = ("trial", "member", "expected", "measured", "of best")
 SIGNS = ("", *"123456789", *ascii_lowercase)  # of trials on the map, indexed by number
 BEST = "★"
 
@@ -35,7 +35,7 @@ class Trials(Horizontal):
 
     DEFAULT_CSS = """
     Trials {
-        & DataTable { width: 47; height: 1fr; overflow-x: hidden; }
+        & DataTable { width: 50; height: 1fr; overflow-x: hidden; }
         & ArchiveMap { border-left: solid $border-blurred; }
     }
     """

@@ -60,7 +60,8 @@ with `gaitsim attach`.
   The run records the change as a stage; if it makes scores incomparable, their curves restart.
 - **f** copies the run, to continue the copy with other options; the original continues.
 - **g** sets the number of generations.
-- The table shows the best score and its terms, in each generation and for the best individuals.
+- The table shows the score, its terms and the diversity: the best of each generation as a curve,
+  and the mean and the best individuals (#1, #2, …) of the last generation.
 - The body is the champion so far. Drag to turn it, scroll to zoom; **r** replays any generation.
   The ground is not drawn while the run evolves, unless the body has the focus.
 - **M** shows the archive of map-elites as a map, which fills as the run evolves.
@@ -302,7 +303,7 @@ with `gaitsim attach`.
         if self.process is not None and self.app.screen_stack[-1] is self:
             what = STATE_PREDICATES.get(self.state, "stops and is saved")
             stop = command("stop", self.run)
-            text = f"Open it to watch and steer it; to stop it, press s there or run: {stop}"
+            text = f"Open the run to watch and steer it. To stop it, press s there or run: {stop}"
             self.notify(text, title=f"{self.run.name} {what} in the background", markup=False)
         super().action_back()
 

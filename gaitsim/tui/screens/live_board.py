@@ -182,9 +182,9 @@ class Board(Vertical):
         series = [Series(name, x[now:], course[name][now:]) for name in ("best", "mean")]
         if now:
             before = tuple(begins[begins < now].tolist())
-            name = "best of earlier stages, own scale"
+            name = "best of earlier stages, on its own scale"
             series.append(Series(name, x[:now], course["best"][:now], before, incomparable=True))
-        self.curves.set_series(series, x[begins].tolist())
+        self.curves.set_series(series, x[begins].tolist(), y_label="score")
 
     def _show_champion(self) -> None:
         """Simulate the newest champion in a thread, if it is due."""
@@ -210,7 +210,7 @@ class Board(Vertical):
         except GaitsimError as error:
             self.canvas.set_skeleton(None, str(error))
         self._shown, self._simulating = best, False
-        text = f"champion of generation {best.generation:,}: {number(best.score, 4)}"
+        text = f"champion of generation {best.generation:,}: score {number(best.score, 4)}"
         self._champion.show([Text(text, end="", no_wrap=True)])
 
     def _theme(self) -> formatting.Styles:

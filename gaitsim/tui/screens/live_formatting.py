@@ -28,11 +28,11 @@ MARKS = {
 }
 WORDS = {"elsewhere": "running in another program"}
 HINTS = {
-    "queued": "Queued: starts when an earlier run ends or pauses.",
-    "paused": "Paused. Space continues, n evolves one generation, c changes options, f forks.",
-    "stopping": "Stopping after this generation; s again stops immediately.",
-    "stopped": "Stopped. Space continues, c changes options first, g sets the goal.",
-    "elsewhere": "Another program is evolving this run; you can only watch it here. f forks it.",
+    "queued": "The run starts when an earlier run ends or is paused.",
+    "paused": "space: continue · n: evolve one generation · c: change options · f: fork",
+    "stopping": "The run stops after this generation · s: stop immediately",
+    "stopped": "space: continue · c: change options · g: set the number of generations",
+    "elsewhere": "Another program evolves this run, so you can only watch it · f: fork",
 }
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
 TITLES = (
@@ -44,13 +44,14 @@ VALUE = 9  # columns of a number
 NAME = 12
 LEAST_SPARK = 8
 WIDEST_SPARK = 60
+LEAST_BAR = 10
 
 
 def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
-    """Return the state, progress, speed and time left on one line."""
+    """Return the state, generation, speed and remaining time on one line."""
     line = Text(no_wrap=True, end="")
     line.append(f"{MARKS[state]} {WORDS.get(state, state)}", styles[state])
-    line.append(f"  {snapshot.generation:,}/{snapshot.generations:,}")
+    numbers = f"{snapshot.generation:,}/{snapshot.generations:,}"
     rest = Text()
     if snapshot.evaluations_per_second > 0:
         rest.append(f"  {snapshot.evaluations_per_second:,.0f} evaluations/s")
@@ -59,8 +60,12 @@ def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
         rest.append(f"  {duration(left)} left")
     if snapshot.stage > 1:
         rest.append(f"  stage {snapshot.stage}", styles["stage"])
-    room = width - line.cell_len - rest.cell_len - 2
-    if room >= 10 and snapshot.generations:
+    for label in ("  generation ", "  "):  # a label only if the bar fits too
+        room = width - line.cell_len - len(label + numbers) - rest.cell_len - 2
+        if room >= LEAST_BAR:
+            break
+    line.append(label + numbers)
+    if room >= LEAST_BAR and snapshot.generations:
         full = round(min(snapshot.generation / snapshot.generations, 1.0) * room)
         line.append("  ").append("━" * full, styles[state]).append(
             "─" * (room - full), styles["dim"]
@@ -74,20 +79,20 @@ def hint(snapshot: Snapshot, state: str, seconds: int = 0) -> str:
     """Return a hint for a state that has lasted `seconds`; '' while the run evolves."""
     if state == "preparing":
         passed = f"{seconds} s" if seconds < 60 else duration(seconds)
-        return f"Preparing for {passed}: the first run of a body compiles its kernels …"
+        return f"Preparing for {passed}; the first run of a body compiles its kernels …"
     if state == "finished":
-        return f"{snapshot.reason}. g continues further, r replays, e exports files."
+        return f"{snapshot.reason} · g: more generations · r: replay · e: export"
     return HINTS.get(state, "")
 
 
 def event_line(event: Event, width: int, styles: Styles) -> Text:
     """Return an event on one line."""
     line = Text(no_wrap=True, end="")
-    line.append(f"{event.generation:>6,} ", styles["dim"])
+    line.append(f"gen. {event.generation:>5,} ", styles["dim"])
     line.append(f"{EVENT_MARKS[event.kind]} ", styles[event.kind])
     text = event.text
     if event.kind == "best":
-        text = f"best {text.replace('-', '−')}"
+        text = f"best score {text.replace('-', '−')}"
     elif event.kind == "kept":
         text = "saved as a champion"
     line.append(clip(text, max(width - line.cell_len, 1)))

@@ -86,7 +86,7 @@ def describe_run(run: Path) -> str:
     except GaitsimError:
         return ""
     body, fitness = outline.plugins["organism"], outline.plugins["fitness"]
-    return f"{body} · {fitness} · seed {outline.seed}"
+    return f"body {body} · fitness {fitness} · seed {outline.seed}"
 
 
 def keeps_archive(run: Path) -> bool:

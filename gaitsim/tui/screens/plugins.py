@@ -33,7 +33,7 @@ class Plugins(GaitScreen):
         catalogue: installed plugins; None until they are loaded.
     """
 
-    SUB_TITLE = "installed"
+    SUB_TITLE = "installed plugins and presets"
     CSS_PATH = "plugins.tcss"
     AUTO_FOCUS = "#installed"  # not the filter, which would take letters
     HELP_TEXT = """

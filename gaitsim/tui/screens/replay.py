@@ -121,7 +121,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         Binding("C", "code", "Code", show=False, id="replay.code",
                 tooltip="Copy a challenge code of this individual for others to verify"),
         Binding("e", "export", "Export", id="replay.export",
-                tooltip="Plots, videos, gait files, … of this generation"),
+                tooltip="Plots, videos, gait files, … of the individual shown"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Replay {
@@ -224,11 +224,11 @@ The best individual of any generation, or a member of a front or archive, in mot
         """Show the state, speed and camera in the title, and update the action of space."""
         self.refresh_bindings()
         view = self.panes[0].canvas.view
-        sign = "▶" if self._playing else "‖"
+        state = "playing" if self._playing else "paused"
         speed = _WORDS.get(self.speed, f"{self.speed:g}")
         way = "" if view.follow else ", whole path"
         name = {"": "turned", "iso": "corner"}.get(view.name, view.name)
-        self.sub_title = f"replay · {sign} · ×{speed} · {name} view{way}"
+        self.sub_title = f"replay · {state} · {speed}× speed · {name} view{way}"
 
     # Actions
 
@@ -272,7 +272,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         if shown is None:
             return
         which = shown.which
-        best = f"the best: {describe(shown.best)}" if shown.best else "all failed"
+        best = f"best: {describe(shown.best)}" if shown.best else "every individual failed"
         question = Ask(
             f"Go to {kind_of(which)}",
             check=partial(parse_which, which=which, shown=shown),

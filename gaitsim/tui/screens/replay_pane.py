@@ -25,7 +25,10 @@ from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
 
 ROOMY = 110  # minimum columns of a pane that shows measures by default
-WORDY = 48  # minimum columns for names of the numbers in the title
+WORDY = 48  # minimum columns for stages and worlds in the title
+NAME = 8  # minimum columns of the run's name
+# Labels of the numbers in the title; the first that fit.
+LABELS = (("generation ", "score "), ("gen. ", "score "), ("gen. ", ""))
 BESIDE = 64  # minimum columns for measures beside the body rather than in its place
 TALL, HIGH = 16, 28  # minimum rows for the curve, and for a higher curve
 WIDTH = 39  # columns of the measures beside the body
@@ -169,26 +172,16 @@ class ReplayPane(Vertical):
 
     def _title(self) -> None:
         width = max(self.size.width - 2, 12)
-        wide = width >= WORDY
         rest = Text(no_wrap=True, overflow="ellipsis")
-        shown = self.shown
-        if shown is not None:
-            which = shown.which
-            word = "generation " if wide else ""
-            if isinstance(which, Member):
-                word = "member "
-            rest.append(f"  {word}{number_of(which)}")
-            rest.append(f"/{last_of(shown, which)}", "dim")
-            rest.append(" ★" if which == shown.best else "")
-            rest.append(f"  {'score ' if wide else ''}{number(shown.individual.score, 4)}")
-            rest.append(shown.individual.over_worlds if wide else "", "dim")
-            if shown.stage[1] > 1 and wide:
-                rest.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
+        if self.shown is not None:
+            texts = [_numbers(self.shown, *labels, wide=width >= WORDY) for labels in LABELS]
+            fitting = (text for text in texts if text.cell_len <= width - NAME)
+            rest.append_text(next(fitting, texts[-1]))
         if self.damage:
             rest.append(f"  {', '.join(self.damage)}", self.app.theme_variables["error"])
         if self.loading_now:
             rest.append(f"  reading {self._requested} …", "dim")
-        name = clip_name(self.run.name, max(width - rest.cell_len, 8))
+        name = clip_name(self.run.name, max(width - rest.cell_len, NAME))
         self._heading.update(Text.assemble((name, "bold"), rest, no_wrap=True, overflow="ellipsis"))
 
     @property
@@ -242,6 +235,26 @@ class ReplayPane(Vertical):
     def _scrubbed(self, event: Scrubber.Changed) -> None:
         event.stop()
         self.request(with_number(self.which, event.value))
+
+
+def _numbers(shown: LoadedIndividual, generation: str, score: str, *, wide: bool) -> Text:
+    """Return the number and score of an individual; if `wide`, also its worlds and stage.
+
+    Args:
+        shown: individual.
+        generation: label of the number of a generation.
+        score: label of the score.
+        wide: whether there is room for worlds and stage.
+    """
+    which = shown.which
+    text = Text(f"  {'member ' if isinstance(which, Member) else generation}{number_of(which)}")
+    text.append(f"/{last_of(shown, which)}", "dim")
+    text.append(" ★" if which == shown.best else "")
+    text.append(f"  {score}{number(shown.individual.score, 4)}")
+    text.append(shown.individual.over_worlds if wide else "", "dim")
+    if shown.stage[1] > 1 and wide:
+        text.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
+    return text
 
 
 def number_lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator[str]:

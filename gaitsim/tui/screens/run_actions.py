@@ -41,7 +41,7 @@ class RunActions(GaitScreen):
             "delete",
             "Delete",
             id="home.delete",
-            tooltip="Permanently, after a question",
+            tooltip="Delete the marked runs permanently, after a question",
         ),
         Binding("x", "stop", "Stop", id="home.stop", tooltip="Save the run and stop it"),
         Binding("N", "note", "Note", id="home.note", tooltip="Edit the note of the run"),
@@ -170,7 +170,7 @@ class RunActions(GaitScreen):
         about += "\nTheir champions, exports and notes are deleted too. This cannot be undone."
         if kept:
             about += (
-                f"\n\nStill evolving, and kept: {_join_names(kept)}. Press x to stop them first."
+                f"\n\nNot deleted, because they evolve: {_join_names(kept)}. Press x to stop them."
             )
         what = f"the run {deleted[0].name}" if one else f"{len(deleted)} runs"
         question = Confirm(f"Delete {what}?", "Delete", about, danger=True)

@@ -47,7 +47,7 @@ Fly a body yourself. Each command has its own controller, a network that evoluti
 The arrow keys and space choose the controller in command; the others fade out.
 
 - A command **holds until the next key**, because terminals do not report key releases. The
-  key of the first command returns to it.
+  key of the first command in the list, such as hovering, ends the others.
 - The bars show the current share of each controller.
 - The flight ends on the ground. **Restart** returns to the start, **Pause** stops the time.
 - **View** switches between behind, side and above; the camera turns with the body. + and − zoom.
@@ -245,13 +245,13 @@ def _facts(drive: Drive, turned: float) -> Text:
     ahead, up = float(np.hypot(*drive.velocity[:2])), float(drive.velocity[2])
     text = Text(no_wrap=True)
     for name, value in (
-        ("in the air", f"{drive.seconds:8.1f} s"),
+        ("flight time", f"{drive.seconds:8.1f} s"),
         ("altitude", f"{drive.altitude:8.2f} m"),
         ("climb", f"{up:+8.2f} m/s".replace("-", "−")),
         ("speed", f"{ahead:8.2f} m/s"),
         ("heading", format_yaw(turned).removeprefix("yaw ").rjust(8)),
     ):
-        text.append(f"{name:<11}", "dim")
+        text.append(f"{name:<12}", "dim")
         text.append(value + "\n")
     text.append("\n")
     widest = max(len(command.name) for command in drive.commands)

@@ -15,11 +15,11 @@ from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.study.folders import DEFAULT_FOLDERS, StudyFolder, list_folders
-from gaitsim.tui.formatting import age, clip_name
+from gaitsim.tui.formatting import ago, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.study_dialog import COMPARISON, SWEEP, StudyDialog
 from gaitsim.tui.screens.study_results import StudyResults
-from gaitsim.tui.screens.tasks import BAR
+from gaitsim.tui.screens.tasks import BAR, progress_bar
 from gaitsim.tui.tasks import Task, TaskChanged
 from gaitsim.tui.widgets.file_table import OpenTable
 from gaitsim.tui.widgets.footer import Footer
@@ -32,7 +32,7 @@ STATES = {
     "finished": ("✓ finished", "primary"),
     "damaged": ("✗ damaged", "error"),
 }
-COLUMNS = {"kind": 10, "state": 10, "done": BAR + 12, "changed": 7}  # the name takes the rest
+COLUMNS = {"kind": 10, "state": 10, "progress": BAR + 6, "changed": 8}  # the name takes the rest
 LEAST = 12  # minimum columns of a name
 
 
@@ -148,17 +148,13 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
     def _row(self, one: StudyFolder) -> tuple[Text, ...]:
         state, colour = STATES[one.state]
         task = self._latest_task(one.path)
-        done = f"{one.done:,}/{one.total:,}" if one.total is not None else ""
         part = one.done / one.total if one.total else (task.share if task else None)
         part = 1.0 if one.state == "finished" else part
-        if part is not None:
-            full = round(part * BAR)
-            done = f"{'━' * full}{'╌' * (BAR - full)} {done or f'{part:4.0%}'}"
         return (
             Text(one.kind),
             Text(state, self.app.theme_variables[colour]),
-            Text(done),
-            Text(age(self.gaitsim.clock() - one.changed)),
+            Text("" if part is None else progress_bar(part)),
+            Text(ago(self.gaitsim.clock() - one.changed)),
             Text(clip_name(one.path.name, self._name_width)),
         )
 
@@ -175,15 +171,17 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         lines = [Text(visible(str(one.path)), "bold")]
         if one.description:
             lines.append(Text(visible(one.description)))
+        if one.total is not None:
+            lines.append(Text(f"{one.done:,} of {one.total:,} cells finished"))
         if one.problem is not None:
             lines.append(Text(visible_lines(str(one.problem)), colours["error"]))
         elif task is not None and task.running:
             lines.append(Text(task.progress or "Preparing", "dim"))
         elif one.kind == "comparison" and one.state == "stopped":
             lines.append(
-                Text("The comparison ended before its report was written; start it again.", "dim")
+                Text("The comparison ended before it wrote its report; start it again.", "dim")
             )
-        lines.append(Text(f"$ {visible(self.command_line())}", colours["secondary"]))
+        lines.append(Text(f"Command: {visible(self.command_line())}", colours["secondary"]))
         panel.update(Text("\n").join(lines))
         self.refresh_bindings()
 

@@ -11,7 +11,7 @@ from textual.widgets import DataTable, Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import EXPORTS
-from gaitsim.tui.formatting import duration
+from gaitsim.tui.formatting import duration, percentage
 from gaitsim.tui.opener import copy_paths, open_or_copy
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import Task, TaskChanged
@@ -21,13 +21,13 @@ from gaitsim.tui.widgets.header import Header
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
 BAR = 10  # cells of a progress bar
-COLUMNS = ("state", "done", "time", "command")
+COLUMNS = ("state", "progress", "time", "command")
 
 
 class TaskList(GaitScreen):
     """The tasks and the output of the highlighted one."""
 
-    SUB_TITLE = "in the background"
+    SUB_TITLE = "background tasks"
     HELP_TEXT = """
 Exports (gait files, plots, videos, analyses) run in the background; the last column shows
 their commands. Below the list are the full command of the highlighted task and its output: the
@@ -58,7 +58,7 @@ with several files opens their list.
     def on_mount(self) -> None:
         """Fill the table and start updating its times."""
         table = self.query_one(DataTable)
-        for name, width in zip(COLUMNS, (10, BAR + 5, 7, None), strict=True):
+        for name, width in zip(COLUMNS, (10, BAR + 6, 11, None), strict=True):
             table.add_column(name, key=name, width=width)
         self._fill()
         table.move_cursor(row=len(self.gaitsim.tasks.all) - 1)
@@ -120,7 +120,7 @@ with several files opens their list.
         if task.error is not None or (task.state == "failed" and not task.notices):
             lines.append(Text(task.message, style=colours["error"]))
         if task.files:
-            lines.append(Text("enter opens:" if len(task.files) == 1 else "enter lists:", "dim"))
+            lines.append(Text(f"enter: {'open' if len(task.files) == 1 else 'list files'}", "dim"))
             lines += [Text(visible(str(file.absolute()))) for file in task.files]
         if task.running:
             lines.append(Text(f"{task.progress or 'Working'} · {duration(task.seconds)}", "dim"))
@@ -177,8 +177,7 @@ with several files opens their list.
 
 def _row(task: Task) -> tuple[Text, ...]:
     glyph = f"{GLYPHS[task.state]} {task.state}"
-    minutes, seconds = divmod(int(task.seconds), 60)
-    cells = (glyph, bar(task), f"{minutes}:{seconds:02}", task.command)
+    cells = (glyph, bar(task), duration(task.seconds), task.command)
     return tuple(Text(cell, no_wrap=True) for cell in cells)
 
 
@@ -187,5 +186,10 @@ def bar(task: Task) -> str:
     part = 1.0 if task.state == "done" else task.share
     if part is None:
         return ""
-    full = round(part * BAR)
-    return f"{'━' * full}{'╌' * (BAR - full)} {part:4.0%}"
+    return progress_bar(part)
+
+
+def progress_bar(share: float) -> str:
+    """Return a bar for a share from 0 to 1, followed by the percentage."""
+    full = round(share * BAR)
+    return f"{'━' * full}{'╌' * (BAR - full)} {percentage(share)}"

@@ -101,7 +101,8 @@ Verification continues in the background when you leave the screen; return to se
         glyph, word, colour = _verdict(task)
         state = Text(f"{glyph} {word}", f"bold {colours[colour]}")
         parts = [bar(task)] if task.running and bar(task) else []
-        state.append("".join(f"   {part}" for part in (*parts, duration(task.seconds))), "dim")
+        parts.append(f"{'for' if task.running else 'after'} {duration(task.seconds)}")
+        state.append("".join(f"   {part}" for part in parts), "dim")
         self.query_one("#verify-state", Static).update(state)
         lines = [*task.output, *task.notices]
         if task.error is not None:

@@ -47,16 +47,16 @@ class Why(GaitScreen):
     HELP_TEXT = """
 The terms behind the score of an individual, and its gait.
 
-- **Over time**: the terms of the score if the motion had ended at that time.
+- **Over time**: the terms that the score would have if the motion had ended at that time.
 - **Over the generations**: the terms of the best individual of the first generation and of this
   one, and the means of their populations.
 - A term dominates if it makes up 60 % of the sum of all absolute terms.
 - Below: the gait's name, signs of exploits, travel, slip and stability.
 - **Physics** plays the same joint angles on the body's twin in rigid-body physics, if it has one.
-- **Worlds** plays the gait in 100 unseen worlds, if its body has conditions: the distance, the
-  falls, and the conditions that reduce the score.
-- **Export**, *Analysis*, with the option *perturb*, repeats the gait with delayed and inexact
-  servos.
+- **Worlds** plays the gait in 100 unseen worlds, if its body has conditions, and shows the
+  distance, the falls, and the conditions that reduce the score.
+- To repeat the gait with delayed, slow and inaccurate servos, press `e` on the run, choose
+  *Analysis* and set *perturb*.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("p", "physics", "Physics", id="why.physics",

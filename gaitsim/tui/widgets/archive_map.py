@@ -43,13 +43,13 @@ class ArchiveMap(Cells, can_focus=True):
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("left,h", "move(-1, 0)", "Left", show=False, id="map.left",
-                tooltip="Move to the next elite on the left"),
+                tooltip="Move to the next gait on the left"),
         Binding("right,l", "move(1, 0)", "Right", show=False, id="map.right",
-                tooltip="Move to the next elite on the right"),
+                tooltip="Move to the next gait on the right"),
         Binding("up,k", "move(0, 1)", "Up", show=False, id="map.up",
-                tooltip="Move to the next elite above"),
+                tooltip="Move to the next gait above"),
         Binding("down,j", "move(0, -1)", "Down", show=False, id="map.down",
-                tooltip="Move to the next elite below"),
+                tooltip="Move to the next gait below"),
     ]  # fmt: skip
 
     @dataclass
@@ -58,7 +58,7 @@ class ArchiveMap(Cells, can_focus=True):
 
         member: int | None
 
-    def __init__(self, message: str = "no elite yet", **settings: Any) -> None:
+    def __init__(self, message: str = "no gait yet", **settings: Any) -> None:
         super().__init__(**settings)
         self._message = message
         self.view: ArchiveView | None = None

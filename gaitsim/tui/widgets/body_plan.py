@@ -48,7 +48,7 @@ class BodyPlan(Cells, can_focus=True):
                 tooltip="Choose the leg to the left"),
         Binding("right", "choose(0, -1)", "Leg to the right", show=False, id="plan.right",
                 tooltip="Choose the leg to the right"),
-        Binding("enter,space", "remove", "Leg off/on", id="plan.remove",
+        Binding("enter,space", "remove", "Toggle leg", id="plan.remove",
                 tooltip="Remove or restore the chosen leg"),
     ]  # fmt: skip
 

@@ -69,7 +69,7 @@ def _describe_view(plot: CurvePlot) -> Iterator[str]:
     if view.zoomed:
         yield "zoomed"
     if frame is not None and view.log_y:
-        yield "log" if frame.y.log else "no log: values ≤ 0"
+        yield "log scale" if frame.y.log else "no log scale: values ≤ 0"
     if frame is not None and view.log_x:
         yield f"log {plot.x_label}" if frame.x.log else f"no log {plot.x_label}: values ≤ 0"
 

@@ -62,9 +62,9 @@ def no_runs(
     if problem is not None:
         return Text(visible_lines(str(problem)), style=colours["error"])
     if count:
-        return Text(f"None of {count} runs matches “{words}”.")
+        return Text(f"None of the {count} runs matches “{words}”.")
     return Text.assemble(
-        (f"No runs in {folder} yet.\n\n", "bold"),
+        (f"There are no runs in {folder}/ yet.\n\n", "bold"),
         "Press ",
         ("n", "bold"),
         " to create one, or in a terminal:\n\ngaitsim run spider",

@@ -15,7 +15,7 @@ from textual.widgets import DataTable
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.overview import Overview
-from gaitsim.tui.formatting import age, clip, clip_name
+from gaitsim.tui.formatting import ago, clip, clip_name
 
 STATES = {
     "running": ("● running", "success"),
@@ -33,12 +33,21 @@ _ORDER = list(STATES)
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its key and title, minimum width in cells, sort key, and alignment."""
+    """A column of the table.
+
+    Attributes:
+        name: key of the column.
+        width: minimum width in cells.
+        sort: sort key of a run.
+        right: whether the cells are aligned right.
+        titles: titles, the longest first; () for the name.
+    """
 
     name: str
     width: int
     sort: Callable[[Overview], Any]
     right: bool = False
+    titles: tuple[str, ...] = ()
 
 
 COLUMNS = {
@@ -47,14 +56,18 @@ COLUMNS = {
     "fitness": Column("fitness", 17, lambda run: run.plugins.get("fitness", "")),
     "generation": Column("generation", 11, lambda run: run.generation, right=True),
     "best": Column(
-        "best", 8, lambda run: float("-inf") if run.best is None else run.best, right=True
+        "best",
+        8,
+        lambda run: float("-inf") if run.best is None else run.best,
+        right=True,
+        titles=("best score", "score"),
     ),
     "curve": Column("curve", 5, lambda run: run.seconds),
     "state": Column("state", 10, lambda run: _ORDER.index(run.state)),
     "changed": Column("changed", 8, lambda run: run.changed, right=True),
 }
 NARROW = ("run", "body", "generation", "best", "curve", "state", "changed")
-WIDE = 110  # minimum width in cells for the column of the fitness
+WIDE = 110  # minimum width in cells for the column of the fitness, and for long titles
 _sparkline = lru_cache(maxsize=1024)(sparkline)  # a third of a row's cost
 MARK, NO_MARK = "◆ ", "◇ "
 # Columns that are sorted from the largest value first.
@@ -63,12 +76,13 @@ DESCENDING_FIRST = {"generation", "best", "curve", "changed"}
 
 def columns(width: int) -> list[tuple[Column, int]]:
     """Return the columns for a table of a width, and the width of each."""
-    names = [*COLUMNS] if width >= WIDE else [*NARROW]
-    shown = [COLUMNS[name] for name in names]
-    left = max(0, width - 1 - sum(column.width + 2 for column in shown))
+    wide = width >= WIDE
+    shown = [COLUMNS[name] for name in (COLUMNS if wide else NARROW)]
+    more = {"best": len("best score▼") - COLUMNS["best"].width} if wide else {}
+    left = max(0, width - 1 - sum(column.width + 2 for column in shown) - sum(more.values()))
     # The name gets part of the remaining width, the curve the rest.
-    for_name = min(left, 16)
-    more = {"run": for_name, "curve": min(left - for_name, 40)}
+    more["run"] = min(left, 16)
+    more["curve"] = min(left - more["run"], 40)
     return [(column, column.width + more.get(column.name, 0)) for column in shown]
 
 
@@ -209,7 +223,10 @@ class RunTable(DataTable[Text]):
 
     def _title(self, column: Column, width: int) -> Text:
         arrow = ("▼" if self.descending else "▲") if column.name == self.order else ""
-        title = f"{column.name[: width - len(arrow)]}{arrow}"
+        room = width - len(arrow)
+        titles = column.titles or (column.name,)
+        title = next((title for title in titles if len(title) <= room), titles[-1])
+        title = f"{title[:room]}{arrow}"
         return _text(title, "", right=column.right)
 
     def _row(self, run: Overview, layout: Sequence[tuple[Column, int]], now: float) -> list[Text]:
@@ -235,7 +252,7 @@ class RunTable(DataTable[Text]):
                 text, colour = STATES[run.state]
                 style = self.app.theme_variables[colour]
             case _:
-                text = age(now - run.changed)
+                text = ago(now - run.changed)
         return _text(clip(text, width), style, right=column.right)
 
 
