@@ -82,7 +82,7 @@ class TestTable:
     def test_an_empty_folder_shows_how_to_create_a_run(self, here, drive):
         async def test(driver):
             text = driver.text("#empty")
-            assert "No runs in runs yet" in text
+            assert "There are no runs in runs/ yet" in text
             assert "gaitsim run spider" in text
             assert not driver.offered() & {
                 "home.delete",
@@ -244,7 +244,7 @@ class TestManyRuns:
         async def test(driver):
             home = driver.screen
             await driver.until(lambda: home.query("#runs") and names(driver) == ["c"])
-            assert "1 of 3 read" in home.sub_title
+            assert "1 of 3 runs read" in home.sub_title
             await driver.press("space")
             assert marks(driver) == [True]
             gate.set()
@@ -322,7 +322,7 @@ class TestSortingAndFiltering:
         async def test(driver):
             await driver.press("slash")
             await driver.type("zebra[b]")
-            assert "None of 3 runs matches “zebra[b]”" in driver.text("#empty")
+            assert "None of the 3 runs matches “zebra[b]”" in driver.text("#empty")
             await driver.press("escape")
             assert len(names(driver)) == 3
             assert driver.app.focused is driver.screen.query_one("#runs")
@@ -392,7 +392,7 @@ class TestDeleting:
             texts = [str(one.render()) for one in asked.query(Static)]
             assert texts[0] == "Delete 2 runs?"
             assert {"a", "b"} <= {*texts[1].splitlines()[0].split(", ")}
-            assert "Still evolving, and kept: c." in texts[1]
+            assert "Not deleted, because they evolve: c." in texts[1]
             await driver.press("y")
             await driver.until(lambda: sorted(names(driver)) == ["c", "kept"])
             assert not Path("runs/a").exists()

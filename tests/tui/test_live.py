@@ -134,8 +134,10 @@ class TestStopped:
         async def test(screen, pilot):
             assert screen.state == "stopped"
             assert offered(screen) == {"go", "step", "change", "goal", "fork", "log"}
-            await app_until(pilot, lambda: "stopped  0/20" in text(screen, "#live-status"))
-            assert "Space continues" in text(screen, "#live-status")
+            await app_until(
+                pilot, lambda: "stopped  generation 0/20" in text(screen, "#live-status")
+            )
+            assert "space: continue" in text(screen, "#live-status")
 
         live(make(), test)
 
@@ -151,7 +153,7 @@ class TestStopped:
                 "go", "step", "change", "goal", "fork", "log", "replay", "export", "why",
                 "laboratory",
             }  # fmt: skip
-            assert f"champion of generation {generation}: {score:.4f}" in text(
+            assert f"champion of gen. {generation}: score {score:.4f}" in text(
                 screen, "#live-champion"
             )
             lines = {line.split()[0]: line for line in text(screen, "#live-table").splitlines()}
@@ -571,7 +573,9 @@ class TestProblems:
             await app_until(pilot, lambda: screen.state == "failed" and screen.process is None)
             assert "history.csv ends at generation 0" in problem(screen)
             assert {"go", "fork", "replay", "export"} <= offered(screen)
-            await app_until(pilot, lambda: "failed  3/20" in text(screen, "#live-status"), 10)
+            await app_until(
+                pilot, lambda: "failed  generation 3/20" in text(screen, "#live-status"), 10
+            )
             assert set(re.findall(r"\d+/\d+", " ".join(lines_shown))) == {"3/20"}
 
         live(run, test)
@@ -754,7 +758,7 @@ class TestFormatting:
         line = formatting.status(self.SNAPSHOT, "running", 100, STYLES).plain
         assert "1,234/100,000" in line
         assert "123,456 evaluations/s" in line
-        assert "16:27 min left" in line
+        assert "16 min 27 s left" in line
         assert line.endswith("stage 12")
 
     def test_the_table_has_the_best_score_of_each_island(self):

@@ -85,7 +85,7 @@ class TestStudies:
             await driver.press("escape")
             next(Path("studies/small/cells").iterdir()).unlink()
             await driver.until(lambda: "stopped" in rows(driver)[0][1])
-            assert "1/2" in rows(driver)[0][2]
+            assert "50 %" in rows(driver)[0][2]
             await driver.press("g")
             await driver.until(lambda: len(driver.app.tasks.all) == 2 and ended(driver))
             await driver.until(lambda: "finished" in rows(driver)[0][1])

@@ -92,7 +92,7 @@ def test_a_run_started_in_a_browser_outlives_its_window(
     server, address = serve("--theme", "gaitsim-light")
     history = tmp_path / "runs" / "puppet" / "history.csv"
     window = Window(browser, address)
-    window.see("No runs in runs yet")
+    window.see("There are no runs in runs/ yet")
     for place in ("document.body", "document.querySelector('.xterm-viewport')"):
         ground = f"getComputedStyle({place}).backgroundColor"
         window.until(lambda: window.page.evaluate(ground) == "rgb(247, 248, 246)")  # noqa: B023

@@ -210,7 +210,7 @@ class Board(Vertical):
         except GaitsimError as error:
             self.canvas.set_skeleton(None, str(error))
         self._shown, self._simulating = best, False
-        text = f"champion of generation {best.generation:,}: score {number(best.score, 4)}"
+        text = f"champion of gen. {best.generation:,}: score {number(best.score, 4)}"
         self._champion.show([Text(text, end="", no_wrap=True)])
 
     def _theme(self) -> formatting.Styles:

@@ -37,14 +37,15 @@ HINTS = {
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
 TITLES = (
     "best of each generation",
-    "each generation",
-    "history",
+    "best over time",
+    "best",
 )  # of the curve column, the longest that fits
 VALUE = 9  # columns of a number
 NAME = 12
 LEAST_SPARK = 8
 WIDEST_SPARK = 60
 LEAST_BAR = 10
+LABELLED = 24  # minimum columns of an event with a label before its generation
 
 
 def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
@@ -88,7 +89,8 @@ def hint(snapshot: Snapshot, state: str, seconds: int = 0) -> str:
 def event_line(event: Event, width: int, styles: Styles) -> Text:
     """Return an event on one line."""
     line = Text(no_wrap=True, end="")
-    line.append(f"gen. {event.generation:>5,} ", styles["dim"])
+    label = "gen. " if width >= LABELLED else " "
+    line.append(f"{label}{event.generation:>5,} ", styles["dim"])
     line.append(f"{EVENT_MARKS[event.kind]} ", styles[event.kind])
     text = event.text
     if event.kind == "best":
