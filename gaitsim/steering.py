@@ -106,7 +106,7 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
             f"{missing[0]!r}",
             where=f"experiment {experiment.name}",
             allowed="a controller for each command: " + ", ".join(names),
-            remedy=f"add --controller {missing[0]}=RUN with a run that trained one",
+            remedy=f"add --controller {missing[0]}=RUN with a run that trained this controller",
         )
     return {name: found[name] for name in names}
 

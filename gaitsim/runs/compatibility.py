@@ -111,7 +111,7 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
     before, search = outline.islands.number, experiment.entries["search"].name
     wrong = genome_mismatch(experiment, genomes, checkpoint.experiment, "the population")
     if search != outline.plugins["search"]:
-        wrong = f"the search {outline.plugins['search']!r} evolved it, not {search!r}"
+        wrong = f"the search {outline.plugins['search']!r} evolved the population, not {search!r}"
     if wrong or len(genomes) != population or number != before:
         expected = f"{population} individuals" if number == before else f"{number} islands"
         reason = wrong or f"the experiment has {expected}"
@@ -120,7 +120,7 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
             f"{path / CHECKPOINT} does not match {EXPERIMENT}: {reason}",
             where=str(path / EXPERIMENT),
             allowed=f"a population of {population} with {expected_genomes(experiment)}",
-            remedy="undo the changes to the experiment, or start a new run with it",
+            remedy="undo the changes to the experiment, or start a new run with the changed one",
         )
 
 

@@ -173,8 +173,8 @@ def _check_state(run: RunSnapshot, experiment: Experiment, checkpoint: Checkpoin
         raise RunError(
             f"the search {name!r} cannot continue from the state of the run {run.path}: {wrong}",
             where=str(run.path / CHECKPOINT),
-            remedy="resume it with the original options of the search, or start a new run with "
-            "'gaitsim run'; --from starts it from this run's champion",
+            remedy="resume the run with the original options of the search, or start a new run: "
+            "'gaitsim run' with --from starts from this run's champion",
         )
 
 
@@ -197,7 +197,7 @@ def _fixed_option_error(what: str, key: str, allowed: str) -> GaitsimError:
         what,
         where=f"command line, key {key}",
         allowed=allowed,
-        remedy="start a new run with 'gaitsim run'; --from starts it from this run's champion",
+        remedy="start a new run: 'gaitsim run' with --from starts from this run's champion",
     )
 
 

@@ -14,6 +14,6 @@ def real_space(space: GenomeSpace) -> RealSpace:
         raise PluginError(
             f"this operator does not support genomes of the {space.name} space",
             allowed="genomes of the real space",
-            remedy="choose an operator whose `spaces` include this kind",
+            remedy="choose an operator that supports these genomes",
         )
     return space

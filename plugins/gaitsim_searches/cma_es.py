@@ -35,8 +35,8 @@ class CmaEs(Search):
     )
     step: float = option(
         0.2,
-        "standard deviation of the first samples, as a share of the gene's range, for bodies that "
-        "do not define one",
+        "standard deviation of the first samples, as a share of the gene's range, unless the body "
+        "defines its own",
         gt=0,
         le=1,
     )

@@ -19,7 +19,7 @@ def real_space(space: GenomeSpace) -> RealSpace:
         raise PluginError(
             f"this search does not support genomes of the {space.name} space",
             allowed="genomes of the real space",
-            remedy="choose a search whose `spaces` include this kind",
+            remedy="choose a search that supports these genomes",
         )
     return space
 

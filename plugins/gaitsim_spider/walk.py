@@ -25,7 +25,8 @@ class SpiderWalk(Fitness):
     )
     support_weight: float = option(
         2.0,
-        "penalty for being unsupported all the time; proportionally smaller for a part of it",
+        "penalty if the body is unsupported all the time; proportionally smaller for a part of "
+        "the time",
         unit="m",
         ge=0,
     )

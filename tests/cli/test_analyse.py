@@ -44,7 +44,7 @@ def test_the_gait_and_its_score_are_explained(gaitsim, spider):
         "Froude number",
         "least margin",
         f"Score analysis: {score:.4f}".replace("-", "−"),
-        "term, if it ended at",
+        "term, if the motion ended at",
         f"of {generation}",
     ):
         assert text in shown.stdout

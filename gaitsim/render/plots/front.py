@@ -48,7 +48,8 @@ def front_figure(request: Request) -> "Figure":
             f"too many objectives to plot: {len(names)}, which have "
             f"{len(names) * (len(names) - 1) // 2} pairs",
             allowed=f"at most {MAX_OBJECTIVES} objectives",
-            remedy=f"plot some of them from {command('members', run.path, '--out', 'front.csv')}",
+            remedy=f"write a table, and plot some of its columns: "
+            f"{command('members', run.path, '--out', 'front.csv')}",
         )
     directions: Mapping[str, str] = getattr(run.experiment.search, "objectives", {})
     labels = {name: _label(name, individual.unit_of(name), directions) for name in names}

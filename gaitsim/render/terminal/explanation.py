@@ -151,7 +151,9 @@ def _terms_over_time(individual: Individual) -> Passage:
     rows = tuple((name, *map(number, values[chosen])) for name, values in found.terms.items())
     notes = () if found.timed else ("The fitness reads no channel over time, so the terms are for "
                                     "the whole motion.",)  # fmt: skip
-    return Passage(title, failure, warning, ("term, if it ended at", *heads), rows, heads, notes)
+    return Passage(
+        title, failure, warning, ("term, if the motion ended at", *heads), rows, heads, notes
+    )
 
 
 def _terms_over_generations(

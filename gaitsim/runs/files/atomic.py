@@ -12,7 +12,7 @@ from gaitsim.runs.files.drafts import draft_file, draft_name, locked, remove, sw
 
 _FULL = "free some space on the disk, or choose another folder"
 _FORBIDDEN = "choose another folder, or allow writing to this one"
-_NO_FOLDER = "choose a folder: part of this path is a file"
+_NO_FOLDER = "choose another path: a part of this one is a file, not a folder"
 _REMEDIES = {
     errno.ENOSPC: _FULL,
     errno.EDQUOT: _FULL,
@@ -25,7 +25,8 @@ _REMEDIES = {
     errno.EEXIST: _NO_FOLDER,
     errno.EISDIR: "rename or move the folder of that name",
     errno.ELOOP: "remove the link, and restore the file from a copy of the run",
-    errno.EMLINK: "replace it with a copy: it has a second name, whose content would also change",
+    errno.EMLINK: "replace the file with a copy: it has a second name (a hard link), which would "
+    "change, too",
 }
 _NO_FOLDER_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EACCES}
 

@@ -17,7 +17,7 @@ if sys.platform != "win32":
     import fcntl
 
 TIMEOUT = 0.5  # seconds; `is_locked` also holds the lock for a moment
-_REMOVE = "remove it, if no process writes the run"
+_REMOVE = "remove the lock, if no process writes the run"
 _REMEDIES = dict.fromkeys((errno.ELOOP, errno.EINVAL, errno.EISDIR, errno.EMLINK), _REMOVE)
 
 
@@ -40,7 +40,7 @@ class RunLock:
         except Timeout:
             raise RunError(
                 f"the run {folder} is being written by {_read(owner)}",
-                remedy="wait for it, or stop it with Ctrl-C; it saves before it ends",
+                remedy="wait until it ends, or stop it with Ctrl-C; the run is saved",
             ) from None
         except OSError as error:
             raise RunError(

@@ -172,8 +172,8 @@ def _older_format_error(path: Path, version: int, content: dict[str, Any]) -> Sc
         f"{path.name} was written by {writer} in the older format {version}",
         where=str(path),
         allowed=f"format {VERSION}",
-        remedy="open it with the gaitsim that wrote it, or start a new run with the experiment.toml"
-        " of its folder: gaitsim run FOLDER/experiment.toml",
+        remedy="open it with the version of gaitsim that wrote it, or start a new run with the "
+        "experiment.toml of its folder: gaitsim run FOLDER/experiment.toml",
     )
 
 

@@ -82,7 +82,7 @@ def describe_effect(run: RunSnapshot, overrides: Overrides) -> str:
         planned = f"{plans.experiment.evolution.generations:,}"
         return f"No new stage: evolution continues to generation {planned}." if overrides else ""
     changes = "".join(f"▶ {change}\n" for change in plans.changes)
-    rescored = "; scores are not comparable to earlier ones" if plans.reevaluates else ""
+    rescored = "; scores are not comparable to earlier scores" if plans.reevaluates else ""
     return f"{changes}from generation {run.generation + 1}{rescored}"
 
 
