@@ -59,7 +59,7 @@ def stepping_measures(
     lag = Measure(
         partial(steps.lag, pairs),
         "cycles",
-        "mean phase of touch-downs in the stride of the foot in front on the same side",
+        "mean phase of a foot's touch-downs in the stride of the next foot in front of it",
     )
     return {
         DUTY: mean,

@@ -56,7 +56,8 @@ def search_rules(search: Search, figures: dict[str, float]) -> Iterator[Finding]
     if unsupported:
         yield advice(
             "objection",
-            f"support for {POPULATIONS[0]} to {POPULATIONS[-1]} genomes from each of its 'spaces'",
+            f"support for populations of {POPULATIONS[0]} to {POPULATIONS[-1]} genomes of each "
+            "class in 'spaces'",
             "; ".join(unsupported),
             "declare only supported spaces in 'spaces': (RealSpace,) or (BitSpace,)",
         )
@@ -96,7 +97,9 @@ def _check_generations(trial: Trial, what: str, generations: int) -> Iterator[Fi
         lent, lent_last = copy_state(state), last and _copy_results(last)
         answer: Any = search.ask(lent, lent_last, trial.context(generation, 1))
         if not (isinstance(answer, tuple) and len(answer) == 2):
-            yield error("ask", "genomes and a state", f"a {type(answer).__name__}", "")
+            yield error(
+                "ask", "ask() returns genomes and a state", f"a {type(answer).__name__}", ""
+            )
             return
         genomes, asked = answer
         shape = (trial.population, trial.space.genes)
@@ -104,7 +107,10 @@ def _check_generations(trial: Trial, what: str, generations: int) -> Iterator[Fi
             return
         if not trial.space.contains(genomes):
             yield error(
-                "bounds", f"valid genomes ({what})", "invalid genomes", "context.repair(genomes)"
+                "bounds",
+                f"ask() returns valid genomes ({what})",
+                "invalid genomes",
+                "return context.repair(genomes)",
             )
             return
         wrong = yield from any_error(check_state("ask()", what, asked, first))

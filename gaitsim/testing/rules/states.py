@@ -34,7 +34,12 @@ def check_state(method: str, what: str, state: Any, first: Any) -> Iterator[Find
         return
     for name, values in state.items():
         if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
-            yield error("state", "short printable names", f"{name!r:.60}", "rename it")
+            yield error(
+                "state",
+                f"{method} returns an array by a short printable name",
+                f"{name!r:.60}",
+                "rename it",
+            )
         elif not isinstance(values, np.ndarray):
             yield error(
                 "state", expected, f"{name}: a {type(values).__name__}", "convert it: np.array(…)"
@@ -112,13 +117,15 @@ def _check_members(trial: Trial, what: str, members: object) -> Iterator[Finding
         yield error("members", expected, f"a {type(members).__name__}", "")
         return
     count = len(members.genomes)
-    expected = f"valid genomes, each with a score and values ({what})"
+    expected = f"members() returns valid genomes, each with a score and values ({what})"
     cells = members.cells
     if not (_are_valid(members.genomes, trial.space) and members.scores.shape == (count,)):
         wrong = "invalid genomes, or scores of the wrong shape"
-        yield error("members", expected, wrong, "shapes (members, genes) and (members,)")
+        yield error(
+            "members", expected, wrong, "return genomes (members, genes) and scores (members,)"
+        )
     elif any(np.shape(values) != (count,) for values in members.values.values()):
-        yield error("members", expected, "values of the wrong shape", "shape (members,) for each")
+        yield error("members", expected, "values of the wrong shape", "return values (members,)")
     elif (keeps == "front") != (cells is None) or (
         cells is not None and (cells.ndim != 2 or len(cells) != count or cells.dtype != np.int64)
     ):
@@ -139,7 +146,8 @@ def _check_remembered(trial: Trial, what: str, state: Any, generation: int) -> I
     if genomes is None or not len(genomes):
         return
     if not _are_valid(genomes, trial.space):
-        yield error("remembered", f"valid genomes, or None ({what})", "invalid genomes", "")
+        expected = f"remembered() returns valid genomes, or None ({what})"
+        yield error("remembered", expected, "invalid genomes", "")
         return
     results = trial.evaluate(genomes.copy(), generation)
     argument = copy_state(state)

@@ -22,7 +22,10 @@ def check_skeleton(body: Organism, motion: Motion) -> Iterator[Finding]:
             return
         if not isinstance(skeleton, Skeleton):
             yield error(
-                "skeleton", "a gaitsim.contracts.Skeleton", f"a {type(skeleton).__name__}", ""
+                "skeleton",
+                "skeleton() returns a gaitsim.contracts.Skeleton",
+                f"a {type(skeleton).__name__}",
+                "",
             )
             return
         points = [skeleton.segments, skeleton.path]
@@ -60,7 +63,8 @@ def check_rig(body: Organism, motion: Motion) -> Iterator[Finding]:
     if rig is None:
         return
     if not isinstance(rig, Rig):
-        yield error("rig", "a gaitsim.contracts.Rig, or None", f"a {type(rig).__name__}", "")
+        wanted = "rig() returns a gaitsim.contracts.Rig, or None"
+        yield error("rig", wanted, f"a {type(rig).__name__}", "")
         return
     skeleton = body.skeleton(motion, 0)
     for what, names, expected in (
@@ -76,7 +80,7 @@ def check_rig(body: Organism, motion: Motion) -> Iterator[Finding]:
         if tuple(names) != tuple(expected):
             yield error(
                 "rig",
-                f"the {what}, in that order: {', '.join(expected) or 'none'}",
+                f"the {what}, in this order: {', '.join(expected) or 'none'}",
                 ", ".join(names) or "none",
                 "use the same names in the rig and in the skeleton",
             )
@@ -118,7 +122,8 @@ def check_play(body: Organism, motion: Motion) -> Iterator[Finding]:
     if not same(lent, angles):
         yield error("play", "unchanged joint angles", "play() changes them", "work on a copy()")
     if not isinstance(played, Motion):
-        yield error("play", "a Motion", f"a {type(played).__name__}", "return a Motion, as move()")
+        expected = "play() returns a gaitsim.contracts.Motion"
+        yield error("play", expected, f"a {type(played).__name__}", "return a Motion, as move()")
         return
     shape = np.shape(played["joint_angles"]) if "joint_angles" in played else ()
     if shape != angles.shape:
