@@ -99,10 +99,10 @@ function notesOf({ gaits, made, axes, count, body }) {
     );
     words.push(
       gaits.form === "waves"
-        ? `Joint angles as commanded, within ${gaits.error.toExponential(1)} rad of gaitsim's, ` +
-            `the largest difference in all ${count} gaits.`
-        : `One stride of each gait as commanded, repeated, with joint angles within ` +
-            `${degrees(gaits.error)}° of gaitsim's.`,
+        ? `The joint angles are the commanded ones; in all ${count} gaits, they differ from ` +
+            `gaitsim's by at most ${gaits.error.toExponential(1)} rad.`
+        : `One stride of each gait is repeated with the commanded joint angles, which differ ` +
+            `from gaitsim's by at most ${degrees(gaits.error)}°.`,
     );
   }
   return element(
