@@ -76,7 +76,7 @@ def test_runs_continue_after_the_app_is_killed_and_reopened(walk, gaitsim, monke
     again = Terminal("runs")
     until(lambda: b"walk" in again.written)
     again.press(b"\r", b"evaluations/s")
-    again.press(b" ", b"Paused.")
+    again.press(b" ", b"n: evolve one")
     assert background_state(first) == "paused"
     again.press(b" ")
     until(lambda: background_state(first) == "running")

@@ -649,7 +649,7 @@ class TestProblems:
                 pilot, lambda: screen.snapshot.stage == 2
             )  # it is re-evaluated, which takes long
             await pilot.press("s")
-            await app_until(pilot, lambda: "stops immediately" in text(screen, "#live-status"))
+            await app_until(pilot, lambda: "stop immediately" in text(screen, "#live-status"))
             await pilot.press("s")
             await app_until(pilot, lambda: screen.process is None)
 

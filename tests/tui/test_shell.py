@@ -178,7 +178,7 @@ class TestHelp:
             assert cells[0][row] == "d del"
             assert cells[1][row] == "Delete the marked runs permanently, after a question"
             assert cells[1][cells[2].index("app.help")] == "Help: show keys and their use"
-            assert cells[1][cells[2].index("home.mark")] == "Mark it for actions on several runs"
+            assert cells[1][cells[2].index("home.mark")] == "Mark the run, to act on several"
             await driver.press("escape")
             await driver.at("Home")
 

@@ -237,17 +237,17 @@ class TestExports:
              "--calibration-template 'runs/a b/exports/calibration-feetech.toml'"),
             ("Video", {"intro": "false", "generations": "1,50", "size": "none"},
              "video 'runs/a b' --generations 1,50 --no-intro"),
-            ("Motion channel over time", {"component": "x, L1 coxa", "window": "2:5"},
+            ("Channel of the motion", {"component": "x, L1 coxa", "window": "2:5"},
              "plot 'runs/a b' --kind channel --window 2:5 --component=x '--component=L1 coxa'"),
             ("Archive map", {"axes": " duty factor,yaw"},
              "plot 'runs/a b' --kind archive --axes 'duty factor' yaw"),
             ("Analysis", {"figure": "pdf", "generation": "4"},
              "analyse 'runs/a b' --generation 4 "
              "--figure 'runs/a b/exports/analysis-generation-4.pdf'"),
-            ("Network that imitates the gait", {"video": "true"}, "imitate 'runs/a b' --video"),
-            ("Network that imitates the gait", {"gait": "best gait.mat", "epochs": "9"},
+            ("Imitation network", {"video": "true"}, "imitate 'runs/a b' --video"),
+            ("Imitation network", {"gait": "best gait.mat", "epochs": "9"},
              "imitate 'best gait.mat' --epochs 9 --body 'runs/a b' --out 'runs/a b/exports'"),
-            ("Differences between runs", {"runs": "c 'runs/d e'", "by": "seconds"},
+            ("Run differences", {"runs": "c 'runs/d e'", "by": "seconds"},
              "differences 'runs/a b' c 'runs/d e' --by seconds "
              "--plot 'runs/a b/exports/differences.png'"),
         ):  # fmt: skip
@@ -257,8 +257,8 @@ class TestExports:
         for title, name, text in (
             *(("Video", "generation", text) for text in ("0", "x", "1.5")),
             ("Video", "view", "below"), ("Archive map", "axes", "yaw"),
-            ("Network that imitates the gait", "epochs", "-1"),
-            ("Differences between runs", "runs", ""),
+            ("Imitation network", "epochs", "-1"),
+            ("Run differences", "runs", ""),
         ):  # fmt: skip
             found, problems = products[title].read({name: text})
             assert found is None
@@ -394,11 +394,11 @@ class TestExports:
             await driver.until(
                 lambda: any("has no feet" in str(one.render()) for one in dialog.query(Static))
             )
-            await driver.pilot.click("#products", offset=(4, 5))  # selects
+            await driver.pilot.click("#products", offset=(4, 6))  # selects
             await driver.until(lambda: "--kind terms" in driver.text("#export-command"))
             assert driver.screen is dialog
             assert not driver.app.tasks.all
-            await driver.pilot.click("#products", offset=(4, 5))
+            await driver.pilot.click("#products", offset=(4, 6))
             await driver.until(lambda: len(driver.app.tasks.all) == 1)
             driver.app.open_export(path)
             dialog = await driver.at("ExportDialog")

@@ -51,7 +51,7 @@ Curves of several runs in one plot, updated while runs evolve.
 - **Quantity**: the best, mean or median score of each generation, or the diversity of the
   population. Scores of different fitness functions, or of different options of one, are not
   comparable: a warning names the options.
-- **By**: the curves are plotted against generations, evaluations or seconds. Larger populations
+- **Axis**: the horizontal axis counts generations, evaluations or seconds. Larger populations
   have more expensive generations, so evaluations are the default if populations differ.
 - The table lists the state of each run, and the options that differ. If an option changed during a
   run, the table names the generation, and the curves have a dotted line there.
@@ -62,9 +62,9 @@ Curves of several runs in one plot, updated while runs evolve.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("o", "quantity", "Quantity", id="compare.quantity",
-                tooltip="Best, mean, median, or diversity"),
-        Binding("x", "by", "By", id="compare.by",
-                tooltip="By generation, evaluations, or seconds"),
+                tooltip="Best, mean or median score, or diversity"),
+        Binding("x", "by", "Axis", id="compare.by",
+                tooltip="Generations, evaluations or seconds"),
         Binding("r", "replay", "Replay", id="compare.replay",
                 tooltip="Watch the champion; with two runs, both champions"),
         Binding("s", "statistics", "Statistics", id="compare.statistics",

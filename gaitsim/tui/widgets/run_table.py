@@ -103,9 +103,7 @@ class RunTable(DataTable[Text]):
         Binding(
             "enter", "select_cursor", "Open", id="home.open", tooltip="Watch or continue the run"
         ),
-        Binding(
-            "space", "mark", "Mark", id="home.mark", tooltip="Mark it for actions on several runs"
-        ),
+        Binding("space", "mark", "Mark", id="home.mark", tooltip="Mark the run, to act on several"),
         Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="Sort by the next column"),
         Binding("S", "reverse", "Reverse", show=False, id="home.turn", tooltip="Reverse the order"),
     ]
