@@ -20,11 +20,11 @@ class Imitator(Settings):
         ),
     ] = "source"
     activation: Annotated[
-        Activation | None, Field(description="activation of the hidden layer; none: leaky-relu")
+        Activation | None, Field(description="activation of the hidden layer; none: 'leaky-relu'")
     ] = None
     output: Annotated[
         OutputActivation | None,
-        Field(description="activation of the outputs: linear, or the hidden layer's"),
+        Field(description="activation of the outputs: 'linear', or 'same' as the hidden layer"),
     ] = None
     hidden: Annotated[
         int | None, Field(ge=1, le=4096, description="number of hidden neurons; none: 48")

@@ -33,7 +33,7 @@ class FlyOptions(Organism):
         (20, 20), "number of units of each hidden layer, at most four layers"
     )
     activation: Literal["tanh", "sigmoid", "relu", "leaky-relu"] = option(
-        "tanh", "activation of the hidden layers; the outputs always use tanh"
+        "tanh", "activation of the hidden layers; the outputs always use 'tanh'"
     )
     weight_sigma: float = option(
         0.5, "standard deviation of the initial weights and biases", gt=0, le=10
@@ -71,13 +71,14 @@ class FlyOptions(Organism):
 
     course: Course = option(
         "none",
-        "reference of the network's inputs: 'none' is the world frame; the other values "
-        "are a point and a heading that stay, climb, turn or move forward from the start "
-        "of the flight",
+        "reference of the network's inputs: 'none' is the world frame; the others are a point and "
+        "a heading that, from the start of the flight, stay ('hover'), climb ('climb'), turn "
+        "('left', 'right') or move forward ('forward')",
     )
     course_changes: float = option(
         0.0,
-        "mean time between changes to another course and back, as in steering; 0 for no changes",
+        "mean time between changes from this course to another or back, as in steering; 0 for no "
+        "changes",
         unit="s",
         ge=0,
         le=600,

@@ -16,7 +16,7 @@ class MillipedeTravel(Fitness):
     """
 
     direction: Literal["forward", "backward", "clockwise", "counter-clockwise"] = option(
-        "forward", "direction in which motion scores"
+        "forward", "direction of the motion that scores"
     )
 
     needs: ClassVar[tuple[str, ...]] = ("side_reach",)

@@ -59,8 +59,8 @@ class MapElites(Search):
     )
     sigma: float = option(
         0.03,
-        "standard deviation of the change in a gene with isotropic and line variation, as a share "
-        "of the gene's range",
+        "standard deviation of the change in a gene with the variations 'isotropic' and 'line', as "
+        "a share of the gene's range",
         ge=0,
         le=10,
     )
@@ -70,7 +70,9 @@ class MapElites(Search):
         ge=0,
         le=10,
     )
-    flips: float = option(1.0, "mean number of bits that isotropic and line variation flip", gt=0)
+    flips: float = option(
+        1.0, "mean number of bits that the variations 'isotropic' and 'line' flip", gt=0
+    )
     step: float = option(
         0.2, "initial step size of an emitter, as a share of each gene's range", gt=0, le=10
     )
