@@ -36,6 +36,8 @@ def open_descriptor(path: Path, flags: int, *, follow: bool = False) -> int:
             raise _file_error(errno.ELOOP, "it is a symbolic link", path) from None
         if error.errno == errno.ENXIO:  # a socket, or a pipe without a reader
             raise _file_error(errno.EINVAL, "it is not a regular file", path) from None
+        if error.errno == errno.ENOENT and not flags & os.O_CREAT:
+            raise _file_error(errno.ENOENT, "file not found", path) from None
         raise
     try:
         status = os.fstat(descriptor)

@@ -57,7 +57,9 @@ def check_search(
         return
     if objection:
         problems.report(
-            "evolution.population", objection, remedy="choose another size, or other search options"
+            "evolution.population",
+            objection,
+            remedy="choose a different population, or different options of the search",
         )
 
 

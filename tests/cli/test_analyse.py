@@ -173,7 +173,7 @@ def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
     assert "Likely exploit: flip-flop. " in shown
     assert "No servo can follow" in shown
     for path, says in [
-        ("none.csv", "cannot read none.csv: No such file"),
+        ("none.csv", "cannot read none.csv: file not found"),
         ("gait.txt", "does not have the extension of a gait file"),
     ]:
         done = gaitsim("analyse", "spider", "--gait", path, code=2)

@@ -237,8 +237,8 @@ def test_a_file_that_is_not_text_is_an_error(here, content, what):
 @pytest.mark.parametrize(
     ("reference", "what"),
     [
-        ("no.toml", "No such file"),
-        ("no/such", "No such file"),
+        ("no.toml", "file not found"),
+        ("no/such", "file not found"),
         ("folder.toml", "Is a directory"),
         (".", "Is a directory"),
         ("./..", "Is a directory"),

@@ -76,7 +76,7 @@ def test_other_files_are_rejected(name, content, says, tmp_path):
 
 def test_files_that_cannot_be_read_are_refused(tmp_path):
     for path, says in (
-        (tmp_path / "none.npz", "No such file"),
+        (tmp_path / "none.npz", "file not found"),
         (tmp_path, "does not have the extension of a gait file"),
         (Path("a\0.npz"), "null"),
     ):

@@ -166,7 +166,7 @@ def test_files_that_are_not_text_files_are_refused(tmp_path):
         ("pipe", "not a regular file"),
         ("long", "too large"),
         ("bytes", "not a text file"),
-        ("missing", "No such file"),
+        ("missing", "file not found"),
         (".", "Is a directory"),
     ):
         with pytest.raises(GaitsimError, match=message):

@@ -70,7 +70,7 @@ def select_plugins(reference: str | Path | None) -> Iterator[PluginSelection]:
             f"there is no plugin, package or folder {str(reference)!r}",
             allowed=", ".join(known),
             remedy=nearest(str(reference), known)
-            or "the folder of a package contains a pyproject.toml",
+            or "for a package, give the folder that contains its pyproject.toml",
         )
 
 
