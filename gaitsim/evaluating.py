@@ -63,7 +63,7 @@ def evaluate(
         with plugin_errors(experiment.entries["organism"], "repairing genomes"):
             given = np.ascontiguousarray(space.repair(given))
     elif wrong := out_of_bounds(experiment, given, "the population"):
-        raise GaitsimError(wrong, where="genomes", remedy="clip them, or omit repair=False")
+        raise GaitsimError(wrong, where="genomes", remedy="clip the genomes, or omit repair=False")
     return _evaluator(experiment).evaluate(given, int(generation))
 
 
@@ -97,7 +97,7 @@ def _genomes(experiment: Experiment, space: GenomeSpace, given: ArrayLike) -> Ge
 
 
 def _invalid_genomes(experiment: Experiment, what: str, remedy: str = "") -> GaitsimError:
-    allowed = f"finite, (population, genes), with {expected_genomes(experiment)}"
+    allowed = f"a finite array (population, genes) with {expected_genomes(experiment)}"
     return GaitsimError(what, where="genomes", allowed=allowed, remedy=remedy)
 
 

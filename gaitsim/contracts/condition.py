@@ -70,7 +70,7 @@ def check_world(world: Mapping[str, float], conditions: Mapping[str, Condition])
         condition = conditions[name]
         if not condition.least <= value <= condition.most:
             raise GaitsimError(
-                f"invalid value of the condition {name}: {value:g}",
+                f"invalid value of the condition {name!r}: {value:g}",
                 key="world",
                 allowed=f"{condition.least:g} to {condition.most:g} {condition.unit}".rstrip(),
             )

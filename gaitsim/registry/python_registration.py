@@ -62,7 +62,7 @@ def _check_space(body: Any, space: Any) -> None:
             raise GaitsimError(
                 f"a space is allowed only with a body that is a function, but the body {reason}",
                 where="space",
-                remedy="omit the space" if body is not None else "pass a body, too",
+                remedy="omit the space" if body is not None else "also pass a body",
             )
     elif space is None:
         raise GaitsimError(
