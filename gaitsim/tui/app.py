@@ -78,7 +78,7 @@ class GaitsimApp(ViKeys):
             "Jump",
             show=False,
             id="app.jump",
-            tooltip="Focus any widget by a letter",
+            tooltip="Focus an item by typing its letter",
         ),
         Binding(
             "y",

@@ -65,7 +65,7 @@ class OptionSearch(Provider):
         if screen.validation is None or screen.catalogue is None:
             return
         for one in known_options(screen.validation, screen.catalogue):
-            title = f"{one.key}  {one.text}" + (f"  (of {one.plugin})" if one.plugin else "")
+            title = f"{one.key}  {one.text}" + (f"  (plugin {one.plugin})" if one.plugin else "")
             go = partial(screen.go_to, one.key, one.plugin)
             yield one, Content(visible(title)), visible(one.meaning).replace("[", "\\["), go
 

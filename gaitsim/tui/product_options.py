@@ -39,7 +39,8 @@ World = Annotated[
     str | None, Field(description="conditions of the world, such as 'friction 0.4, slope 2'")
 ]
 Engine = Annotated[
-    str | None, Field(description="physics engine for a robot, such as bullet; none: its own")
+    str | None,
+    Field(description="physics engine for a robot, such as bullet; none: the robot's own"),
 ]
 Generations = Annotated[
     str | None,
@@ -141,7 +142,7 @@ class CalibratedFile(RobotFile):
         str | None,
         Field(
             description="calibration file, which assigns a servo to each joint; none: all servos "
-            "centred when standing"
+            "centred in the standing pose"
         ),
     ] = None
     clip: Annotated[

@@ -28,7 +28,7 @@ _PRODUCTS = (
     "imitate imitation network curve"
 )
 _REASONS = "score terms analyse analysis gait name explain breakdown"
-_EXPORT = "On a run at home, a live run or a replay: press e."
+_EXPORT = "At home, on a live run or in a replay: press e."
 _SHOWN = "No champion is shown yet: it is loading, or the run has none."
 _CHAMPION = "The run has no champion yet; let it evolve."
 
@@ -52,12 +52,12 @@ SEARCH: dict[str, Hints] = {
     ),
     "home.export": Hints(_PRODUCTS, title="Export", where=_EXPORT),
     "home.why": Hints(
-        _REASONS, title="Why", where="On a run at home, a live run or a replay: press w."
+        _REASONS, title="Why", where="At home, on a live run or in a replay: press w."
     ),
     "home.map": Hints(
         "archive atlas heat map elites members cells coverage quality diversity",
         title="Map",
-        where="On a run with an archive, at home, live or in a replay: press M.",
+        where="At home, on a live run or in a replay, for a run with an archive: press M.",
     ),
     "home.gallery": Hints(
         "site browser web html page share show publish", title="Gallery", where="At home: press B."
@@ -70,7 +70,7 @@ SEARCH: dict[str, Hints] = {
     "home.laboratory": Hints(
         "damage lost leg remove broken adapt trial error recover",
         title="Laboratory",
-        where="On a run of a body with legs, at home, live or in a replay: press L.",
+        where="At home, on a live run or in a replay, for a body with legs: press L.",
     ),
     "home.files": Hints(
         "exports made open pictures videos plots", title="Files", where="At home: press f."
@@ -111,9 +111,11 @@ SEARCH: dict[str, Hints] = {
     "live.laboratory": Hints("damage lost leg remove broken adapt", _CHAMPION),
     "live.map": Hints("archive atlas heat elites cells coverage", "The search keeps no archive."),
     "live.log": Hints("history messages terms what happened"),
-    "replay.play": Hints("start go animation", f"The motion is already playing, or: {_SHOWN}"),
+    "replay.play": Hints(
+        "start go animation", "The motion is already playing, or none is shown yet."
+    ),
     "replay.pause": Hints(
-        "stop hold halt animation", f"The motion is already paused, or: {_SHOWN}"
+        "stop hold halt animation", "The motion is already paused, or none is shown yet."
     ),
     "replay.frame-back": Hints("step previous", _SHOWN),
     "replay.frame-on": Hints("step next", _SHOWN),

@@ -547,7 +547,7 @@ class TestStartingAndSaving:
             ask = await driver.at("Ask")
             ask.query_one(Input).value = "nowhere/mine.toml"
             await driver.press("enter")
-            await driver.until(lambda: "cannot be written" in driver.notifications())
+            await driver.until(lambda: "cannot write" in driver.notifications())
 
         fill(test)
 

@@ -176,7 +176,7 @@ class TestHelp:
             assert "home.compare" not in cells[2]
             row = cells[2].index("home.delete")
             assert cells[0][row] == "d del"
-            assert cells[1][row] == "Delete the marked runs permanently, after a question"
+            assert cells[1][row] == "Delete permanently, after a question"
             assert cells[1][cells[2].index("app.help")] == "Help: show keys and their use"
             assert cells[1][cells[2].index("home.mark")] == "Mark the run, to act on several"
             await driver.press("escape")

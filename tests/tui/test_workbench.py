@@ -218,7 +218,7 @@ def test_evolving(run_task, walk):
         await user.do("s", "Stop")
         await user.sees("stopped")
         await user.do("escape", "Back")
-        await user.sees("walk — puppet")
+        await user.sees("walk — body puppet")
         await user.do("escape", "Back")
         await user.at("Home")
         await user.mark("walk")

@@ -50,7 +50,9 @@ def changeable_options(run: RunSnapshot) -> list[ChangeableOption]:
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"
             found.append(ChangeableOption(f"{section}.{name}", value, about))
     chosen = [
-        ChangeableOption(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"a different {kind}")
+        ChangeableOption(
+            f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"name of a different {kind}"
+        )
         for kind in experiment.kinds
         if kind != "search"  # fixed too
     ]

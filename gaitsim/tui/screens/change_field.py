@@ -20,7 +20,7 @@ class AssignmentsField(OrderedInput):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("down", "options", "Options", show=False, id="change.options",
-                tooltip="To the list of options"),
+                tooltip="Go to the list of options"),
         Binding("tab", "complete", "Complete", show=False, id="change.complete",
                 tooltip="Complete the typed word, or move to the next field"),
     ]  # fmt: skip

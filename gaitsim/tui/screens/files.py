@@ -30,7 +30,9 @@ Enter, or a click on the highlighted file, **opens** it with your system's defau
 one, such as over SSH, its path is copied; in a browser, the file is downloaded.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("p", "copy_path", "Copy path", id="files.copy", tooltip="Copy its path"),
+        Binding(
+            "p", "copy_path", "Copy path", id="files.copy", tooltip="Copy the path of the file"
+        ),
         Binding("e", "make", "Export", id="files.make", tooltip="Export files from this run"),
     ]
     DEFAULT_CSS = """

@@ -92,7 +92,7 @@ def read_subject(path: Path, which: Which = None) -> Subject:
 
 
 def simulate_walk(individual: Individual, damage: Choice, physics: bool) -> Walk:
-    """Simulate an individual on a damaged body, or on its damaged physical twin.
+    """Simulate an individual on a damaged body, or on its twin in rigid-body physics.
 
     Raises:
         GaitsimError: the body cannot have this damage, or has no twin.

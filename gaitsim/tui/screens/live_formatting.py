@@ -44,7 +44,7 @@ VALUE = 9  # columns of a number
 NAME = 12
 LEAST_SPARK = 8
 WIDEST_SPARK = 60
-LEAST_BAR = 10
+LEAST_BAR = 6
 LABELLED = 24  # minimum columns of an event with a label before its generation
 
 

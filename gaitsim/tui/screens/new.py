@@ -281,7 +281,9 @@ restores; Ctrl-Z undoes all changes.
         """Report the draft after the screen closes, not while quitting asks about it."""
         draft = self.gaitsim.drafts.get(self.builder.preset.reference) if self.builder else None
         if draft is not None:
-            self.app.notify(f"Kept as a draft: {draft.changes_text}. n restores it.")
+            self.app.notify(
+                f"Kept as a draft: {draft.changes_text}. Press n at home to restore it."
+            )
 
     @work(exclusive=True, group="create")
     async def action_run(self) -> None:

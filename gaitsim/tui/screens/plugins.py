@@ -46,7 +46,9 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
 **checks** whether the highlighted plugin fulfils its contract and lists the errors to fix.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("n", "new", "New run", id="plugins.new", tooltip="Create a run with it"),
+        Binding(
+            "n", "new", "New run", id="plugins.new", tooltip="Create a run with this body or preset"
+        ),
         Binding(
             "slash",
             "filter",
@@ -55,7 +57,11 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
             tooltip="Show only plugins with these words",
         ),
         Binding(
-            "c", "check", "Check", id="plugins.check", tooltip="Check that it fulfils its contract"
+            "c",
+            "check",
+            "Check",
+            id="plugins.check",
+            tooltip="Check that the plugin fulfils its contract",
         ),
     ]
 

@@ -117,7 +117,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         Binding("L", "laboratory", "Laboratory", id="replay.laboratory",
                 tooltip="Remove legs from this body and adapt its gait"),
         Binding("B", "browser", "3D", id="replay.browser",
-                tooltip="Write a page that plays it in 3D, and open it"),
+                tooltip="Write a web page that plays the motion in 3D, and open it"),
         Binding("C", "code", "Code", show=False, id="replay.code",
                 tooltip="Copy a challenge code of this individual for others to verify"),
         Binding("e", "export", "Export", id="replay.export",

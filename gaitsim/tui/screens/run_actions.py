@@ -41,7 +41,7 @@ class RunActions(GaitScreen):
             "delete",
             "Delete",
             id="home.delete",
-            tooltip="Delete the marked runs permanently, after a question",
+            tooltip="Delete permanently, after a question",
         ),
         Binding("x", "stop", "Stop", id="home.stop", tooltip="Save the run and stop it"),
         Binding("N", "note", "Note", id="home.note", tooltip="Edit the note of the run"),

@@ -56,7 +56,8 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         Binding("n", "sweep", "New study", id="studies.new", tooltip="Sweep options over ranges"),
         Binding("c", "compare", "New comparison", id="studies.compare",
                 tooltip="Compare experiments over repeats"),
-        Binding("g", "continue", "Continue", id="studies.continue", tooltip="Run remaining cells"),
+        Binding("g", "continue", "Continue", id="studies.continue",
+                tooltip="Run the remaining cells"),
         Binding("x", "stop", "Stop", id="studies.stop", tooltip="A study keeps finished cells"),
     ]  # fmt: skip
     DEFAULT_CSS = """

@@ -39,10 +39,16 @@ with several files opens their list.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
-            "p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy the paths of its files"
+            "p",
+            "copy_result",
+            "Copy path",
+            id="tasks.copy",
+            tooltip="Copy the paths of the task's files",
         ),
-        Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; partial files are removed"),
-        Binding("r", "again", "Again", id="tasks.again", tooltip="Run its command again"),
+        Binding(
+            "x", "stop", "Stop", id="tasks.stop", tooltip="Stop the task; partial files are removed"
+        ),
+        Binding("r", "again", "Again", id="tasks.again", tooltip="Run the task's command again"),
         Binding(
             "c", "clear", "Clear", id="tasks.clear", tooltip="Remove finished tasks from the list"
         ),

@@ -53,9 +53,9 @@ class Scrubber(Widget, can_focus=True):
         Binding("shift+right,pagedown", f"step({FAR})", "Far forward", show=False,
                 id="scrubber.far-on", tooltip="Ten steps forward"),
         Binding("home", "end(False)", "First", show=False, id="scrubber.first",
-                tooltip="To the first"),
+                tooltip="Go to the first"),
         Binding("end", "end(True)", "Last", show=False, id="scrubber.last",
-                tooltip="To the last"),
+                tooltip="Go to the last"),
     ]  # fmt: skip
 
     label: reactive[str] = reactive("", init=False)
