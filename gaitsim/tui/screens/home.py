@@ -184,8 +184,9 @@ other terminals.
         panel = self.query_one("#details", Static)
         panel.display = run is not None
         if run is not None:
-            text = details(run, self.app.theme_variables)
-            height = len(text.wrap(self.app.console, max(1, self.size.width - 2)))
+            width = max(1, self.size.width - 2)
+            text = details(run, self.app.theme_variables, width)
+            height = len(text.wrap(self.app.console, width))
             # A new layout at each move of the cursor would make it lag.
             panel.update(text, layout=height != self._height)
             self._height = height

@@ -1,8 +1,9 @@
 """A description of a run in a few lines, or the reason why no run is shown."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from rich.cells import cell_len
 from rich.text import Text
 
 from gaitsim.errors import GaitsimError
@@ -12,33 +13,47 @@ from gaitsim.runs.overview import Overview
 from gaitsim.tui.formatting import duration
 
 LINES = 3  # maximum lines of a note
+SEPARATOR = "  ·  "
 
 
-def details(run: Overview, colours: Mapping[str, str]) -> Text:
+def details(run: Overview, colours: Mapping[str, str], width: int) -> Text:
     """Return the name, description, note, plugins, seed, stage and time of a run, or its problems.
 
     Args:
         run: the run.
         colours: colours by the name of the theme's variable.
+        width: width of a line, cells.
     """
     name = Text.assemble((visible(run.name), "bold"), "  ", (visible(run.description), ""))
     lines = [name, *(Text(visible(line), style="italic") for line in _first_lines(run.note))]
     for error in filter(None, (run.problem, run.failure)):
         lines.append(Text(visible_lines(str(error)), style=colours["error"]))
     if run.problem is None:
-        plugins = "  ·  ".join(
-            f"{'body' if kind == 'organism' else kind} {run.plugins[kind]}"
+        plugins = [
+            visible(f"{'body' if kind == 'organism' else kind} {run.plugins[kind]}")
             for kind in KINDS
             if kind in run.plugins
-        )
+        ]
         facts = [f"seed {run.seed}", f"evolved for {duration(run.seconds)}"]
         if run.stage > 1:
             facts.append(f"stage {run.stage}")
         lines += [
-            Text(visible(plugins), style=colours["secondary"]),
-            Text("  ·  ".join(facts), style="dim"),
+            Text("\n".join(_lines(plugins, width)), style=colours["secondary"]),
+            Text(SEPARATOR.join(facts), style="dim"),
         ]
     return Text("\n").join(lines)
+
+
+def _lines(facts: Iterable[str], width: int) -> list[str]:
+    """Join facts to lines of a width, without breaks within a fact."""
+    lines: list[str] = []
+    for fact in facts:
+        longer = f"{lines[-1]}{SEPARATOR}{fact}" if lines else fact
+        if lines and cell_len(longer) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(fact)
+    return lines
 
 
 def _first_lines(note: str) -> list[str]:
