@@ -209,7 +209,7 @@ def _changed_options(verdict: Verdict) -> list[str]:
     )
     return [
         f"{EXPERIMENT} differs from the options of the run ({options}): "
-        f"resuming would apply the file from generation {verdict.last + 1}"
+        f"resuming would apply the file's options, starting with generation {verdict.last + 1}"
     ]
 
 
@@ -242,7 +242,7 @@ def _describe_versions(recorded: bool, version_differences: Sequence[str], noun:
             "computed with different versions or on a different processor:",
             *(f"  {text}" for text in version_differences),
         ]
-    return ["computed with the versions and processor of this machine"]
+    return ["same versions and processor as on this machine"]
 
 
 def _ranges(numbers: tuple[int, ...]) -> str:

@@ -77,7 +77,7 @@ def find_anatomy(
 
     Args:
         model: `mujoco.MjModel` of the robot's text.
-        feet: names of the bodies at the ends of the legs; () finds them.
+        feet: names of the links at the ends of the legs; () finds them.
         stance: angles of joints in the standing pose by name, rad. Other joints are as in the
             keyframe, or at zero. None finds the pose.
 
@@ -109,10 +109,10 @@ def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -
     bodies = [model.body(index).name for index in range(2, model.nbody)]
     for name in feet:
         if name not in bodies:
-            raise unknown("body", name, bodies, key="feet")
+            raise unknown("link", name, bodies, key="feet")
     if len(set(feet)) < len(feet):
         raise GaitsimError(
-            f"duplicate foot: {', '.join(feet)}", key="feet", allowed="each body at most once"
+            f"duplicate foot: {', '.join(feet)}", key="feet", allowed="each link at most once"
         )
     joints = [model.joint(index).name for index in range(1, model.njnt)]
     for name, angle in stance.items():

@@ -61,7 +61,7 @@ def describe_library(robots: Mapping[str, Anatomy]) -> Facts:
 def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
     driven, held = len(anatomy.joints), len(anatomy.held)
     lines = {
-        "mass": f"{anatomy.mass:.4g} kg in {model.nbody - 1} bodies",
+        "mass": f"{anatomy.mass:.4g} kg in {model.nbody - 1} links",
         "trunk": f"{anatomy.length:.3g} m long, {anatomy.stance[2]:.3g} m high when standing",
         "joints": f"{driven} in the legs, moved by gaits",
     }

@@ -29,7 +29,7 @@ class Finder:
 
     Args:
         model: MuJoCo's model.
-        feet: names of bodies at the ends of the legs, or ().
+        feet: names of links at the ends of the legs, or ().
         stance: angles of joints by name, rad, or None.
     """
 
@@ -123,7 +123,7 @@ class Finder:
             raise GaitsimError(
                 "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
                 allowed="at least two limbs of hinge joints that reach the ground below the trunk",
-                remedy="name the bodies at the ends of the legs in organism.feet",
+                remedy="name the links at the ends of the legs in organism.feet",
             )
         return legs
 

@@ -85,7 +85,7 @@ class Robot(Organism):
     )
     duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
     feet: tuple[str, ...] = option(
-        (), "names of the bodies at the ends of the legs; by default, gaitsim finds the legs"
+        (), "names of the links at the ends of the legs; by default, gaitsim finds the legs"
     )
     stance: dict[str, float] = option(
         {},

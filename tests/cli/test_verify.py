@@ -27,7 +27,7 @@ def test_an_identical_run_exits_with_0(gaitsim, run):
         "runs/puppet: identical",
         "reproduced in full: 1, 5 (last generation: 5)",
         "best individual reproduced: 2 to 4",
-        "computed with the versions and processor of this machine",
+        "same versions and processor as on this machine",
     ]
     some = gaitsim("verify", "puppet", "--generations", "1,3").stdout
     assert "not reproduced: 2, 4 to 5; only their files were checked" in some
@@ -84,7 +84,7 @@ def test_a_changed_experiment_file_exits_with_1_and_names_the_options(gaitsim, r
         "runs/puppet: different, although the compared generations are identical",
         "  experiment.toml differs from the options of the run (seed is 77 in the "
         "file, 1 in the run; search.elites is 0 in the file, 2 in the run): resuming would apply "
-        "the file from generation 6",
+        "the file's options, starting with generation 6",
     ]
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert (found["identical"], found["differences"]) == (False, [])

@@ -242,7 +242,7 @@ def test_impossible_inertias_and_missing_masses_are_repaired_and_reported(tmp_pa
     model, repairs, _ = read(arm(tmp_path, a=a, b=""))
     assert model.body_mass.sum() == pytest.approx(3, rel=0.01)
     assert "replaced by their mean: 'a'" in repairs
-    assert "bodies without mass, 0.003 kg each assumed: 'b'" in repairs
+    assert "links without mass, 0.003 kg each assumed: 'b'" in repairs
     assert "a capsule assumed: 'b'" in repairs
 
 
@@ -252,7 +252,7 @@ def test_a_chain_of_many_links_is_refused(tmp_path):
     joint = '<joint name="{0}" type="continuous"><parent link="{0}"/><child link="{1}"/></joint>'
     joints = "".join(joint.format(index, index + 1) for index in range(2999))
     path.write_text(f"<robot>{names}{joints}</robot>")
-    with pytest.raises(RobotError, match="3000 moving bodies"):
+    with pytest.raises(RobotError, match="3000 moving links"):
         read(path)
 
 

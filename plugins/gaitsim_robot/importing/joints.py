@@ -36,7 +36,7 @@ def repair_joints(robot: Robot) -> None:
     _merge_massless(robot)
     if (count := sum(1 for _ in root.walk())) > BODIES:
         raise RobotError(
-            f"the robot has {count} moving bodies", where=robot.name, allowed=f"at most {BODIES}"
+            f"the robot has {count} moving links", where=robot.name, allowed=f"at most {BODIES}"
         )
     if not robot.joints:
         raise RobotError(
@@ -69,7 +69,7 @@ def _fuse(robot: Robot) -> None:
             _merge(body, child)
         body.children = kept
     if fused:
-        robot.repairs.append(f"fixed bodies merged into their parents: {fused}")
+        robot.repairs.append(f"fixed links merged into their parents: {fused}")
 
 
 def _rename(robot: Robot, old: str, new: str) -> None:

@@ -182,7 +182,7 @@ def repair_masses(robot: Robot) -> None:
         body.inertia = np.zeros((3, 3))
     if light:
         robot.repairs.append(
-            f"bodies without mass, {light[0].mass:.2g} kg each assumed: "
+            f"links without mass, {light[0].mass:.2g} kg each assumed: "
             f"{format_names([body.name for body in light])}"
         )
     length = _length(robot)
