@@ -210,7 +210,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
     @property
     def history(self) -> dict[str, NDArray[np.float64]]:
-        """The columns of `history.csv` by name, each (generations,); {} before the first row.
+        """The columns of `history.csv` by name, each of shape (generations,); {} before the first row.
 
         Raises:
             RunError: the file is damaged.
@@ -245,7 +245,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
     @property
     def champion(self) -> Individual:
-        """The best individual of all generations whose scores can be compared.
+        """The best individual of the generations whose scores are comparable with the last one's.
 
         Raises:
             RunError: no generation is finished yet, or all individuals failed.

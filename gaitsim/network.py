@@ -119,7 +119,7 @@ class Network:
             shape = weight.shape
             if len(shape) < 2 or inputs not in (None, shape[-1]):
                 raise ValueError(
-                    f"W{layer} has shape {shape}; expected (…, to, {inputs or 'from'})"
+                    f"W{layer} has shape {shape}; expected (…, outputs, {inputs or 'inputs'})"
                 )
             if bias.shape != shape[:-1]:
                 raise ValueError(

@@ -110,7 +110,7 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         if self.proposal is None:
             raise GaitsimError(
                 f"the adaptation has ended: {self.ending}",
-                remedy="to continue, increase trials or change stop",
+                remedy="increase 'trials' or change 'stop' to continue",
             )
         trial = create_trial(self.proposal, measured)
         session = replace(self.session, trials=(*self.trials, trial))
@@ -189,7 +189,7 @@ def open_adaptation(
     if found and (reason := mismatch(found, session)):
         raise RunError(
             f"the adaptation in {path} cannot be continued: {reason}",
-            allowed="the same atlas, damage, measure and settings; trials and stop may differ",
+            allowed="the same atlas, damage, measure and settings; only 'trials' and 'stop' may differ",
             remedy="start over with --fresh, or start a new adaptation with --name",
         )
     named = (*session.intact, *(trial.member for trial in session.trials))

@@ -75,7 +75,7 @@ def compare(
         Path | None,
         typer.Option(
             metavar="FOLDER",
-            help="Folder of the report. Default: in comparisons/, with the names of the "
+            help="Folder of the report. Default: a folder in comparisons/ named after the "
             "experiments.",
         ),
     ] = None,

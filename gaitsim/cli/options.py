@@ -61,7 +61,7 @@ World = Annotated[
 ]
 Engine = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Physics engine for the robot, such as bullet."),
+    typer.Option(metavar="NAME", help="Physics engine for the robot, such as 'bullet'."),
 ]
 Worlds = Annotated[
     int | None,
@@ -74,7 +74,7 @@ Worlds = Annotated[
     ),
 ]
 WorldSeed = Annotated[
-    int | None, typer.Option(help="Seed of the worlds of --worlds. Default: 0.", show_default=False)
+    int | None, typer.Option(help="Seed for drawing the worlds of --worlds. Default: 0.", show_default=False)
 ]
 ExperimentName = Annotated[
     str,
@@ -103,7 +103,7 @@ RunFolder = Annotated[
     Path | None,
     typer.Option(
         metavar="FOLDER",
-        help="Folder of the run. Default: in runs/, with the name of the experiment.",
+        help="Folder of the run. Default: a folder in runs/ named after the experiment.",
     ),
 ]
 ExportFile = Annotated[
@@ -123,8 +123,8 @@ Workers = Annotated[
     typer.Option(
         min=1,
         max=1024,
-        help="Maximum number of parallel workers, used only if that is faster. Does not "
-        "affect the result.",
+        help="Maximum number of parallel workers; fewer or none are used if that is faster. "
+        "Does not affect the result.",
     ),
 ]
 Dask = Annotated[

@@ -13,8 +13,9 @@ LONG = 4000  # characters; chat programs truncate longer messages
 def share(run: RunName, generation: BestOf = None, member: MemberOf = None) -> None:
     """Print the champion as a challenge code, which others can verify.
 
-    The code contains the experiment, genome and score, and the versions and processor that computed
-    them. Standard output holds nothing but the code, on one line.
+    The code contains the experiment, the genome and the score, and records the software versions
+    and the processor with which the score was computed. Only the code is written to standard
+    output, on one line.
 
     [bold]Examples[/bold]
 

@@ -30,9 +30,8 @@ def steer(
         list[str] | None,
         typer.Option(
             metavar="COMMAND=RUN[@N]|FILE",
-            help="Let the champion of a run, the best individual of its generation N, or a "
-            "champion file control the body while this steering command is active; may be "
-            "repeated.",
+            help="While this steering command is active, control the body with the champion of a "
+            "run, the best individual of its generation N, or a champion file; may be repeated.",
         ),
     ] = None,
     set_: Set = None,

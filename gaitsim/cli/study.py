@@ -42,15 +42,15 @@ def study(
         Path | None,
         typer.Option(
             metavar="FOLDER",
-            help="Folder of the study. Default: in studies/, with the name of the study.",
+            help="Folder of the study. Default: a folder in studies/ named after the study.",
         ),
     ] = None,
 ) -> None:
     """Evolve every combination of chosen options, and write a table and figures.
 
     The file of the study lists the options and their values; each combination is a cell. If the
-    file sets a target score, gaitsim also evolves new repeats of the cheapest cells that reach the
-    target, to confirm them ('confirm' in the file).
+    file sets a target score, gaitsim also evolves new repeats of the cells that reach the target
+    with the fewest evaluations, to confirm that they reach it ('confirm' in the file).
 
     Ctrl-C stops the study and keeps finished cells; to continue, pass the folder of the study.
 

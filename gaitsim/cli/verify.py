@@ -236,10 +236,10 @@ def _scope(verdict: Verdict) -> list[str]:
 def _describe_versions(recorded: bool, version_differences: Sequence[str], noun: str) -> list[str]:
     """Describe whether the versions and processor of a run or code are those of this machine."""
     if not recorded:
-        return [f"the {noun} does not record its versions"]
+        return [f"the {noun} does not record the software versions"]
     if version_differences:
         return [
-            "computed with different versions or on a different processor:",
+            "computed with different software versions or on a different processor:",
             *(f"  {text}" for text in version_differences),
         ]
     return ["same versions and processor as on this machine"]

@@ -136,7 +136,7 @@ class Organism(Plugin):
 
     @classmethod
     def read_file(cls, path: Path, roots: Sequence[Path] = ()) -> BodyFile:
-        """Read a file that describes a body of this class, so that it can be checked.
+        """Read, for checking, a file that describes a body of this class.
 
         Optional, for bodies that register a format as an entry point of the group
         `gaitsim.files`.
@@ -181,10 +181,10 @@ class Organism(Plugin):
         return ()
 
     def controllers(self) -> Mapping[str, Genomes]:
-        """Return the trained controllers of the package: genomes (genes,) by command.
+        """Return the trained controllers of the package by command: genomes of shape (genes,).
 
-        Controllers suit only the options with which they were trained. Return {} for a different
-        genome space, such as that of a larger network.
+        Controllers fit only bodies with the options with which they were trained. Return {} if the
+        options of this body give it a different genome space, such as that of a larger network.
         """
         return {}
 

@@ -65,7 +65,7 @@ def check_versions(here: Mapping[str, str], there: Mapping[str, Mapping[str, str
     required = " ".join(f"{name}=={here[name]}" for name in sorted({name for name, _ in differing}))
     raise GaitsimError(
         "; ".join(problems),
-        allowed="the same versions everywhere, because results depend on them bit for bit",
+        allowed="the same versions everywhere; otherwise, results may not be identical bit for bit",
         remedy=f"on the workers: pip install {required}",
     )
 

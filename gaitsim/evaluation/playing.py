@@ -46,7 +46,7 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
     if angles.ndim != 3 or angles.shape[1] < 2 or angles.shape[2] != joints:
         raise GaitsimError(
             f"joint angles of shape {angles.shape} do not fit {entry}",
-            allowed=f"(population, frames, joints) with at least 2 frames and {joints} joints",
+            allowed=f"(population, frames, joints), with {joints} joints and at least 2 frames",
             remedy="use a gait of the same body",
         )
     if not np.isfinite(angles).all():

@@ -121,7 +121,7 @@ def _ends(name: str, ends: tuple[float, float] | None) -> tuple[float, float]:
     if name == DUTY or name.startswith(f"{DUTY} "):
         return SHARE
     raise GaitsimError(
-        f"the axis {name!r} has no ends",
+        f"no range is given for the axis {name!r}",
         where="axes",
-        allowed=f"a low and a high end, such as '{name}=0:2'; only duty factors default to 0:1",
+        allowed=f"a range, such as '{name}=0:2'; only duty factors have a default, 0:1",
     )

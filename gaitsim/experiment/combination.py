@@ -74,8 +74,10 @@ def check_islands(evolution: Evolution, islands: Islands, problems: Problems) ->
             "islands.migrants",
             f"{islands.migrants:,} migrants from {senders} leave no room in a population of "
             f"{population:,}",
-            f"a whole number ≤ {most:,}"
-            + (", or the topology ring" if islands.topology == "all" and sources > 1 else ""),
+            f"a whole number ≤ {most:,}",
+            "or set islands.topology = 'ring'"
+            if islands.topology == "all" and sources > 1
+            else "",
         )
     limit, individuals = evolution.max_evaluations, population * number
     if limit is not None and limit < individuals:

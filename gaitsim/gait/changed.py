@@ -60,7 +60,7 @@ def in_engine(individual: Individual, engine: str) -> Individual:
         raise GaitsimError(
             f"the body {experiment.entries['organism'].name!r} has only one engine",
             where=f"--engine {engine}",
-            allowed="a body with the option engine, such as the robot",
+            allowed="a body with the option 'engine', such as the robot",
         )
     return with_changed_body(individual, {"organism.engine": engine}, f"--engine {engine}")
 

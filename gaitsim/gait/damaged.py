@@ -46,6 +46,6 @@ def _require_damage(experiment: Experiment) -> None:
     if not can_be_damaged(experiment):
         raise GaitsimError(
             f"the body {experiment.entries['organism'].name!r} cannot be damaged",
-            allowed="a body with the option damage, such as the spider",
+            allowed="a body with the option 'damage', such as the spider",
             key=KEY,
         )

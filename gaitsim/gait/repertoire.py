@@ -119,8 +119,9 @@ def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, 
     first = skeletons[0]
     if channel is None or channel.axes != ("frames", "feet") or first.contacts is None:
         raise GaitsimError(
-            f"gaits of the body {entry.name!r} have no names: no feet, or no channel 'stance'",
-            allowed="a body with feet, and a channel 'stance' over frames and feet",
+            f"gaits of the body {entry.name!r} cannot be named, because it has no feet or no "
+            "channel 'stance' of foot contacts",
+            allowed="a body with feet, and a channel 'stance' with the axes (frames, feet)",
         )
     places = [relative_feet(skeleton).mean(axis=0) for skeleton in skeletons]
     count = first.contacts.shape[1]

@@ -198,7 +198,7 @@ def _perturb_genes(individual: Individual) -> dict[str, float]:
         name = "one gene flipped"
     else:
         raise _NotPossibleError(
-            f"inexact genes: small changes of a {space.name} genome are unknown"
+            f"inexact genes: gaitsim cannot make small changes to genomes of the kind {space.name!r}"
         )
     return {name: float(evaluate(experiment, copies).scores.mean())}
 

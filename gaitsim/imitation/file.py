@@ -82,7 +82,9 @@ def load_imitator(path: Path) -> Imitation:
     try:
         return _imitation(read_npz(data, LARGEST))
     except KeyError as error:
-        reason = f"{error.args[0]} is missing"
+        reason = f"{error.args[0]!r} is missing"
+    except ValueError as error:
+        reason = shortened(str(error), 200)
     except Exception as error:  # untrusted bytes can make the readers raise any exception
         reason = shortened(f"{type(error).__name__}: {error}", 200)
     raise GaitsimError(
@@ -96,7 +98,8 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
     given = fields["joint_names"]
     joints = given.size
     if angles.shape != commanded.shape or angles.shape[1] != joints or len(angles) < 2:
-        raise ValueError(f"angles of {angles.shape} and {commanded.shape} for {joints} joints")
+        raise ValueError(f"the arrays of angles have the shapes {angles.shape} and {commanded.shape}; both must "
+            f"be (frames, {joints}), with at least 2 frames")
     names = tuple(str(name) for name in given)
     count = sum(name[:1] == "W" and name[1:].isdecimal() for name in fields)
     network = Network(
@@ -108,9 +111,10 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
     centre, scale = _numbers(fields, "centre", 1), float(_numbers(fields, "scale", 0))
     rate = float(_numbers(fields, "frame_rate", 0))
     if {network.sizes[0], network.sizes[-1], len(centre)} != {joints}:
-        raise ValueError(f"a network of {network.sizes} for {joints} joints")
+        raise ValueError(f"the network has layers of {network.sizes} units and the centre has {len(centre)} angles; "
+            f"expected {joints} inputs, outputs and angles, one per joint")
     if rate <= 0 or scale <= 0:
-        raise ValueError(f"frame rate {rate}, scale {scale}")
+        raise ValueError(f"the frame rate ({rate}) and the scale ({scale}) must be positive")
     gait = Gait(angles, names, rate, int(fields["generation"]), float(fields["score"]))
     return Imitation(gait, commanded, Imitator(network, centre, scale), int(fields["seed"]))
 
@@ -118,8 +122,9 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
 def _numbers(fields: Mapping[str, NDArray[Any]], name: str, dimensions: int) -> Angles:
     array = fields[name]
     if array.dtype.kind not in "fiu" or array.ndim != dimensions:
-        raise ValueError(f"{name} has dtype {array.dtype} and shape {array.shape}")
+        raise ValueError(f"{name!r} must be an array of numbers with {dimensions} axes, but has dtype "
+            f"{array.dtype} and shape {array.shape}")
     values: Angles = array.astype(np.float64)
     if not np.isfinite(values).all():
-        raise ValueError(f"{name} has values that are not finite")
+        raise ValueError(f"{name!r} has values that are not finite")
     return values

@@ -102,13 +102,15 @@ def _parse_one(text: str, legs: Mapping[str, Sequence[str]], kinds: Sequence[Kin
         raise unknown("leg" if kind == "lost" else "joint", part, known, key="damage")
     if kind == "stuck" and value is not None and not abs(value) <= 360:
         raise GaitsimError(
-            f"invalid angle in damage {text!r}", key="damage", allowed="-360 to 360 degrees"
+            f"invalid angle in the damage {text!r}", key="damage", allowed="-360 to 360 degrees"
         )
     if kind in ("weak", "slow"):
         value = DEFAULT_SHARE if value is None else value
         if not 0 <= value <= 1:
             raise GaitsimError(
-                f"invalid share in damage {text!r}", key="damage", allowed="0 (nothing left) to 1"
+                f"invalid remaining share in the damage {text!r}",
+                key="damage",
+                allowed="0 to 1, the share of torque or speed that remains",
             )
     return Damage(part, kind, math.radians(value) if kind == "stuck" and value else value)
 

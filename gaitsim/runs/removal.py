@@ -36,7 +36,7 @@ def delete_run(path: Path) -> None:
             nested = "its folders are nested too deeply"
             reason = error.strerror if isinstance(error, OSError) else nested
             raise RunError(
-                f"the run {path.name} is removed, but some of its files cannot be deleted: "
+                f"the run {path.name} was removed, but some of its files could not be deleted: "
                 f"{reason}",
                 where=str(draft),
                 remedy="delete that folder by hand",

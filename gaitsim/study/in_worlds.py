@@ -141,7 +141,8 @@ def rank_in_worlds(
     found = {label: evaluate(label, one, ranges) for label, one in champions.items()}
     if len({(one.measure, one.unit) for one in found.values()}) > 1:
         raise GaitsimError(
-            "the runs have scores in different units, and no distance to compare",
+            "the runs cannot be compared: their scores have different units, and not all of them "
+            "measure a distance",
             allowed="runs with the same fitness",
         )
     return ranking(found, ranges, notes)

@@ -101,9 +101,9 @@ SEARCH: dict[str, Hints] = {
     ),
     "live.replay": Hints("champion play animation motion", _CHAMPION),
     "live.goal": Hints(
-        "generations target length more further extend",
+        "goal target length more further extend",
         "Another process evolves the run, or the run is still being prepared.",
-        "Goal",
+        "Generations",
         "On a live run: press g.",
     ),
     "live.why": Hints(_REASONS, _CHAMPION),

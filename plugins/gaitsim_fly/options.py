@@ -38,7 +38,7 @@ class FlyOptions(Organism):
     weight_sigma: float = option(
         0.5, "standard deviation of the initial weights and biases", gt=0, le=10
     )
-    weight_limit: float = option(5.0, "largest absolute weight and bias", gt=0, le=100)
+    weight_limit: float = option(5.0, "largest absolute value of a weight or bias", gt=0, le=100)
 
     duration: float = option(3.0, "length of a flight", unit="s", ge=1e-3, le=600)
     dt: float = option(0.001, "time step of the simulation", unit="s", ge=1e-6, le=0.1)

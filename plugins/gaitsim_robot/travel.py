@@ -32,7 +32,8 @@ class Travel(Fitness):
         1.0, "penalty per metre beyond the distance at the target speed", ge=0
     )
     drift_weight: float = option(
-        1.0, "penalty per metre of mean distance from the target line", ge=0
+        1.0, "penalty per metre of mean sideways distance from the straight path in the target direction",
+        ge=0,
     )
     turn_weight: float = option(
         2.0, "penalty per radian of RMS yaw, in body lengths", unit="1/rad", ge=0

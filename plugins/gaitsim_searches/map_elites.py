@@ -115,13 +115,13 @@ class MapElites(Search):
             if len(self.cells) != len(self.axes):
                 raise ValueError(
                     f"cells has {len(self.cells)} counts for {len(self.axes)} axes; "
-                    "give one count per axis, or one number of Voronoi cells"
+                    "give one count per axis, or a single number, for Voronoi cells"
                 )
             if math.prod(self.cells) > _MOST_CELLS:
                 raise ValueError(
                     f"a grid of {math.prod(self.cells):,} cells is too large: at most "
-                    f"{_MOST_CELLS:,} are allowed; give fewer cells per axis, or one "
-                    "number of Voronoi cells"
+                    f"{_MOST_CELLS:,} are allowed; give fewer cells per axis, or a "
+                    "single number, for Voronoi cells"
                 )
         return self
 

@@ -45,5 +45,5 @@ def test_the_best_of_each_pattern_is_listed_and_gaits_without_a_name_come_last()
 
 def test_a_body_without_feet_has_no_names():
     experiment = load_experiment("fly")
-    with pytest.raises(GaitsimError, match="have no names"):
+    with pytest.raises(GaitsimError, match="cannot be named"):
         next(gaits_of(experiment, experiment.space().random(2, np.random.default_rng(0))))

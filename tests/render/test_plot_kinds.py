@@ -851,7 +851,7 @@ def test_unknown_components_and_channels_without_frames_are_rejected(flier):
 
 
 def test_too_many_generations_are_rejected_and_24_panels_fit(spider_run):
-    with pytest.raises(GaitsimError, match="too many generations for a plot: 9"):
+    with pytest.raises(GaitsimError, match="too many generations to plot: 9"):
         KINDS["channel"].draw(request_for(spider_run, *[1] * 9))
     nobody = request_for(spider_run, 1, 2, channel="feet", components=())
     assert len(KINDS["channel"].draw(nobody).axes) == 24  # the maximum

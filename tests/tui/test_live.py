@@ -137,7 +137,7 @@ class TestStopped:
             await app_until(
                 pilot, lambda: "stopped  generation 0/20" in text(screen, "#live-status")
             )
-            assert "space: continue" in text(screen, "#live-status")
+            assert "space: resume" in text(screen, "#live-status")
 
         live(make(), test)
 
@@ -241,7 +241,7 @@ class TestSteering:
             await pilot.press("space")
             await app_until(pilot, lambda: screen.state == "finished" and screen.process is None)
             await app_until(pilot, lambda: "Stop" not in footer(screen), 10)
-            assert {"Goal", "Change", "Fork", "Replay", "Export"} <= footer(screen)
+            assert {"Generations", "Change", "Fork", "Replay", "Export"} <= footer(screen)
 
         live(make(3), test, size=(160, 48))
 

@@ -6,7 +6,7 @@ app = group(
     __name__,
     {
         "list": "List the installed robots and servos.",
-        "check": "Check whether a robot file can be used, and show its content.",
+        "check": "Check whether a robot file can be used, and show its contents.",
     },
     add_completion=False,
 )

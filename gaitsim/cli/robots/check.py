@@ -34,7 +34,8 @@ def check(
         list[Path] | None,
         typer.Option(
             metavar="FOLDER",
-            help="Additional folder from which meshes and packages may be read; may be repeated.",
+            help="Additional folder from which meshes and ROS packages (package://) may be read; "
+            "may be repeated.",
         ),
     ] = None,
     picture: Annotated[
@@ -49,10 +50,11 @@ def check(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Check whether a robot file can be used, and show its content.
+    """Check whether a robot file can be used, and show its contents.
 
-    The command shows mass, joints, legs and their sides, feet, servos, the standing pose and all
-    repairs of the file. The exit code is 1 if the robot cannot be used.
+    The command shows the robot's mass, joints, legs (and which side each is on), feet, servos and
+    standing pose, and what gaitsim corrected in the file's contents. The file itself does not
+    change. The exit code is 1 if the robot cannot be used.
 
     [bold]Examples[/bold]
 

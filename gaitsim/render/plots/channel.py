@@ -37,7 +37,7 @@ def channel_figure(request: Request) -> "Figure":
     """
     if len(request.individuals) > _MAX_LINES:
         raise GaitsimError(
-            f"too many generations for a plot: {len(request.individuals)}",
+            f"too many generations to plot: {len(request.individuals)}",
             allowed=f"at most {_MAX_LINES}",
         )
     name = request.channel or default_channel(request.individual)
@@ -108,7 +108,7 @@ def _draw_lines(
     panels = _panels(signal, lines[0], several)
     if len(panels) > _MAX_PANELS:
         raise GaitsimError(
-            f"too many components of the channel {signal.name!r} for a plot: {len(panels)}",
+            f"too many components of the channel {signal.name!r} to plot: {len(panels)}",
             allowed=f"at most {_MAX_PANELS}",
             remedy=f"choose some of them, such as --component '{signal.entries[0][0]}'",
         )

@@ -41,7 +41,7 @@ def front_figure(request: Request) -> "Figure":
     require_kept(individual, "front")
     members = run.members
     if members is None:
-        raise ValueError("a search that keeps a front has members")
+        raise ValueError("the search keeps a front, but the run has no members")
     names = [*members.values]
     if len(names) > MAX_OBJECTIVES:
         raise NothingToPlotError(

@@ -51,7 +51,7 @@ def sample_spaces() -> dict[str, GenomeSpace]:
 
 
 def supported_spaces(operator: Crossover | Mutation | Search) -> Iterator[tuple[str, GenomeSpace]]:
-    """Yield the sample spaces that an operator or a search declares in `spaces`."""
+    """Yield the example genome spaces, by name, whose types an operator or search supports."""
     return (
         (what, space)
         for what, space in sample_spaces().items()

@@ -29,16 +29,16 @@ MARKS = {
 WORDS = {"elsewhere": "running in another program"}
 HINTS = {
     "queued": "The run starts when an earlier run ends or is paused.",
-    "paused": "space: continue · n: evolve one generation · c: change options · f: fork",
+    "paused": "space: resume · n: evolve one generation · c: change options · f: fork",
     "stopping": "The run stops after this generation · s: stop immediately",
-    "stopped": "space: continue · c: change options · g: set the number of generations",
+    "stopped": "space: resume · c: change options · g: set the number of generations",
     "elsewhere": "Another program evolves this run, so you can only watch it · f: fork",
 }
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
 TITLES = (
     "best of each generation",
     "best over time",
-    "best",
+    "trend",
 )  # of the curve column, the longest that fits
 VALUE = 9  # columns of a number
 NAME = 12

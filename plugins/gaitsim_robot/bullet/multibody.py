@@ -176,8 +176,8 @@ def _check(model: Any) -> None:
     found = [name for name, present in refused.items() if present]
     if found:
         raise RobotError(
-            f"the engine bullet does not simulate {' and '.join(found)}",
+            f"the engine 'bullet' does not simulate {' and '.join(found)}",
             key="engine",
-            allowed="bullet for robots with hinges and slides on flat ground",
+            allowed="'bullet' only for robots with hinge and slide joints on flat ground",
             remedy='set organism.engine = "mujoco"',
         )

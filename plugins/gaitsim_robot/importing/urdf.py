@@ -164,7 +164,7 @@ class _Reader:
         def length(key: str) -> float:
             value = number(solid.get(key), 0.0, where)
             if value <= 0:
-                raise RobotError(f"{key} of a {solid.tag} must be positive", where=where)
+                raise RobotError(f"the {key} of a {solid.tag} must be positive", where=where)
             return value
 
         match solid.tag:
