@@ -210,7 +210,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
     @property
     def history(self) -> dict[str, NDArray[np.float64]]:
-        """The columns of `history.csv` by name, each of shape (generations,); {} before the first row.
+        """Columns of `history.csv` by name, each of shape (generations,); {} before the first row.
 
         Raises:
             RunError: the file is damaged.
@@ -273,7 +273,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
             RunError: the generation or member does not exist, or all its individuals failed.
         """
         if generation is not None and member is not None:
-            raise GaitsimError("generation and member cannot be combined", where=ARGUMENTS)
+            raise GaitsimError("'generation' and 'member' cannot be combined", where=ARGUMENTS)
         found = self.snapshot.individual(generation if member is None else Member(member))
         return with_world(found, world) if world else found
 

@@ -192,7 +192,7 @@ def _subject(exported: Individual | RunViews, format: str) -> Subject:
         return Subject(run) if of_run else Subject(run, (run.individual(),))
     if of_run:
         raise GaitsimError(
-            f"the format {format} needs a whole run, not one individual",
+            f"the format {format!r} needs a whole run, not one individual",
             remedy="pass the run itself, from gaitsim.load()",
         )
     return Subject(None, (exported,))

@@ -86,7 +86,7 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
             f"the body {entry.name!r}{options} cannot be steered: it has no steering commands",
             where=f"experiment {experiment.name}",
             allowed=f"a body with steering commands: {', '.join(bodies) or 'none is installed'}",
-            remedy=f"use the preset {PRESET}",
+            remedy=f"use the preset {PRESET!r}",
         )
     for name in replaced:
         if name not in names:

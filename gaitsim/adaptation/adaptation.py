@@ -189,7 +189,7 @@ def open_adaptation(
     if found and (reason := mismatch(found, session)):
         raise RunError(
             f"the adaptation in {path} cannot be continued: {reason}",
-            allowed="the same atlas, damage, measure and settings; only 'trials' and 'stop' may differ",
+            allowed="the same atlas, damage, measure and settings, except 'trials' and 'stop'",
             remedy="start over with --fresh, or start a new adaptation with --name",
         )
     named = (*session.intact, *(trial.member for trial in session.trials))
@@ -200,7 +200,7 @@ def open_adaptation(
     measure_gait = robot
     if robot is not None and place != "robot":
         raise GaitsimError(
-            "damage and physics apply to trials in simulation, not on a robot", where="robot"
+            "'damage' and 'physics' apply to trials in simulation, not on a robot", where="robot"
         )
     if place != "robot":
         physics = place == "physics"

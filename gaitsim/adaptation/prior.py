@@ -114,8 +114,8 @@ def read_prior(
         on_progress(len(genomes))
     if not performed.max() > 0:
         raise GaitsimError(
-            f"{measure!r} is not above 0 for any gait of the atlas {run.path}",
-            allowed="a measure that is above 0 for at least one gait, and of which more is better",
+            f"the measure {measure!r} is not above 0 for any gait of the atlas {run.path}",
+            allowed="a measure that is above 0 for at least one gait, where more is better",
             remedy=f"choose another measure, or evolve the atlas further: "
             f"{command('resume', run.path)}",
         )
@@ -170,7 +170,7 @@ def atlas_members(run: RunSnapshot) -> Members:
     if run.experiment.search.keeps != "archive":
         raise RunError(
             f"the run {run.path} is not an atlas: its search keeps no archive",
-            allowed="a run of the search map-elites",
+            allowed="a run of the search 'map-elites'",
             remedy=f"evolve an atlas: {command('atlas', 'spider')}",
         )
     members = run.members

@@ -50,7 +50,7 @@ class Settings:
             kind = int if name == "trials" else int | float
             if not (isinstance(value, kind) and low <= value <= high):
                 raise GaitsimError(
-                    f"invalid {name} for an adaptation: {value!r:.80}",
+                    f"invalid {name!r} for an adaptation: {value!r:.80}",
                     key=name,
                     allowed=f"{'a whole number' if kind is int else 'a number'}, {low} to {high}",
                 )

@@ -53,8 +53,8 @@ def measure_intact(
         on_progress(1)
     if not max(found.values()) > 0:
         raise GaitsimError(
-            f"{prior.measure!r} is not above 0 for any of the {len(found)} best gaits of the atlas "
-            f"{prior.source} on the intact body in rigid-body physics",
+            f"the measure {prior.measure!r} is not above 0 for any of the {len(found)} best "
+            f"gaits of the atlas {prior.source} on the intact body in rigid-body physics",
             remedy="evolve the atlas further with 'gaitsim resume', or omit --physics",
         )
     return found

@@ -45,7 +45,7 @@ def write_report(
         raise GaitsimError("--pairs needs --report FOLDER", where="--pairs")
     if not supported:
         raise GaitsimError(
-            "--report covers all leg losses, and cannot be combined with every other option",
+            "--report covers all leg losses, so only some options can be combined with it",
             where="--report",
             allowed="--pairs, --physics, --measure, --workers, and the options under "
             "'How trials are chosen'",

@@ -118,7 +118,7 @@ def _members(run: RunSnapshot) -> Members:
         name = run.experiment.entries["search"].name
         raise RunError(
             f"the search {name!r} of the run {run.path} keeps neither a front nor an archive",
-            remedy="evolve with a search that does, such as nsga-2 or map-elites",
+            remedy="evolve with a search that does, such as 'nsga-2' or 'map-elites'",
         )
     return found
 

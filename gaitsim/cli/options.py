@@ -74,7 +74,8 @@ Worlds = Annotated[
     ),
 ]
 WorldSeed = Annotated[
-    int | None, typer.Option(help="Seed for drawing the worlds of --worlds. Default: 0.", show_default=False)
+    int | None,
+    typer.Option(help="Seed for drawing the worlds of --worlds. Default: 0.", show_default=False),
 ]
 ExperimentName = Annotated[
     str,

@@ -216,7 +216,7 @@ def _plot_all(
                 one = request if kind == "channel" else replace(request, channel=None)
                 figure = KINDS[kind].draw(one)
             except NothingToPlotError as error:
-                notice(f"No plot of kind {kind}: {error.what}")
+                notice(f"No plot of kind {kind!r}: {error.what}")
             else:
                 path = folder / f"{file_stem(kind, one)}.{format}"
                 save(figure, path, request.theme)
@@ -230,7 +230,8 @@ def _check_channel(request: Request) -> None:
     name = default_channel(request.individual)
     if name in KINDS_OF_CHANNELS:
         raise NothingToPlotError(
-            f"{KINDS_OF_CHANNELS[name]} draws {name}; choose a different channel with --channel"
+            f"{KINDS_OF_CHANNELS[name]!r} draws the channel {name!r}; choose a different channel "
+            "with --channel"
         )
 
 
@@ -247,7 +248,8 @@ def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     if unused:
         kinds = [one for one, known in KINDS.items() if {*unused} <= {*known.options}]
         raise GaitsimError(
-            f"a plot of kind {kind} has no option{'s' * (len(unused) > 1)} {' and '.join(unused)}",
+            f"a plot of kind {kind!r} has no option{'s' * (len(unused) > 1)} "
+            f"{' and '.join(unused)}",
             allowed=", ".join(sorted(supported)),
             remedy=f"omit {' and '.join(unused)}"
             + f", or use --kind {', '.join(kinds)}" * bool(kinds),

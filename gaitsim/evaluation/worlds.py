@@ -122,7 +122,7 @@ def in_reality(experiment: Experiment) -> Experiment:
         ValueError: the experiment has no such body.
     """
     if experiment.reality is None:
-        raise ValueError("the experiment has no reality")
+        raise ValueError("the experiment has no body that represents reality")
     return replace(
         experiment,
         organism=experiment.reality,

@@ -75,8 +75,8 @@ def check_islands(evolution: Evolution, islands: Islands, problems: Problems) ->
             f"{islands.migrants:,} migrants from {senders} leave no room in a population of "
             f"{population:,}",
             f"a whole number ≤ {most:,}",
-            "or set islands.topology = 'ring'"
-            if islands.topology == "all" and sources > 1
+            "set islands.topology = 'ring'"
+            if sources > 1 and islands.migrants < population
             else "",
         )
     limit, individuals = evolution.max_evaluations, population * number
@@ -165,7 +165,8 @@ def check_transferability(
     if reads and not options.reality:
         problems.report(
             f"{TRANSFERABILITY}.reality",
-            f"the search uses {TRANSFERABILITY!r}, but the experiment has no reality",
+            f"the search uses {TRANSFERABILITY!r}, but the experiment has no body that represents "
+            "reality",
             "options of the body, such as { world = { friction = 0.3 } }",
             f"add a section [{TRANSFERABILITY}] with reality = {{ … }}",
         )
@@ -176,7 +177,7 @@ def check_transferability(
         problems.report(
             given[0] if given else TRANSFERABILITY,
             f"the search {entries['search'].name!r} does not use {TRANSFERABILITY!r}",
-            f'a search that uses it, such as nsga-2 with objectives.{TRANSFERABILITY} = "max"',
+            f"a search that uses it, such as 'nsga-2' with objectives.{TRANSFERABILITY} = \"max\"",
             f"add this objective, or remove the section [{TRANSFERABILITY}]",
         )
     return options

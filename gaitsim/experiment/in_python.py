@@ -52,7 +52,9 @@ def python_experiment(
     sections = python_options(fitness, body, space)
     for kind in sections:
         if f"{kind}.{PLUGIN}" in overrides:
-            what = f"both the argument {ARGUMENTS[kind]} and the option {kind}.{PLUGIN} are given"
+            what = (
+                f"both the argument {ARGUMENTS[kind]!r} and the option '{kind}.{PLUGIN}' are given"
+            )
             raise GaitsimError(what, where=place, remedy="omit one of them")
     given = {**_keys(sections), **overrides}
     text = ""

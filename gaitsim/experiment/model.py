@@ -67,7 +67,7 @@ class Islands(BaseModel):
 
     number: int = option(
         1,
-        "number of islands; each is a separate population of evolution.population individuals",
+        "number of islands; each is a separate population of 'evolution.population' individuals",
         ge=1,
         le=10_000,
     )

@@ -198,7 +198,8 @@ def _perturb_genes(individual: Individual) -> dict[str, float]:
         name = "one gene flipped"
     else:
         raise _NotPossibleError(
-            f"inexact genes: gaitsim cannot make small changes to genomes of the kind {space.name!r}"
+            "inexact genes: gaitsim cannot make small changes to genomes of the kind "
+            f"{space.name!r}"
         )
     return {name: float(evaluate(experiment, copies).scores.mean())}
 

@@ -68,12 +68,12 @@ class Joint(BaseModel):
     @model_validator(mode="after")
     def _check_range(self) -> Self:
         if not self.min < self.max:
-            raise ValueError(f"min {self.min:g} is not less than max {self.max:g}")
+            raise ValueError(f"'min', {self.min:g}, is not less than 'max', {self.max:g}")
         servo = self.model
         if servo and not (-self._range(servo)[0] <= self.min and self.max <= self._range(servo)[1]):
             low, high = self._range(servo)
             raise ValueError(
-                f"{self.min:g}° to {self.max:g}° exceeds the range of the servo {servo.name}, "
+                f"{self.min:g}° to {self.max:g}° exceeds the range of the servo {servo.name!r}, "
                 f"{-low:.2f}° to {high:.2f}°"
             )
         return self

@@ -46,7 +46,7 @@ def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibrat
         problems.report("schema", what, str(SCHEMA))
     given = data.get("joints", {})
     if not isinstance(given, dict):
-        problems.report("joints", "joints is not a table", '[joints."name"] for each joint')
+        problems.report("joints", "'joints' is not a section", '[joints."name"] for each joint')
         given = {}
     found = _joints(given, joints, problems)
     if not problems.found:
@@ -81,7 +81,7 @@ def _joints(
             continue
         key = f"joints.{json.dumps(name, ensure_ascii=False)}"
         if not isinstance(section, dict):
-            problems.report(key, f"{key} is not a table", f"[{key}], followed by its keys")
+            problems.report(key, f"{key} is not a section", f"[{key}], followed by its keys")
             continue
         try:
             found[name] = Joint.model_validate(section)

@@ -129,7 +129,7 @@ def export_template(individual: Individual, format: str, path: Path) -> None:
     """
     if format not in BUSES:
         raise GaitsimError(
-            f"the format {format} has no calibration template",
+            f"the format {format!r} has no calibration template",
             where="--format",
             allowed=", ".join(BUSES),
         )

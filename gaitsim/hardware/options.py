@@ -90,7 +90,7 @@ def check_accepted_flags(
         formats = [name for name, flags in accepted.items() if set(rejected) <= set(flags)]
         flags = " and ".join(rejected)
         raise GaitsimError(
-            f"the format {format} has no option{'s' * (len(rejected) > 1)} {flags}",
+            f"the format {format!r} has no option{'s' * (len(rejected) > 1)} {flags}",
             where="--format",
             remedy=f"omit {flags}" + f", or use --format {', '.join(formats)}" * bool(formats),
         )

@@ -98,8 +98,10 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
     given = fields["joint_names"]
     joints = given.size
     if angles.shape != commanded.shape or angles.shape[1] != joints or len(angles) < 2:
-        raise ValueError(f"the arrays of angles have the shapes {angles.shape} and {commanded.shape}; both must "
-            f"be (frames, {joints}), with at least 2 frames")
+        raise ValueError(
+            f"the arrays of angles have the shapes {angles.shape} and {commanded.shape}; both must "
+            f"be (frames, {joints}), with at least 2 frames"
+        )
     names = tuple(str(name) for name in given)
     count = sum(name[:1] == "W" and name[1:].isdecimal() for name in fields)
     network = Network(
@@ -111,8 +113,10 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
     centre, scale = _numbers(fields, "centre", 1), float(_numbers(fields, "scale", 0))
     rate = float(_numbers(fields, "frame_rate", 0))
     if {network.sizes[0], network.sizes[-1], len(centre)} != {joints}:
-        raise ValueError(f"the network has layers of {network.sizes} units and the centre has {len(centre)} angles; "
-            f"expected {joints} inputs, outputs and angles, one per joint")
+        raise ValueError(
+            f"the network has layers of {network.sizes} units and the centre has {len(centre)} "
+            f"angles; expected {joints} inputs, outputs and angles, one per joint"
+        )
     if rate <= 0 or scale <= 0:
         raise ValueError(f"the frame rate ({rate}) and the scale ({scale}) must be positive")
     gait = Gait(angles, names, rate, int(fields["generation"]), float(fields["score"]))
@@ -122,8 +126,10 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
 def _numbers(fields: Mapping[str, NDArray[Any]], name: str, dimensions: int) -> Angles:
     array = fields[name]
     if array.dtype.kind not in "fiu" or array.ndim != dimensions:
-        raise ValueError(f"{name!r} must be an array of numbers with {dimensions} axes, but has dtype "
-            f"{array.dtype} and shape {array.shape}")
+        raise ValueError(
+            f"{name!r} must be an array of numbers with {dimensions} axes, but has dtype "
+            f"{array.dtype} and shape {array.shape}"
+        )
     values: Angles = array.astype(np.float64)
     if not np.isfinite(values).all():
         raise ValueError(f"{name!r} has values that are not finite")

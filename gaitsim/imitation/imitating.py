@@ -252,14 +252,14 @@ def imitate(
         if name not in known:
             raise unknown("setting of imitate()", name, known)
     if generation is not None and member is not None:
-        raise GaitsimError("generation and member cannot be combined", where="arguments")
+        raise GaitsimError("'generation' and 'member' cannot be combined", where="arguments")
     which = generation if member is None else Member(member)
     if isinstance(source, Individual):
         if body is not None or which is not None:
             raise GaitsimError(
-                "an individual already determines body, generation and member",
+                "an individual already determines 'body', 'generation' and 'member'",
                 where="arguments",
-                remedy="omit body, generation and member",
+                remedy="omit 'body', 'generation' and 'member'",
             )
         expert = expert_of(source)
     else:

@@ -63,7 +63,7 @@ class Settings:
             if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:
                 noun = "a whole number" if kind is int else "a number"
                 raise GaitsimError(
-                    f"invalid {name} for an imitator: {value!r:.80}",
+                    f"invalid {name!r} for an imitator: {value!r:.80}",
                     key=name,
                     allowed=f"{noun}, {low:,} to {high:,}",
                 )

@@ -188,7 +188,7 @@ class RunFiles:
 
     @cached_property
     def history(self) -> dict[str, NDArray[np.float64]]:
-        """The columns of the history by name, each of shape (generations,); {} before the first row.
+        """Columns of the history by name, each of shape (generations,); {} before the first row.
 
         Raises:
             RunError: the history is damaged, or ends before the checkpoint.

@@ -152,7 +152,7 @@ def check_request(
     """
     if evaluations is not None and generations is not None:
         raise GaitsimError(
-            "evaluations cannot be combined with generations",
+            "'evaluations' and 'generations' cannot be combined",
             where="--evaluations, --generations",
             remedy="omit one of the two",
         )

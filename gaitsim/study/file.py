@@ -174,7 +174,10 @@ def parse_study(text: str, source: str) -> Study:
         raise ExperimentError(problems.found, "study") from None
     for axis, values in study.axes.items():
         if axis in RESERVED:
-            problems.report(f"axes.{axis}", f"{axis!r} is a column of the study's results, so it cannot be an axis")
+            problems.report(
+                f"axes.{axis}",
+                f"{axis!r} is a column of the study's results, so it cannot be an axis",
+            )
         elif isinstance(values, tuple) and not values:
             problems.report(f"axes.{axis}", "the axis has no values", "at least one value")
         elif len(set(map(str, study.values(axis)))) < len(study.values(axis)):

@@ -16,7 +16,7 @@ class FollowCourse(Fitness):
 
     radius: float = option(
         0.5,
-        "distance from the course at which the term nearness is half its maximum",
+        "distance from the course at which the term 'nearness' is half its maximum",
         unit="m",
         gt=0,
         le=100,

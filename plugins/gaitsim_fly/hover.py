@@ -13,9 +13,9 @@ class Hover(Fitness):
     Both terms are between 0 and 1, so a fly that stays at the point scores 2.
     """
 
-    x: float = option(0.0, "x coordinate of the point", unit="m", ge=-1000, le=1000)
-    y: float = option(0.0, "y coordinate of the point", unit="m", ge=-1000, le=1000)
-    z: float = option(0.0, "z coordinate of the point", unit="m", ge=-1000, le=1000)
+    x: float = option(0.0, "x coordinate of the point to hover at", unit="m", ge=-1000, le=1000)
+    y: float = option(0.0, "y coordinate of the point to hover at", unit="m", ge=-1000, le=1000)
+    z: float = option(0.0, "z coordinate of the point to hover at", unit="m", ge=-1000, le=1000)
     radius: float = option(
         0.5, "largest distance at which a fly counts as being at the point", unit="m", gt=0, le=100
     )

@@ -43,7 +43,7 @@ class FlyOptions(Organism):
     duration: float = option(3.0, "length of a flight", unit="s", ge=1e-3, le=600)
     dt: float = option(0.001, "time step of the simulation", unit="s", ge=1e-6, le=0.1)
     control_step: float = option(
-        0.01, "time between commands of the network, a multiple of dt", unit="s", ge=1e-6, le=10
+        0.01, "time between commands of the network, a multiple of 'dt'", unit="s", ge=1e-6, le=10
     )
     trials: int = option(
         1,
@@ -134,20 +134,20 @@ class FlyOptions(Organism):
     def _check(self) -> Self:
         check_world(self.world, self.conditions())
         if len(self.hidden) > 4:
-            raise ValueError(f"hidden has {len(self.hidden)} layers, but at most 4 are allowed")
+            raise ValueError(f"'hidden' has {len(self.hidden)} layers, but at most 4 are allowed")
         if not _divides(self.dt, self.control_step):
             raise ValueError(
-                f"control_step {self.control_step:g} s is not a multiple of dt {self.dt:g} s"
+                f"'control_step', {self.control_step:g} s, is not a multiple of 'dt', {self.dt:g} s"
             )
         if not _divides(self.control_step, self.duration):
             raise ValueError(
-                f"duration {self.duration:g} s is not a multiple of control_step "
+                f"'duration', {self.duration:g} s, is not a multiple of 'control_step', "
                 f"{self.control_step:g} s"
             )
         if self.frames * self.trials > 1_000_000:
             raise ValueError(
-                f"{self.trials:,} trials of {self.frames:,} commands are too many; at most "
-                "1,000,000 commands are allowed"
+                f"{self.trials:,} trials of {self.frames:,} commands each are too many; at most "
+                "1,000,000 commands in all are allowed"
             )
         steps = self.trials * round(self.duration / self.dt)
         if steps > MOST_STEPS:

@@ -12,8 +12,8 @@ def real_space(space: GenomeSpace) -> RealSpace:
     """
     if not isinstance(space, RealSpace):
         raise PluginError(
-            f"this operator does not support genomes of the {space.name} space",
-            allowed="genomes of the real space",
+            f"this operator does not support genomes of the kind {space.name!r}",
+            allowed="genomes of the kind 'real' (real numbers)",
             remedy="choose an operator that supports these genomes",
         )
     return space

@@ -58,8 +58,8 @@ class Robot(Organism):
 
     model: str = option(
         "quadruped",
-        "a bundled robot (quadruped, hexapod or spider-physics), the path of a URDF or MJCF file, "
-        "or the text into which gaitsim converts such a file",
+        "a bundled robot ('quadruped', 'hexapod' or 'spider-physics'), the path of a URDF or MJCF "
+        "file, or the text into which gaitsim converts such a file",
     )
     encoding: Kind = option(
         "steps",

@@ -32,7 +32,8 @@ class Travel(Fitness):
         1.0, "penalty per metre beyond the distance at the target speed", ge=0
     )
     drift_weight: float = option(
-        1.0, "penalty per metre of mean sideways distance from the straight path in the target direction",
+        1.0,
+        "penalty per metre of mean sideways distance from a straight path in the target direction",
         ge=0,
     )
     turn_weight: float = option(
@@ -51,7 +52,7 @@ class Travel(Fitness):
     )
     torque_weight: float = option(
         10.0,
-        "penalty, in body lengths, if the RMS torque above torque_share equals the stall torque",
+        "penalty, in body lengths, if the RMS torque above 'torque_share' equals the stall torque",
         ge=0,
     )
     rough_frequency: float = option(
@@ -59,7 +60,7 @@ class Travel(Fitness):
     )
     rough_weight: float = option(
         20.0,
-        "penalty per radian of RMS joint motion above rough_frequency, in body lengths",
+        "penalty per radian of RMS joint motion above 'rough_frequency', in body lengths",
         unit="1/rad",
         ge=0,
     )

@@ -101,7 +101,7 @@ class MapElites(Search):
     @model_validator(mode="after")
     def _check_cells(self) -> "MapElites":
         if not self.axes:
-            raise ValueError("axes must name at least one measure, such as { speed = [0, 1] }")
+            raise ValueError("'axes' must name at least one measure, such as { speed = [0, 1] }")
         for name, (low, high) in self.axes.items():
             if not low < high:
                 raise ValueError(
@@ -114,7 +114,7 @@ class MapElites(Search):
         if isinstance(self.cells, tuple):
             if len(self.cells) != len(self.axes):
                 raise ValueError(
-                    f"cells has {len(self.cells)} counts for {len(self.axes)} axes; "
+                    f"'cells' has {len(self.cells)} counts for {len(self.axes)} axes; "
                     "give one count per axis, or a single number, for Voronoi cells"
                 )
             if math.prod(self.cells) > _MOST_CELLS:

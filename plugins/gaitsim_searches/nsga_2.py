@@ -73,7 +73,7 @@ class Nsga2(Search):
     def _check_reference(self) -> Self:
         if self.reference and set(self.reference) != set(self.objectives):
             raise ValueError(
-                f"reference has values for {', '.join(self.reference)}; "
+                f"'reference' has values for {', '.join(self.reference)}; "
                 f"expected one for each objective: {', '.join(self.objectives)}"
             )
         return self

@@ -17,8 +17,8 @@ def real_space(space: GenomeSpace) -> RealSpace:
     """
     if not isinstance(space, RealSpace):
         raise PluginError(
-            f"this search does not support genomes of the {space.name} space",
-            allowed="genomes of the real space",
+            f"this search does not support genomes of the kind {space.name!r}",
+            allowed="genomes of the kind 'real' (real numbers)",
             remedy="choose a search that supports these genomes",
         )
     return space

@@ -78,7 +78,7 @@ def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
                 f"{text!r}: the spider moves without forces, so its joints cannot be weak",
                 key="damage",
                 allowed=", ".join(KINDS),
-                remedy="use the preset spider-physics, a spider in rigid-body physics",
+                remedy="use the preset 'spider-physics', a spider in rigid-body physics",
             )
     found = parse_damage(damage, body.LEG_JOINTS, KINDS, dict.fromkeys(body.JOINTS, _LIMITS))
     lost = np.isin(body.LEGS, [one.part for one in found])

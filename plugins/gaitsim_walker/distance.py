@@ -40,7 +40,7 @@ class Distance(Fitness):
         le=1,
     )
     low_weight: float = option(
-        40.0, "penalty per metre of RMS drop of the torso below low_height", ge=0
+        40.0, "penalty per metre of RMS drop of the torso below 'low_height'", ge=0
     )
     bounce_weight: float = option(
         20.0, "penalty per metre of RMS variation in the torso's height", ge=0

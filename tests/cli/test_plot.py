@@ -54,10 +54,10 @@ def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished,
     names += ["joints-generation-2"]
     assert done.stdout.splitlines() == [f"runs/puppet/exports/{name}.svg" for name in names]
     assert all((tmp_path / line).exists() for line in done.stdout.splitlines())
-    assert "No plot of kind channel: joints draws joint_angles" in done.stderr
-    assert "No plot of kind footfall: organism 'puppet'" in done.stderr
+    assert "No plot of kind 'channel': 'joints' draws the channel 'joint_angles'" in done.stderr
+    assert "No plot of kind 'footfall': organism 'puppet'" in done.stderr
     for kind in ("stability", "phase", "runs", "search", "front", "archive"):
-        assert f"No plot of kind {kind}" in done.stderr
+        assert f"No plot of kind {kind!r}" in done.stderr
 
 
 def test_kind_all_writes_to_a_folder(gaitsim, finished, tmp_path):

@@ -73,7 +73,7 @@ def test_a_finished_study_only_rewrites_its_results(gaitsim, tmp_path):
         ),
         (
             ["compare", "millipede", "spider", "--evaluations", "400", "--generations", "2"],
-            "cannot be combined with generations",
+            "'evaluations' and 'generations' cannot be combined",
         ),
     ],
 )

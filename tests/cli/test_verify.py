@@ -118,7 +118,7 @@ def test_a_run_without_checksums_is_reported(gaitsim, run):
     assert lines[-2:] == [
         "5 of 5 generations have no checksum: "
         "only their history and best individuals were compared",
-        "the run does not record its versions",
+        "the run does not record the software versions",
     ]
 
 

@@ -254,7 +254,7 @@ def test_repeats_have_islands_of_their_own(puppet):
         (
             ("islands.number=4", "islands.topology=all"),
             "2 migrants from each of 3 neighbours leave no room in a population of 6",
-            "≤ 1, or the topology ring",
+            "a whole number ≤ 1",
         ),
         (("islands.number=0",), "invalid islands.number: 0 (", "≥ 1"),
         (("islands.every=0",), "invalid islands.every: 0 (", "≥ 1"),

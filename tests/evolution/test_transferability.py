@@ -136,7 +136,7 @@ def test_an_experiment_with_reality_is_read_as_it_was_written():
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("transferability.reality", {}, "the experiment has no reality"),
+        ("transferability.reality", {}, "the experiment has no body that represents"),
         ("transferability.reality", {"world": {"frction": 1}}, "friction"),
         ("transferability.reality", {"legs": 3}, "2 or 4"),
         ("transferability.reality", {"legg": 4}, "unknown key"),

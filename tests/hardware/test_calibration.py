@@ -130,7 +130,7 @@ def test_a_gait_too_fast_for_a_servo_is_refused_with_a_speed_that_it_reaches(fil
         ({"channel_=_1": ""}, "is required for --format arduino"),
         ({"direction_=_1": "direction = 0"}, ".direction: 0 ("),
         ({"offset_=_0.0": "offset = nan"}, "nan"),
-        ({"min_=_-90.0": "min = 91"}, "min 91 is not less than max 90"),
+        ({"min_=_-90.0": "min = 91"}, "'min', 91, is not less than 'max', 90"),
         ({'servo_=_""': 'servo = "mg96"'}, "unknown servo"),
         ({'servo_=_""': 'servo = "ax-12a"'}, "--format arduino cannot drive the servo ax-12a"),
         ({'servo_=_""': 'servo = "mg995"\nmin_ = 1'}, "unknown key"),

@@ -37,7 +37,7 @@ def _no_figures(experiment: Experiment) -> NothingToPlotError:
     return NothingToPlotError(
         f"the search {experiment.entries['search'].name!r} records no quantities of its own, such "
         "as coverage",
-        allowed="a search that records some, such as cma-es, nsga-2 or map-elites",
+        allowed="a search that records some, such as 'cma-es', 'nsga-2' or 'map-elites'",
     )
 
 

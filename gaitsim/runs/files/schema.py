@@ -89,7 +89,7 @@ def array(
     def read(value: Any) -> Array:
         stored = _STORED_ARRAY.validate_python(value)
         if stored.dtype not in dtypes:
-            raise ValueError(f"its dtype should be one of {', '.join(dtypes)}")
+            raise ValueError(f"its dtype should be {' or '.join(dtypes)}")
         dtype = np.dtype(stored.dtype)
         if shape is not None and (len(stored.shape) != len(shape) or 0 in stored.shape):
             raise ValueError(f"its shape should be {axes}")

@@ -80,7 +80,9 @@ def _check_terms(terms: object) -> Iterator[Finding]:
     for name, term in terms.items():
         values = np.asarray(term)
         if not isinstance(name, str) or not name.isprintable() or not name:
-            yield error("terms", "a printable name for each term", f"{name!r:.60}", "rename it")
+            yield error(
+                "terms", "a printable name for each term", f"{name!r:.60}", "rename the term"
+            )
         elif values.shape != (COUNT,) or values.dtype.kind not in "biuf":
             yield error(
                 "shapes",

@@ -70,14 +70,14 @@ def _check_breeding(
             "inputs",
             "unchanged parents",
             f"{method} changes them ({what})",
-            "work on a copy()",
+            "work on a copy made with copy()",
         )
     if any(np.shares_memory(children, genomes) for genomes in arguments):
         yield error(
             "inputs",
             f"a new array from {method}",
             f"memory shared with an argument ({what})",
-            "return a copy()",
+            "return a copy made with copy()",
         )
     if children.dtype.kind == "f" and not np.isfinite(children).all():
         yield error(

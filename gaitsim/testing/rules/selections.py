@@ -57,7 +57,12 @@ def _check_parents(selection: Selection, what: str, scores: Any, pairs: int) -> 
             "return indices into the scores",
         )
     if not same(argument, scores):
-        yield error("inputs", "unchanged scores", "parents() changes them", "work on a copy()")
+        yield error(
+            "inputs",
+            "unchanged scores",
+            "parents() changes them",
+            "work on a copy made with copy()",
+        )
     if not same(parents, selection.parents(scores.copy(), pairs, np.random.default_rng(7))):
         yield error(
             "determinism",

@@ -38,7 +38,7 @@ def check_state(method: str, what: str, state: Any, first: Any) -> Iterator[Find
                 "state",
                 f"{method} returns an array by a short printable name",
                 f"{name!r:.60}",
-                "rename it",
+                "rename the array",
             )
         elif not isinstance(values, np.ndarray):
             yield error(
@@ -133,7 +133,7 @@ def _check_members(trial: Trial, what: str, members: object) -> Iterator[Finding
             "members",
             f"cells (members, axes) of int64 for an archive, None for a front ({what})",
             "None" if cells is None else f"{cells.dtype} {cells.shape}",
-            "see gaitsim.contracts.Members",
+            "see the docstring of gaitsim.contracts.Members",
         )
 
 

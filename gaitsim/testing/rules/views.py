@@ -18,7 +18,12 @@ def check_skeleton(body: Organism, motion: Motion) -> Iterator[Finding]:
         try:
             skeleton: object = body.skeleton(motion, individual)
         except SkeletonError as problem:
-            yield error("skeleton", "consistent shapes", str(problem), "see Skeleton")
+            yield error(
+                "skeleton",
+                "consistent shapes",
+                str(problem),
+                "see the docstring of gaitsim.contracts.Skeleton",
+            )
             return
         if not isinstance(skeleton, Skeleton):
             yield error(
@@ -58,7 +63,12 @@ def check_rig(body: Organism, motion: Motion) -> Iterator[Finding]:
     try:
         rig: object = body.rig()
     except SkeletonError as problem:
-        yield error("rig", "a tree of links with consistent parts", str(problem), "see Rig")
+        yield error(
+            "rig",
+            "a tree of links with consistent parts",
+            str(problem),
+            "see the docstring of gaitsim.contracts.Rig",
+        )
         return
     if rig is None:
         return
@@ -120,7 +130,12 @@ def check_play(body: Organism, motion: Motion) -> Iterator[Finding]:
     lent = angles.copy()
     played: object = body.play(lent)
     if not same(lent, angles):
-        yield error("play", "unchanged joint angles", "play() changes them", "work on a copy()")
+        yield error(
+            "play",
+            "unchanged joint angles",
+            "play() changes them",
+            "work on a copy made with copy()",
+        )
     if not isinstance(played, Motion):
         expected = "play() returns a gaitsim.contracts.Motion"
         yield error("play", expected, f"a {type(played).__name__}", "return a Motion, as move()")

@@ -93,7 +93,7 @@ class AtlasReader:
             raise RunError(
                 f"the search {name!r} keeps no archive",
                 where=str(self._path),
-                remedy="evolve with map-elites, such as the preset spider-atlas",
+                remedy="evolve with the search 'map-elites', as in the preset 'spider-atlas'",
             )
         return Atlas(run, view)
 

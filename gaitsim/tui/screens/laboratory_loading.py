@@ -86,7 +86,7 @@ def read_subject(path: Path, which: Which = None) -> Subject:
         raise GaitsimError(
             f"the body {champion.experiment.entries['organism'].name!r} cannot be damaged",
             where=str(path),
-            allowed="a body with legs and the option damage, such as the spider",
+            allowed="a body with legs and the option 'damage', such as the spider",
         )
     return Subject(run, champion, legs, _plan(champion, legs))
 

@@ -82,7 +82,9 @@ with `gaitsim attach`.
         Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run with other options"),
         Binding("r", "replay", "Replay", id="live.replay", tooltip="Watch any generation move"),
         Binding("M", "map", "Map", id="live.map", tooltip="The archive as a map, as it fills"),
-        Binding("g", "goal", "Generations", id="live.goal", tooltip="Set the number of generations"),
+        Binding(
+            "g", "goal", "Generations", id="live.goal", tooltip="Set the number of generations"
+        ),
         Binding("w", "why", "Why", id="live.why", tooltip="Explain the champion's score"),
         Binding("e", "export", "Export", id="live.export", tooltip="Gait files, plots, videos, …"),
         Binding(

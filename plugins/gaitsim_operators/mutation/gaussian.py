@@ -21,7 +21,7 @@ class Gaussian(Mutation):
     )
     decay: float = option(
         1.0,
-        "factor applied to sigma after each generation; 1 keeps sigma constant",
+        "factor applied to 'sigma' after each generation; 1 keeps 'sigma' constant",
         gt=0,
         le=1,
     )

@@ -66,7 +66,7 @@ def import_pybullet() -> ModuleType:
         raise RobotError(
             "PyBullet is not installed",
             key="engine",
-            allowed="mujoco, which does not need PyBullet",
+            allowed="'mujoco', which does not need PyBullet",
             remedy="pip install 'gaitsim[bullet]' (PyBullet has wheels for Python 3.11)",
         ) from None
     module: ModuleType = pybullet
