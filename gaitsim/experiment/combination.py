@@ -242,11 +242,13 @@ def check_combination(
         if plugin is None or compatible(type(plugin), channels, space):
             continue
         if kind == "fitness":
-            missing = ", ".join(sorted({*plugin.needs} - {*channels}))
+            missing = ", ".join(map(repr, sorted({*plugin.needs} - {*channels})))
             wrong = f"reads the channels {missing}, which the body {body!r} does not have"
         else:
             name = getattr(space, "name", type(space).__name__)
-            wrong = f"does not support the {name} genomes of the body {body!r}"
+            wrong = (
+                f"does not support the genomes of the body {body!r}, which are of the kind {name!r}"
+            )
         classes, _ = registry.scan(kind)
         usable = [name for name, other in classes.items() if compatible(other, channels, space)]
         problems.report(

@@ -77,7 +77,7 @@ def expected_genomes(experiment: Experiment) -> str:
 
 def _describe_genomes(body: str, space: GenomeSpace) -> str:
     digest = hashlib.sha256("\n".join(space.labels).encode()).hexdigest()[:8]
-    return f"{space.genes} {space.name} genes of the body {body!r} (labels {digest})"
+    return f"{space.genes} genes of the kind {space.name!r} of the body {body!r} (labels {digest})"
 
 
 def _first_outside(space: GenomeSpace, genomes: Genomes) -> str:

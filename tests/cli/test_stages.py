@@ -106,7 +106,10 @@ def test_a_run_that_reached_its_target_continues_with_a_different_fitness(
     [
         (CLIMB, "no generation would be evolved with these changes: 5 generations are done"),
         (("--set", "evolution.population=9"), "population size of a run cannot change"),
-        (("--set", "organism.plugin=bit-puppet"), "has 3 real genes of the body 'puppet'"),
+        (
+            ("--set", "organism.plugin=bit-puppet"),
+            "has 3 genes of the kind 'real' of the body 'puppet'",
+        ),
         (("--set", "fitness.plugin=climbing"), "unknown fitness plugin 'climbing'"),
         (("--set", "evolution.generations=3"), "is already at generation 5"),
         (("--set", "fitness"), "is not KEY=VALUE"),
@@ -189,7 +192,7 @@ def test_a_run_starts_from_a_saved_individual(gaitsim, plain_run, puppet_file, t
         ("puppet@9", "has no generation 9"),
         ("puppet.toml", "cannot read puppet.toml as a checkpoint"),
         ("runs/puppet/population.pickle", "is not a valid champion"),
-        ("bits", "the genome has 3 bit genes of the body 'bit-puppet'"),
+        ("bits", "the genome has 3 genes of the kind 'bit' of the body 'bit-puppet'"),
     ],
 )
 def test_an_incompatible_start_creates_no_run(

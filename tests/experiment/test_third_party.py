@@ -16,12 +16,18 @@ def test_an_operator_that_does_not_work_on_the_genomes_is_refused_with_those_tha
 ):
     install("fake", working, {"organism": {"bits": "BitBody"}, "fitness": {"far": "Distance"}})
     found = problem("mutation.plugin=bit-flip")
-    assert "'bit-flip' does not support the real genomes of the body 'spider'" in found.what
+    assert (
+        "'bit-flip' does not support the genomes of the body 'spider', which are of the kind 'real'"
+        in found.what
+    )
     assert "gaussian" in found.allowed.split(", ")
     assert "bit-flip" not in found.allowed.split(", ")
     found = problem(text=custom(organism="bits", fitness="far"))
     assert found.where == "x.toml, key mutation.plugin"
-    assert "'gaussian' does not support the bit genomes of the body 'bits'" in found.what
+    assert (
+        "'gaussian' does not support the genomes of the body 'bits', which are of the kind 'bit'"
+        in found.what
+    )
     assert "bit-flip" in found.allowed.split(", ")
     for name in found.allowed.split(", "):
         assert parsed(f"mutation.plugin={name}", text=custom(organism="bits", fitness="far"))
@@ -35,7 +41,7 @@ def test_a_fitness_without_its_channels_is_refused_with_those_that_have_them(
     assert "'spider-walk' reads the channels" in found.what
     assert found.allowed == "far"
     found = problem("fitness.plugin=far")
-    assert "reads the channels distance, which the body 'spider' does not have" in found.what
+    assert "reads the channels 'distance', which the body 'spider' does not have" in found.what
     assert "spider-walk" in found.allowed
 
 

@@ -134,7 +134,7 @@ def test_a_gait_too_fast_for_a_servo_is_refused_with_a_speed_that_it_reaches(fil
         ({'servo_=_""': 'servo = "mg96"'}, "unknown servo"),
         ({'servo_=_""': 'servo = "ax-12a"'}, "--format arduino cannot drive the servo ax-12a"),
         ({'servo_=_""': 'servo = "mg995"\nmin_ = 1'}, "unknown key"),
-        ({"max_=_90.0": 'max = 120\nservo = "mg995"', 'servo_=_""': ""}, "of the servo mg995"),
+        ({"max_=_90.0": 'max = 120\nservo = "mg995"', 'servo_=_""': ""}, "of the servo 'mg995'"),
         ({"pulse_=_[600,_2400]": "pulse = [2400, 600]"}, "the shorter first"),
         ({'[joints."L1_coxa"]': '[joints."L1 koxa"]'}, "the gait does not have the joint"),
         ({'[joints."L1_coxa"]': '[joints."L1 koxa"]'}, "is missing"),

@@ -72,7 +72,7 @@ def changed(saved, **fields):
         ({"W2": np.zeros((3, 47))}, "W2 has shape"),
         ({"W1": None, "W2": None}, "at least one"),
         ({"activation": "rot13"}, "rot13"),
-        ({"scale": 0.0}, "scale 0.0"),
+        ({"scale": 0.0}, "the scale (0.0)"),
         ({"frame_rate": -1.0}, "frame rate -1.0"),
         ({"centre": np.array([object()] * 3)}, "allow_pickle=False"),
     ],

@@ -169,9 +169,17 @@ def edit(path, old, new):
 @pytest.mark.parametrize(
     ("old", "new", "allowed"),
     [
-        ("population = 6", "population = 7", "a population of 7 with 3 real genes"),
-        ('plugin = "puppet"', 'plugin = "bit-puppet"', "a population of 6 with 3 bit genes"),
-        ('plugin = "puppet"', 'plugin = "wide-puppet"', "a population of 6 with 4 real genes"),
+        ("population = 6", "population = 7", "a population of 7 with 3 genes of the kind 'real'"),
+        (
+            'plugin = "puppet"',
+            'plugin = "bit-puppet"',
+            "a population of 6 with 3 genes of the kind 'bit'",
+        ),
+        (
+            'plugin = "puppet"',
+            'plugin = "wide-puppet"',
+            "a population of 6 with 4 genes of the kind 'real'",
+        ),
     ],
 )
 def test_an_experiment_edited_to_other_genomes_is_an_error(

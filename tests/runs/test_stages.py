@@ -409,12 +409,18 @@ REFUSED = {
         ["population size of a run cannot change", "allowed: 6"],
     ),
     "other labels": ({"organism.names": "abd"}, ["gene 3 is 'c', not 'd'", "labels "]),
-    "more genes": ({"organism.names": "abcd"}, ["has 3 real genes", "allowed: 4 real genes"]),
+    "more genes": (
+        {"organism.names": "abcd"},
+        ["has 3 genes of the kind 'real'", "allowed: 4 genes of the kind 'real'"],
+    ),
     "narrower bounds": ({"organism.most": -0.9}, ["is out of bounds", "allowed -1 to -0.9"]),
-    "bits": ({"organism.plugin": "bit-puppet"}, ["has 3 real genes", "allowed: 3 bit genes"]),
+    "bits": (
+        {"organism.plugin": "bit-puppet"},
+        ["has 3 genes of the kind 'real'", "allowed: 3 genes of the kind 'bit'"],
+    ),
     "all at once": (
         {"evolution.population": 8, "organism.names": "abcd"},
-        ["2 problems", "population size of a run cannot change", "has 3 real genes"],
+        ["2 problems", "population size of a run cannot change", "has 3 genes of the kind 'real'"],
     ),
     "with options that no run could have": (
         {"evolution.population": 8, "mutation.rat": 3, "fitness.price": -1},

@@ -142,7 +142,9 @@ def test_a_run_needs_nothing_but_its_own_folder(puppet, staged):
 def test_the_start_is_checked_against_the_body_when_the_run_starts(puppet, staged):
     start = find_individual("staged")
     path = create_run(puppet(), Path("from"), start)
-    with pytest.raises(RunError, match="the genome has 3 real genes of the body 'puppet'"):
+    with pytest.raises(
+        RunError, match="the genome has 3 genes of the kind 'real' of the body 'puppet'"
+    ):
         RunWriter.open(path, overrides={"organism.plugin": "bit-puppet"})
     assert "bit-puppet" not in (path / "experiment.toml").read_text()
     with pytest.raises(ExperimentError):
@@ -159,8 +161,16 @@ def champion(experiment, genome):
 
 
 MISFITS = {
-    "length": ("organism.names=abcd", [0.0] * 4, "has 4 real genes of the body 'shaped'"),
-    "dtype": ("organism.plugin=bit-puppet", np.ones(3, np.uint8), "3 bit genes of the body"),
+    "length": (
+        "organism.names=abcd",
+        [0.0] * 4,
+        "has 4 genes of the kind 'real' of the body 'shaped'",
+    ),
+    "dtype": (
+        "organism.plugin=bit-puppet",
+        np.ones(3, np.uint8),
+        "3 genes of the kind 'bit' of the body",
+    ),
     "labels": ("organism.names=abd", [0.0] * 3, "gene 3 is 'd', not 'c'"),
     "bounds": ("organism.most=5", [0.0, 0.0, 4.0], "'c' is 4, allowed -1 to 2"),
 }
@@ -174,7 +184,9 @@ def test_a_genome_of_another_body_is_an_error(puppet, option, genome, says):
         check_start(puppet(*shaped), came, "--from file")
     assert says in error.value.what
     assert error.value.where == "--from file"
-    assert error.value.allowed.startswith("3 real genes of the body 'shaped' (labels ")
+    assert error.value.allowed.startswith(
+        "3 genes of the kind 'real' of the body 'shaped' (labels "
+    )
     check_start(puppet(*shaped), champion(puppet(*shaped), [0.0, 1.0, 2.0]), "")
 
 
