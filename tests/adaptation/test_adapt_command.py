@@ -113,7 +113,7 @@ def test_a_program_gives_measured_values_one_by_one(adapt):
         (("--damage", "D lost"), "A, B, C"),
         (("--damage", "A lost", "--damage", "B lost", "--damage", "C lost"), "all legs"),
         ((*LOST, "--measure", "speed"), "unknown measure"),
-        ((*LOST, "--stop", "nan"), "invalid stop"),
+        ((*LOST, "--stop", "nan"), "invalid 'stop'"),
         ((*LOST, "--interactive"), "simulation"),
         ((*LOST, "--physics"), "twin"),
         (("--interactive", "--name", "../up"), "name"),

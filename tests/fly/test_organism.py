@@ -143,13 +143,13 @@ def test_terms_follow_their_definitions() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"dt": 0.003}, "control_step 0.01 s .* dt 0.003 s"),
+        ({"dt": 0.003}, "'control_step', 0.01 s, .* 'dt', 0.003 s"),
         ({"dt": 0.01, "wing_speed": 40.0}, "0.00111"),
-        ({"control_step": 0.0007}, "control_step 0.0007 s"),
-        ({"duration": 0.005}, "duration 0.005 s"),
+        ({"control_step": 0.0007}, "'control_step', 0.0007 s"),
+        ({"duration": 0.005}, "'duration', 0.005 s"),
         ({"duration": 600, "dt": 1e-6}, "600,000,000 steps, but at most 2,000,000"),
         ({"duration": 600.0, "trials": 100}, "100 trials"),
-        ({"hidden": (1, 2, 3, 4, 5)}, "hidden has 5"),
+        ({"hidden": (1, 2, 3, 4, 5)}, "'hidden' has 5"),
         ({"dt": 0.0}, "dt\n.*0.000001"),
         ({"dt": -0.1}, "dt\n.*0.000001"),
         ({"flap_limit": 91.0}, "flap_limit\n.*90"),

@@ -64,16 +64,16 @@ def changed(saved, **fields):
 @pytest.mark.parametrize(
     ("fields", "says"),
     [
-        ({"joint_angles": None}, "joint_angles is missing"),
-        ({"joint_angles": np.zeros((20, 4))}, r"angles of \(20, 4\)"),
-        ({"commanded": np.full((20, 3), np.nan)}, "commanded has values that are not finite"),
-        ({"joint_names": np.array(["a"])}, "for 1 joints"),
-        ({"W1": np.zeros((48, 4))}, "network of"),
+        ({"joint_angles": None}, "'joint_angles' is missing"),
+        ({"joint_angles": np.zeros((20, 4))}, r"shapes \(20, 4\)"),
+        ({"commanded": np.full((20, 3), np.nan)}, "'commanded' has values that are not finite"),
+        ({"joint_names": np.array(["a"])}, r"\(frames, 1\)"),
+        ({"W1": np.zeros((48, 4))}, "the network has layers of"),
         ({"W2": np.zeros((3, 47))}, "W2 has shape"),
         ({"W1": None, "W2": None}, "at least one"),
         ({"activation": "rot13"}, "rot13"),
-        ({"scale": 0.0}, "the scale (0.0)"),
-        ({"frame_rate": -1.0}, "frame rate -1.0"),
+        ({"scale": 0.0}, r"the scale \(0\.0\)"),
+        ({"frame_rate": -1.0}, r"frame rate \(-1\.0\)"),
         ({"centre": np.array([object()] * 3)}, "allow_pickle=False"),
     ],
 )
