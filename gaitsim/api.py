@@ -61,16 +61,17 @@ def evolve(
 
     Args:
         experiment: name of a preset, path of a TOML file or robot file, or an experiment. None
-            evolves `body` alone, with CMA-ES, or with a genetic search if its genes are bits.
-        fitness: function (motion) -> scores (population,), or a dict of such arrays, one per term;
-            or an instance of a subclass of `Fitness`. None uses the experiment's.
-        body: function (genomes (population, genes)) -> dict of channels, each (population, …), or
-            scores (population,); or an instance of a subclass of `Organism`. None uses the
-            experiment's.
+            evolves `body` without one, with CMA-ES, or with a genetic search if its genes are bits.
+        fitness: function that takes a motion and returns the scores, (population,), or a dict of
+            such arrays, one per term; or an instance of a subclass of `Fitness`. None uses the
+            experiment's fitness.
+        body: function that takes genomes, (population, genes), and returns either a dict of
+            channels, each (population, …), or the scores, (population,); or an instance of a
+            subclass of `Organism`. None uses the experiment's body.
         space: genome space of a body that is a function.
-        generations: number of generations; None uses the experiment's.
-        population: individuals per generation; None uses the experiment's.
-        seed: seed of all random numbers; None uses the experiment's.
+        generations: number of generations; None uses the experiment's number.
+        population: individuals per generation; None uses the experiment's number.
+        seed: seed of all random numbers; None uses the experiment's seed.
         set: options by key, such as `{"mutation.rate": 0.1}`.
         workers: number of parallel workers; None chooses the body's default.
         out: folder in which to record a run, as `gaitsim run` does; if it exists, a number is
@@ -224,7 +225,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
 
     @property
     def note(self) -> str:
-        """The note in the run's folder, any text; '' without one. Can be assigned.
+        """The text of the note in the run's folder; '' without a note. Can be assigned.
 
         Raises:
             RunError: the note cannot be read or written.
@@ -295,7 +296,7 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
             member: number of a member of the front or archive to evaluate instead, counted from 1.
             seed: seed of the worlds.
             ranges: lowest and highest value of each varying condition, by name; None for the
-                ranges of the experiment's worlds, or else the usual ones of the body.
+                ranges of the experiment's worlds or, if it has none, the body's usual ranges.
             workers: number of parallel workers; None chooses the body's default.
 
         Raises:

@@ -31,7 +31,7 @@ def warn(text: str) -> None:
 
 
 def as_overrides(set: Any, short: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of `set`, and those of `short` that are not None, by key.
+    """Return the options of `set` and the options of `short` that are not None, by key.
 
     An option in `set` overrides the same option in `short`.
 

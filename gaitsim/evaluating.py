@@ -39,7 +39,7 @@ def evaluate(
             several worlds.
         repair: whether to move genes into the genome space as a search does, with
             `experiment.space().repair`: genes are clipped to their bounds, and periodic genes
-            wrapped. If False, genes outside the space are an error.
+            wrapped. If False, genes outside the space raise an error.
 
     Returns:
         The evaluation: `scores` (population,), −inf for an individual that failed; `terms` by

@@ -152,7 +152,8 @@ def export(
 
     Args:
         exported: an individual, such as a run's champion, `run.replay(12)` or
-            `run.replay(world={...})`; or a run, for its champion or a format of whole runs.
+            `run.replay(world={...})`; or a run, for its champion or for a format that needs a
+            whole run, such as 'atlas'.
         path: path of the file, or of a folder for some formats, such as 'arduino' and 'rosbag2'.
         format: a format listed by `gaitsim export --help`, such as 'mat', 'csv', 'arduino' or
             'ros2'; None takes the format from the file's extension, or else 'mat'.
@@ -164,7 +165,7 @@ def export(
 
     Raises:
         GaitsimError: the format or an option is unknown, the body lacks something that the format
-            needs, such as joint angles, the calibration is invalid, or the gait exceeds the
+            needs (such as joint angles), the calibration is invalid, or the gait exceeds the
             limits of the servos.
         RunError: the file cannot be written.
     """
@@ -185,7 +186,7 @@ def export(
 
 
 def _subject(exported: Individual | RunViews, format: str) -> Subject:
-    """Return the input of an export; a format for individuals takes a run's champion."""
+    """Return the input of an export; formats for individuals export a run's champion."""
     of_run = FORMATS[format].input == "run"
     if isinstance(exported, RunViews):
         run = exported.snapshot

@@ -41,9 +41,9 @@ class Member:
 class Near:
     """The best member of a front or archive near given values, by axis.
 
-    The distance of a member is its largest distance along an axis, as a share of the axis. All
-    members within `NEAR_TOLERANCE` of the smallest distance count as near; the one with the
-    highest score is chosen.
+    The distance of a member from the values is the largest of its distances along the axes, each
+    as a share of the axis. All members within `NEAR_TOLERANCE` of the smallest distance count as
+    near; the one with the highest score is chosen.
     """
 
     values: Mapping[str, float]
@@ -151,7 +151,7 @@ class Individual(ReprMixin):
 
     @property
     def name(self) -> str:
-        """The name of the run's folder; of the experiment if nothing is recorded."""
+        """The name of the run's folder, or of the experiment if nothing is recorded."""
         return self.source.resolve().name if self.source else self.experiment.name
 
     @cached_property

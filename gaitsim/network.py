@@ -129,7 +129,7 @@ class Network:
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """Neurons of each layer, inputs first."""
+        """Number of neurons in each layer, inputs first."""
         return (self.weights[0].shape[-1], *(weight.shape[-2] for weight in self.weights))
 
     @property
@@ -145,10 +145,10 @@ class Network:
         activation: str = "tanh",
         output: str = "linear",
     ) -> "Network":
-        """Return the network with these parameters, as views.
+        """Return the network with these parameters; its arrays are views of `genes`.
 
         Args:
-            sizes: neurons of each layer, inputs first.
+            sizes: number of neurons in each layer, inputs first.
             genes: parameters, (…, genes), such as (population, genes), in the order of
                 `Network.genes`.
             activation: activation of the hidden layers.

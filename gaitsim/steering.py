@@ -19,7 +19,7 @@ PRESET = "fly-steer-hover"  # the default experiment
 RECENT = 3.0  # seconds of recent motion kept in full
 PATH_RATE = 10.0  # rate at which points of the path are kept, Hz
 MOST_PATH_POINTS = 6000  # points of the path, at most
-MOST_CATCH_UP = 1.0  # seconds simulated at once, at most; a longer gap was a pause of the program
+MOST_CATCH_UP = 1.0  # seconds simulated at once, at most; a longer gap counts as a pause
 SPEED_WINDOW = 0.25  # seconds over which speeds are averaged
 SHARES = "shares"  # channel of a steered motion, (1, frames, commands)
 
@@ -139,7 +139,7 @@ def default_drive() -> "Drive":
 
 
 def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":
-    """Return an experiment's body at its start, with the controllers of `controllers_of`.
+    """Return an experiment's body at its start, with the controllers from `controllers_of`.
 
     Raises:
         GaitsimError: the body cannot be steered, a controller is missing or does not fit, or the
@@ -210,7 +210,7 @@ class Drive:
     def advance_to(self, seconds: float) -> None:
         """Simulate up to a time on a clock that started with the simulation.
 
-        A gap of more than a second was a pause of the whole program; the excess is skipped.
+        A gap of more than a second counts as a pause of the whole program; the excess is skipped.
 
         Args:
             seconds: time on that clock.
@@ -305,7 +305,7 @@ class Drive:
 
 
 def _until_ground(skeleton: Skeleton) -> int:
-    """Return the number of frames before a body without feet hits the ground; all for others."""
+    """Return the number of frames before a body without feet hits the ground, or of all frames."""
     if skeleton.contacts is not None:
         return len(skeleton.segments)
     below = np.flatnonzero(skeleton.segments[..., 2].min(axis=(1, 2)) < 0)

@@ -85,7 +85,7 @@ def _too_deep(source: str, key: str) -> GaitsimError:
 
 
 def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
-    """Yield every key with its value and depth, without recursion, which deep values exhaust."""
+    """Yield every key with its value and depth, without recursion, which has a depth limit."""
     waiting = deque((key, value, 1) for key, value in data.items())
     while waiting:
         key, value, depth = waiting.popleft()

@@ -15,7 +15,7 @@ def amplitude_limit(
     The largest speed of a sine of amplitude A is 2πAf.
 
     Args:
-        frequency: f, Hz.
+        frequency: frequency f of the sine, Hz.
         angle_limit: largest absolute angle, rad, for all joints or (joints,).
         speed_limit: largest angular speed, rad/s, for all joints or (joints,).
 
@@ -27,7 +27,7 @@ def amplitude_limit(
 
 
 def check_joint_angles(joint_angles: NDArray[Any], joints: int) -> None:
-    """Check joint angles for a body to play, (population, frames, joints) rad.
+    """Check joint angles, (population, frames, joints) rad, that a body is to play.
 
     Raises:
         ValueError: the shape is different, there are fewer than 2 frames, or angles are not finite.
@@ -50,7 +50,7 @@ def check_time_step(dt: float, frame_rate: float) -> None:
         frame_rate: frames per second, Hz.
 
     Raises:
-        ValueError: the number is not whole; the message suggests a similar time step.
+        ValueError: the number of time steps is not whole; the message suggests a similar time step.
     """
     steps = 1 / (frame_rate * dt)
     if not math.isclose(steps, round(steps), rel_tol=1e-3):

@@ -21,10 +21,10 @@ class Oscillators:
 
     Both encodings return joint angles, (population, joints, frames) rad in `dtype`, and take:
 
-    - amplitude: A, (population, joints) rad;
-    - phase: φ of each oscillator, (population, oscillators) rad;
-    - lag: λ of each joint, added to the phase of its oscillator, (population, joints) rad;
-    - frequency: f, Hz, one for all individuals or (population,).
+    - amplitude: amplitude A of each joint, (population, joints) rad;
+    - phase: phase φ of each oscillator, (population, oscillators) rad;
+    - lag: lag λ of each joint, added to the phase of its oscillator, (population, joints) rad;
+    - frequency: frequency f, Hz, one for all individuals or (population,).
 
     They raise ValueError if the shapes do not match each other.
 
@@ -94,18 +94,18 @@ class Oscillators:
         solution A(1 − e^(−at/2)(1 + at/2)).
 
         Args:
-            amplitude: A; the class describes this and the next three arguments.
-            phase: φ.
-            lag: λ.
-            frequency: f.
-            start: ϑ at t = 0, (oscillators,) rad. Choose the phases of a gait, such as a trot. If
-                all were equal, an alternating gait would pull them equally in both directions, and
-                they would never converge.
+            amplitude: amplitude A. The class describes this and the next three arguments.
+            phase: phase φ.
+            lag: lag λ.
+            frequency: frequency f.
+            start: phases ϑ at t = 0, (oscillators,) rad. Choose the phases of a gait, such as a
+                trot. If all were equal, an alternating gait would pull them equally in both
+                directions, and they would never converge.
             coupling: 'all' couples each oscillator to every other; the equations are integrated
                 with the fourth-order Runge-Kutta method, one step per frame. 'leader' couples each
                 oscillator to a leading one, which has a closed-form solution.
             strength: strength k of the coupling to each other oscillator or to the leader, 1/s.
-            gain: a, 1/s.
+            gain: gain a of the amplitude's growth, 1/s.
         """
         self._check(amplitude, phase, lag, frequency)
         seconds = np.arange(self.frames) / self.frame_rate

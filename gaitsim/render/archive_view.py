@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Members
 from gaitsim.render.ticks import round_step
 
-EMPTY = -1  # number of the member in an empty cell
+EMPTY = -1  # stands for the number of a member in an empty cell
 _MAX_LOW_SHARE = 0.1  # maximum share of cells below the colour scale of a map
 MAX_PARTS = 60  # default maximum number of parts of an axis in a panel
-_MANY_CELLS = 4_000  # Voronoi cells from which axes have twice as many parts
+_MANY_CELLS = 4_000  # with this many Voronoi cells or more, axes have twice as many parts
 _ROUNDING = 1e-9  # share of an axis added to values, so that values on a border are above it
-_ALL_PAIRS = 4  # maximum axes of an archive whose pairs keep their natural order
+_ALL_PAIRS = 4  # with more axes than this, the pairs of opposite legs are shown first
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +155,8 @@ class ArchiveView:
     ) -> NDArray[np.int64]:
         places = [self.part_indices(name, ends) for name, ends in zip(names, borders, strict=True)]
         numbers = np.full(shape, EMPTY, np.int64)
-        # The last assignment to a cell wins: that of the best member; ties go to the first.
+        # The last assignment to a cell wins, so the best member comes last; of members with equal
+        # scores, the first one.
         order = np.argsort(self.members.scores[::-1], kind="stable")
         order = len(order) - 1 - order
         numbers[tuple(place[order] for place in places)] = order + 1

@@ -1,10 +1,10 @@
 """The colours of plots, videos and the terminal, and the side of a part by its name.
 
-Blue is left and orange is right. A filled mark is on the ground, a hollow one in the air. Green,
-the first colour of lines, is the body and its path. Compared individuals and other lines take the
-next colours, none of which is blue or orange. Crimson means damaged. Blue, orange, green and pink
-are from Okabe and Ito (2008), wine and olive from Tol's muted scheme; colour-blind readers can
-distinguish them.
+Blue means left and orange means right. A filled mark shows a foot on the ground, a hollow one a
+foot in the air. Green, the first colour of lines, shows the body and its path. Compared individuals
+and other lines have the next colours, none of which is blue or orange. Crimson means damaged. Blue,
+orange, green and pink are from Okabe and Ito (2008), wine and olive from Tol's muted scheme;
+colour-blind readers can distinguish them.
 """
 
 from collections.abc import Sequence

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 Picture = NDArray[np.uint8]
 
 COLOURS = 256  # colours of a GIF; one palette for the whole video avoids flicker
-CELLS = 64  # cells along each axis of the colour space; the colours in a cell become one
+CELLS = 64  # cells along each axis of the colour space; a cell's colours are replaced by one
 # Constant quality. 'veryfast' takes half the time of 'medium' for lines on a plain background.
-# mbtree would make files an eighth smaller, but not reproducible: one in twenty differs. Fixed
-# B-frames and few partitions save a quarter of the time and cost 1 dB.
+# mbtree would make files an eighth smaller, but not reproducible: one file in twenty differs.
+# Fixed B-frames and few partitions save a quarter of the time and cost 1 dB.
 _H264 = {
     "crf": "22",
     "preset": "veryfast",

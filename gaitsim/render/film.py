@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gaitsim.render.intro import Draw
 
 INTRO, CROSSFADE = 1.5, 0.4  # seconds; the crossfade is the end of the intro
-ORBIT = 10.0  # minimum seconds of a turn around the body
+ORBIT = 10.0  # minimum duration of a turn around the body, seconds
 
 
 class Film:

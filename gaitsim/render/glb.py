@@ -50,9 +50,9 @@ def write_glb(individual: Individual, path: Path) -> None:
 def glb(individual: Individual) -> bytes:
     """Return an individual's body in motion as an animated glTF 2.0 file.
 
-    The file has a node with a mesh for each limb, plate and solid, an empty node for each foot,
-    with its name, an empty node for the body's centre, and the ground. The same individual gives
-    the same bytes.
+    The file has a node with a mesh for each limb, plate and solid, an empty node with the name of
+    each foot, an empty node for the body's centre, and the ground. The same individual gives the
+    same bytes.
 
     Raises:
         PluginError: the body cannot be drawn.

@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from gaitsim.render.plots.style import Theme
 
     Draw = Callable[[Theme, tuple[float, float]], Figure]
-    """A function that draws a figure in a theme and a size, width and height in inches."""
+    """A function that draws a figure in a theme and a size (width and height in inches)."""
 
 MARGIN = 0.05  # margin around the figure, as a share of the smaller side
 _LETTERS = 95.0  # dots per inch of the figure, for legible letters
-_WIDTHS = 3.4, 5.6  # least and greatest width of the figure in inches, so that its labels fit
+_WIDTHS = 3.4, 5.6  # minimum and maximum width of the figure in inches, so that its labels fit
 
 
 def figure_picture(draw: "Draw", size: tuple[int, int], theme: str) -> Picture:
-    """Draw a figure in the size, in pixels, and the colours of a video."""
+    """Draw a figure in the size (width and height in pixels) and the colours of a video."""
     from io import BytesIO
 
     from matplotlib.image import imread

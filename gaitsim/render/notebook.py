@@ -33,7 +33,7 @@ def picture(
     Args:
         individual: an individual, such as a run's champion.
         seconds: time since the motion began.
-        view: 'iso', from the front and above, 'side' or 'top'.
+        view: 'iso' (from a front corner and above), 'side' or 'top'.
         size: width and height, pixels.
         dark: whether the background is dark.
 
@@ -136,13 +136,13 @@ class RunViews:
                 `gs.Member(3)`; () for the champion.
             channel: channel of the motion, for the kinds 'channel' and 'joints'.
             components: names of components of the channel; () draws all.
-            window: first and last second of the motion.
-            beside: names or folders of other runs, for the kind 'runs'.
+            window: start and end of the part of the motion to draw, in seconds.
+            beside: names or folders of other runs to compare with, for the kind 'runs'.
             axes: two axes of an archive, for the kind 'archive'; () draws all pairs.
             dark: whether the background is dark.
 
         Returns:
-            The figure; notebooks show it, `savefig` writes it.
+            The figure, which notebooks show and `savefig` writes.
 
         Raises:
             GaitsimError: the kind is unknown, or the run or its body lacks the data for it.
@@ -180,13 +180,13 @@ class RunViews:
 
         Args:
             path: path of the file.
-            generations: generations whose best individuals to show, several of them in a race,
-                or a member; () for the champion.
+            generations: generations whose best individuals to show, or members such as
+                `gs.Member(3)`; several run a race. () shows the champion.
             view: 'iso', 'side', 'top' or 'orbit'.
             size: width and height, pixels.
             fps: frames per second.
-            speed: speed of the motion; 0.1 is slow motion. None is real time, or slow motion for
-                movements too fast for the frame rate, such as a wing beat.
+            speed: speed of the motion, where 1 is real time. None chooses real time, or slow motion
+                for movements too fast for the frame rate, such as a wing beat.
             dark: whether the background is dark.
             intro: whether the video begins with the fitness curve.
 
@@ -213,8 +213,8 @@ class RunViews:
 
         Args:
             path: path of the file.
-            generations: generations whose best individuals to show, several of them side by
-                side, or members such as `gs.Member(3)`; () for the champion.
+            generations: generations whose best individuals to show, or members such as
+                `gs.Member(3)`; several are shown side by side. () shows the champion.
 
         Returns:
             The path of the file.

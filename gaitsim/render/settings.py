@@ -24,10 +24,10 @@ class RenderSettings:
 
     Attributes:
         format: file format, one of `FORMATS`.
-        size: width and height, pixels; None takes the format's default.
-        fps: frames per second; None takes the format's default.
-        speed: speed of the motion, 1 is real time; None is real time, or slow motion for movements
-            too fast for the frame rate.
+        size: width and height, pixels; None for the format's default.
+        fps: frames per second; None for the format's default.
+        speed: speed of the motion, where 1 is real time; None chooses real time, or slow motion for
+            movements too fast for the frame rate.
         view: name of a view in `gaitsim.render.scene.VIEWS`.
         theme: name of a theme in `gaitsim.render.scene.THEMES`.
         intro: whether the video begins with the curve.

@@ -16,7 +16,7 @@ def format_round_length(metres: float) -> str:
 
 
 def round_step(least: float) -> float:
-    """Return the smallest 1, 2 or 5 times a power of ten that is at least `least` > 0."""
+    """Return the smallest number of the form 1, 2 or 5 × 10ⁿ that is at least `least` > 0."""
     power = 10.0 ** math.floor(math.log10(least))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= least * 0.999)
 
@@ -42,8 +42,8 @@ def ticks(low: float, high: float, most: int, *, whole: bool = False) -> NDArray
 def log_ticks(low: float, high: float, most: int) -> NDArray[np.float64]:
     """Return at most `most` round numbers on a logarithmic axis from `low` > 0 to `high`.
 
-    The numbers are powers of ten, and 2 and 5 times these if they fit. An axis too short for two
-    of these has equal steps.
+    The numbers are powers of ten, with 2 and 5 times (or else 3 times) these powers if they fit. An
+    axis too short for two such numbers has equal steps.
     """
     powers = np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     for factors in ((1, 2, 5), (1, 3), (1,)):

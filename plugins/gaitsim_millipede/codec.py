@@ -73,7 +73,7 @@ class Codec:
             genomes: bits 0 and 1, (population, genes) uint8.
 
         Returns:
-            (legs, population) uint8.
+            The codes, (legs, population) uint8.
         """
         # Computed at every bit, as if a leg started there, as in `repair`.
         bits = genomes.reshape(-1)
@@ -92,7 +92,7 @@ class Codec:
 
     @cached_property
     def reaches(self) -> NDArray[np.float64]:
-        """Motion of a leg for each code, sin θ / sin 20°, (2**bits,), to one part in 10¹²."""
+        """Motion of a leg for each code, sin θ / sin 20°, (2**bits,), rounded to about 10⁻¹²."""
         reaches = np.sin(np.radians(self.degrees)) / np.sin(np.radians(LIMIT))
         rounded: NDArray[np.float64] = np.rint(reaches / _RESOLUTION) * _RESOLUTION
         return rounded

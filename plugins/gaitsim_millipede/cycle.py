@@ -15,7 +15,7 @@ LIFT = math.radians(15.0)  # angle of a leg above the ground in the middle of it
 _frame = np.arange(FRAMES) % CYCLE
 
 STANCE: NDArray[np.bool_] = _frame >= REACH
-"""Whether the feet are on the ground until the next frame, (frames,)."""
+"""Whether the feet stay on the ground until the next frame, (frames,)."""
 
 EXTENT: NDArray[np.float64] = (1 - np.cos(2 * np.pi * _frame / CYCLE)) / 2
 """Extent of the legs' reach, (frames,): 0 straight, 1 at their full angle."""

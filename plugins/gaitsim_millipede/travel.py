@@ -18,7 +18,8 @@ def forward_motion(sides: Values) -> Values:
         sides: motion of the left and of the right side, (population, 2), positive forward.
 
     Returns:
-        (population,), in the unit of `sides`; 0 if the sides move in opposite directions.
+        The motion, (population,), in the unit of `sides`; 0 if the sides move in opposite
+        directions.
     """
     less, more = sides.min(axis=1), sides.max(axis=1)
     moved: Values = np.maximum(less, 0) + np.minimum(more, 0)  # one of the two is 0
@@ -32,7 +33,8 @@ def clockwise_motion(sides: Values) -> Values:
         sides: motion of the left and of the right side, (population, 2), positive forward.
 
     Returns:
-        (population,), in the unit of `sides`; 0 unless the sides move in opposite directions.
+        The motion, (population,), in the unit of `sides`; 0 unless the sides move in opposite
+        directions.
     """
     left, right = sides.T
     return np.where(np.sign(left) * np.sign(right) < 0, left - right, 0)

@@ -26,7 +26,7 @@ class Blend(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Cross parents, (pairs, genes) each -> (pairs × children, genes) float64.
+        """Return children, (pairs × children, genes) float64, of parents, (pairs, genes) each.
 
         Raises:
             PluginError: the genes are not real numbers.

@@ -9,7 +9,7 @@ from gaitsim.contracts import Genomes
 
 
 def after_cuts(cuts: NDArray[np.integer[Any]], genes: int) -> NDArray[np.bool_]:
-    """Return whether each gene is at or after the cut of its pair, (pairs, 1) -> (pairs, genes)."""
+    """Return whether each gene, (pairs, genes), is at or after its pair's cut, (pairs, 1)."""
     narrow = np.min_scalar_type(genes)  # three times as fast as 64-bit integers
     return np.arange(genes, dtype=narrow) >= cuts.astype(narrow)
 

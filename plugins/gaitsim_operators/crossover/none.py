@@ -18,5 +18,5 @@ class NoCrossover(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Copy parents, (pairs, genes) each -> (pairs × children, genes)."""
+        """Return copies, (pairs × children, genes), of parents, (pairs, genes) each."""
         return mothers.copy() if self.children == 1 else np.concatenate((mothers, fathers))

@@ -39,7 +39,7 @@ class SimulatedBinary(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Cross parents, (pairs, genes) each -> (pairs × children, genes) float64.
+        """Return children, (pairs × children, genes) float64, of parents, (pairs, genes) each.
 
         The mean of both children equals the mean of their parents. With one child per pair, the
         second is dropped.
@@ -62,6 +62,6 @@ class SimulatedBinary(Crossover):
 
 
 def _spread_factor(uniform: NDArray[np.float64], eta: float) -> NDArray[np.float64]:
-    """Return the distance of the children in distances of the parents, for draws from [0, 1)."""
+    """Return the children's distance relative to the parents' distance, for draws from [0, 1)."""
     power = np.where(uniform <= 0.5, 2 * uniform, 0.5 / (1 - uniform))
     return power ** (1 / (eta + 1))

@@ -23,7 +23,7 @@ class SinglePoint(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Cross parents, (pairs, genes) each -> (pairs × children, genes).
+        """Return children, (pairs × children, genes), of parents, (pairs, genes) each.
 
         A single gene comes from the mother.
         """

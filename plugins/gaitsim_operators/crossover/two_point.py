@@ -17,7 +17,7 @@ class TwoPoint(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Cross parents, (pairs, genes) each -> (pairs × children, genes).
+        """Return children, (pairs × children, genes), of parents, (pairs, genes) each.
 
         Two genes have room for only one cut, so the second comes from the father. A single gene
         comes from the mother.

@@ -20,6 +20,6 @@ class Uniform(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Cross parents, (pairs, genes) each -> (pairs × children, genes)."""
+        """Return children, (pairs × children, genes), of parents, (pairs, genes) each."""
         swapped = rng.random(mothers.shape) < self.probability
         return exchange(mothers, fathers, swapped, self.children)

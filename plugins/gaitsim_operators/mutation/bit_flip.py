@@ -19,12 +19,12 @@ class BitFlip(Mutation):
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (BitSpace,)
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Mutate genomes, (population, genes) -> mutants of the same shape, uint8."""
+        """Return mutated copies of genomes, (population, genes) uint8."""
         population, genes = genomes.shape
         flips = np.zeros(population * genes, genomes.dtype)
         starts = np.arange(0, len(flips), genes)
-        # Floyd's sampling (Bentley and Floyd 1987) for all genomes together: if a bit has already
-        # been drawn, the newest candidate is taken instead.
+        # Floyd's sampling (Bentley and Floyd 1987) for all genomes together: if a drawn bit was
+        # drawn before, the newest candidate is flipped instead.
         for newest in range(genes - min(self.count, genes), genes):
             drawn = starts + rng.integers(0, newest + 1, population)
             flips[np.where(flips.take(drawn), starts + newest, drawn)] = 1

@@ -35,7 +35,7 @@ class Gaussian(Mutation):
         return self.model_copy(update={"sigma": self.sigma * self.decay**generation})
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Mutate genomes, (population, genes) -> mutants of the same shape, float64.
+        """Return mutated copies of genomes, (population, genes) float64.
 
         Raises:
             PluginError: the genes are not real numbers.

@@ -23,7 +23,7 @@ class Polynomial(Mutation):
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Mutate genomes, (population, genes) -> mutants of the same shape, float64.
+        """Return mutated copies of genomes, (population, genes) float64.
 
         Raises:
             PluginError: the genes are not real numbers.
@@ -49,18 +49,18 @@ def _steps(
     uniform: NDArray[np.float64],
     eta: float,
 ) -> NDArray[np.float64]:
-    """Return steps in widths of the bounds, (sites,).
+    """Return steps, (sites,), as fractions of the distance between the bounds.
 
     Args:
-        below: room between gene and lower bound, in widths, (sites,).
-        above: room between gene and upper bound, in widths, (sites,). A gene that crossover left
-            outside a bound has no room on that side, and a full width on the other.
+        below: distance from the lower bound to the gene, in the same unit, (sites,).
+        above: distance from the gene to the upper bound, in the same unit, (sites,). A gene that
+            crossover moved beyond a bound has no room on that side, and 1 on the other.
         uniform: draws from [0, 1), (sites,).
         eta: distribution index.
     """
     downwards = uniform <= 0.5
     room = np.clip(np.where(downwards, below, above), 0, 1)
-    # Nearness of the draw to the middle of its range, from 0 at both ends to 1.
+    # Nearness of the draw to the middle of its range, from 0 at both ends to 1 in the middle.
     near = np.where(downwards, 2 * uniform, 2 * (1 - uniform))
     length = 1 - (near + (1 - near) * (1 - room) ** (eta + 1)) ** (1 / (eta + 1))
     return np.where(downwards, -length, length)

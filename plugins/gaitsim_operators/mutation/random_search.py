@@ -9,5 +9,5 @@ class RandomSearch(Mutation):
     """Random search: replaces every genome by a random one."""
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Replace genomes, (population, genes), by random ones of the same shape and dtype."""
+        """Return random genomes, (population, genes), as many as `genomes`."""
         return space.random(len(genomes), rng)

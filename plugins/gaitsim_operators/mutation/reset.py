@@ -16,7 +16,7 @@ class Reset(Mutation):
     rate: float = option(0.05, "probability that a gene is replaced", ge=0, le=1)
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Mutate genomes, (population, genes) -> mutants of the same shape and dtype."""
+        """Return mutated copies of genomes, (population, genes), with the same dtype."""
         mutants = genomes.copy()
         sites = draw_sites(genomes.size, self.rate, rng)
         mutants.reshape(-1)[sites] = space.random(len(genomes), rng).reshape(-1)[sites]

@@ -16,7 +16,7 @@ class DropWorst(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Choose pairs, (pairs, 2), given scores, (population,).
+        """Return the indices of pairs of parents, (pairs, 2), given scores, (population,).
 
         The parents of a pair differ if possible.
         """
@@ -26,7 +26,7 @@ class DropWorst(Selection):
     def parents_each(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Choose pairs, (populations, pairs, 2), given scores, (populations, population)."""
+        """Return parents, (populations, pairs, 2), given scores, (populations, population)."""
         populations, size = scores.shape
         count = max(1, size - 1)
         kept = np.argsort(-scores, axis=1, kind="stable")[:, :count]
@@ -48,7 +48,7 @@ class DropWorst(Selection):
 
 
 def _avoid_self_pairs(order: NDArray[np.intp], count: int) -> None:
-    """Replace pairs of an individual with itself, which may occur if `count` is odd, in place.
+    """Break up pairs of an individual with itself, which may occur if `count` is odd, in place.
 
     Every second round starts with the father of the last mother of the previous round. If the two
     are the same individual, the next individual becomes the father.

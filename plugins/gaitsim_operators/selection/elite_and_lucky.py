@@ -21,7 +21,7 @@ class EliteAndLucky(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Draw pairs of survivors uniformly, (pairs, 2), given scores, (population,)."""
+        """Return indices of random pairs of survivors, (pairs, 2), given scores, (population,)."""
         order = best_first(scores)
         lucky = rng.permutation(order[self.elite :])[: self.lucky]
         return random_pairs(np.concatenate((order[: self.elite], lucky)), pairs, rng)

@@ -12,7 +12,7 @@ def random_pairs(
     """Draw pairs of different survivors; all ordered pairs are equally likely.
 
     Args:
-        survivors: indices, (survivors,); a single survivor is paired with itself.
+        survivors: indices of the survivors, (survivors,); a single one is paired with itself.
         pairs: number of pairs to draw.
         rng: the only source of randomness.
 

@@ -26,7 +26,7 @@ class Rank(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Draw pairs, (pairs, 2), given scores, (population,)."""
+        """Return the indices of pairs of parents, (pairs, 2), given scores, (population,)."""
         if len(scores) == 1:
             return np.zeros((pairs, 2), dtype=np.intp)
         weights = np.linspace(self.pressure, 2 - self.pressure, len(scores))

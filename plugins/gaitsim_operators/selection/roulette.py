@@ -17,7 +17,7 @@ class Roulette(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Draw pairs, (pairs, 2), given scores, (population,).
+        """Return the indices of pairs of parents, (pairs, 2), given scores, (population,).
 
         An individual with a score of −inf is never drawn. If all finite scores are equal, the
         individuals with these scores are equally likely; without finite scores, all individuals

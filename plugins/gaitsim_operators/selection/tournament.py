@@ -20,7 +20,7 @@ class Tournament(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Choose pairs of winners, (pairs, 2), given scores, (population,).
+        """Return the indices of pairs of winners, (pairs, 2), given scores, (population,).
 
         Ties go to the entrant drawn first, so that no position in the population is favoured.
         """

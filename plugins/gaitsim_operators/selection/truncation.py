@@ -11,8 +11,8 @@ from gaitsim_operators.selection.ranking import best_first
 class Truncation(Selection):
     """Keeps the best share of the population; parents are two different survivors.
 
-    Mühlenbein and Schlierkamp-Voosen 1993. At least two individuals survive, if the population has
-    two.
+    Mühlenbein and Schlierkamp-Voosen 1993. At least two individuals survive, unless the population
+    has only one.
     """
 
     share: float = option(0.2, "share of the population that breeds", gt=0, le=1)
@@ -20,6 +20,6 @@ class Truncation(Selection):
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """Draw pairs of survivors uniformly, (pairs, 2), given scores, (population,)."""
+        """Return indices of random pairs of survivors, (pairs, 2), given scores, (population,)."""
         survivors = max(2, round(self.share * len(scores)))
         return random_pairs(best_first(scores)[:survivors], pairs, rng)
