@@ -199,7 +199,7 @@ def test_mutation_accepts_genomes_that_are_not_contiguous(operator):
 def test_crossovers_of_real_numbers_refuse_bits(operator):
     space = BitSpace(_labels(3))
     genomes = space.random(4, np.random.default_rng(0))
-    with pytest.raises(PluginError, match="bit space"):
+    with pytest.raises(PluginError, match="genomes of the kind 'bit'"):
         operator().cross(genomes, genomes, space, np.random.default_rng(0))
 
 
@@ -207,5 +207,5 @@ def test_crossovers_of_real_numbers_refuse_bits(operator):
 def test_mutations_of_real_numbers_refuse_bits(operator):
     space = BitSpace(_labels(3))
     genomes = space.random(4, np.random.default_rng(0))
-    with pytest.raises(PluginError, match="bit space"):
+    with pytest.raises(PluginError, match="genomes of the kind 'bit'"):
         operator().mutate(genomes, space, np.random.default_rng(0))
