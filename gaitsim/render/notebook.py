@@ -105,7 +105,7 @@ def enable_notebook_display(figure: "Figure", theme: "Theme") -> "Figure":
 
 
 class RunViews:
-    """A run on disk, with methods that draw it."""
+    """A run on disk, with methods that plot, film and display it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -78,8 +78,8 @@ def find_anatomy(
     Args:
         model: `mujoco.MjModel` of the robot's text.
         feet: names of the links at the ends of the legs; () finds them.
-        stance: angles of joints in the standing pose by name, rad. Other joints are as in the
-            keyframe, or at zero. None finds the pose.
+        stance: angles of joints in the standing pose by name, rad. Other joints have the angles of
+            the keyframe, or zero. None searches for a pose.
 
     Raises:
         GaitsimError: the robot has no legs or no standing pose, or a body or joint is unknown.

@@ -44,18 +44,19 @@ class Chain:
         return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()) or 1.0
 
     def place(self, angles: Floats) -> Floats:
-        """Return the positions of the tip for angles, (..., joints) rad -> (..., 3) m."""
+        """Return the positions of the tip, (..., 3) m, for angles, (..., joints) rad."""
         return self._pose(np.ascontiguousarray(angles - self.zero))[0]
 
     def rotation(self, angles: Floats) -> Floats:
-        """Return the tip's rotation from `zero`, (..., joints) rad -> (..., 3, 3)."""
+        """Return the tip's rotation from `zero`, (..., 3, 3), for angles, (..., joints) rad."""
         return self._pose(np.ascontiguousarray(angles - self.zero))[1]
 
     def weights(self, level: bool) -> Floats:
         """Return weights for `solve` that suit the number of joints, (6,).
 
-        Three joints control the whole position, two control it forward and up. With `level`,
-        further joints prevent the foot from pitching, rolling and yawing, in this order.
+        Three joints control the whole position; two control mainly its forward and upward
+        components. With `level`, further joints prevent the foot from pitching, rolling and yawing,
+        in this order.
         """
         joints = len(self.zero)
         planar = bool((np.abs(self.axes[:, 1]) > PLANAR).all())
@@ -84,7 +85,7 @@ class Chain:
             iterations: number of iterations of the Levenberg-Marquardt method.
 
         Returns:
-            (..., joints) rad. Each target is solved separately, independent of the others.
+            The angles, (..., joints) rad. Each target is solved independently of the others.
         """
         joints = len(self.zero)
         angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
@@ -152,7 +153,7 @@ def standing_chains(model: Any, anatomy: Anatomy) -> tuple[Chain, ...]:
 
 
 def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
-    """Return the chain of `joints`, indices from the hip to the foot, in the pose of `data`.
+    """Return the chain of joints, given by index from the hip to the foot, in the pose of `data`.
 
     Missing or wide limits are replaced by half a turn in each direction.
     """
@@ -170,7 +171,7 @@ def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
 
 
 def _multiply(matrices: Floats, vectors: Floats) -> Floats:
-    """Return the product of (..., n, m) and (..., m)."""
+    """Return the products of matrices, (..., n, m), and vectors, (..., m)."""
     product: Floats = np.matmul(matrices, vectors[..., None])[..., 0]
     return product
 
@@ -181,7 +182,7 @@ def _cross_matrix(axis: Floats) -> Floats:
 
 
 def _jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
-    """Return the derivatives of tip and rotation, (..., 6, joints): rows in m/rad, then axes."""
+    """Return the derivatives of the tip, m/rad, then of its rotation, rad/rad, (..., 6, joints)."""
     lever = tips[..., None, :] - anchors
     columns = np.concatenate([_cross(axes, lever), axes], axis=-1)
     return columns.swapaxes(-1, -2)

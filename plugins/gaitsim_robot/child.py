@@ -33,7 +33,8 @@ def run_in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[
     """Call a function in a child process and return its result.
 
     Args:
-        task: `module:function`, which takes the items of `argument` and returns a dictionary.
+        task: `module:function` of a function that takes the items of `argument` and returns a
+            dictionary.
         argument: keyword arguments, a JSON object.
         where: the file or text, for messages.
 

@@ -24,7 +24,7 @@ def delayed_commands(simulation: Simulation, commands: Floats, first: int, last:
         last: frame at the end of the steps.
 
     Returns:
-        (population, (last − first) · steps + 1, servos) rad.
+        The angles, (population, (last − first) · steps + 1, servos) rad.
     """
     late = math.ceil(simulation.latency / simulation.model.opt.timestep - ROUNDING)
     steps = np.arange(first * simulation.steps, last * simulation.steps + 1) - late

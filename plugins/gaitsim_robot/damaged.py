@@ -16,8 +16,8 @@ from gaitsim_robot.anatomy import Anatomy, Floats, Leg
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.shapes import surfaces
 
-LOCKED = 1e3  # × mass × length² of the robot, armature of a locked joint; more costs precision
-RETURN = 10.0  # rad/s, natural frequency of a locked joint: weight × length turns it by 1e-4 rad
+LOCKED = 1e3  # armature of a locked joint, × mass × length² of the robot; more costs precision
+RETURN = 10.0  # rad/s, natural frequency of a locked joint; weight × length L turns it 1e-4/L rad
 WEIGHTLESS = 1e-12  # kg and kg m², just above the values that MuJoCo rejects as errors
 
 

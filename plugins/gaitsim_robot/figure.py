@@ -93,7 +93,7 @@ def _damaged_parts(
 
 
 def body_poses(model: Any, configuration: Floats) -> tuple[Floats, Floats]:
-    """Return positions (frames, bodies, 3), m, and quaternions (frames, bodies, 4)."""
+    """Return positions, (frames, bodies, 3) m, and quaternions, (frames, bodies, 4), of bodies."""
     import mujoco
 
     data = mujoco.MjData(model)

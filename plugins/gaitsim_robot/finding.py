@@ -11,9 +11,9 @@ from gaitsim_robot.chain import pose_data
 from gaitsim_robot.limbs import Limb, Tree, leg_order
 from gaitsim_robot.standing import Stand
 
-LOW = 0.6  # smallest depth that a leg can reach, as a share of the lowest limb's
-UPRIGHT = 0.4  # share of the largest depth; a robot whose limbs hang deeper at zero is upright
-LIFT = 0.1  # smallest height to which a leg can lift its foot, as a share of the largest depth
+LOW = 0.6  # minimum depth that a leg can reach, as a share of the deepest limb's depth
+UPRIGHT = 0.4  # share of the largest depth; if LOW × the depth at zero is more, a robot is upright
+LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 ALIKE = 0.2  # largest difference between mirrored legs, as a share of a leg's length
 LONGER = 1.3  # ratio of the extents along y and x above which a robot faces along y
 _HALF = 0.5**0.5
@@ -55,9 +55,9 @@ class Finder:
         raise first
 
     def _rest(self) -> tuple[Floats, bool]:
-        """Return the keyframe's pose, or the pose at zero, and whether the user or file gave it.
+        """Return the keyframe's pose, or else the pose at zero, clipped to the joint limits.
 
-        Angles are clipped to the limits.
+        Also return whether the user or the file gives a standing pose.
         """
         import mujoco
 
@@ -210,7 +210,7 @@ def _are_arms(limbs: Sequence[Limb], height: float) -> bool:
 
 
 def _lies_on_its_side(limbs: Sequence[Limb]) -> bool:
-    """Return whether hips are next to each other along z instead of y."""
+    """Return whether the hips of similar limbs are side by side along z instead of y."""
     for limb in limbs:
         hips = [other.hip for other in limbs if _are_alike(limb, other)]
         spread = np.ptp(hips, axis=0) / limb.length
@@ -227,8 +227,8 @@ def _are_alike(limb: Limb, other: Limb) -> bool:
 def _front(limbs: Sequence[Limb], default: int) -> float:
     """Return the heading of the robot, rad from x.
 
-    The feet of a robot with two legs point forward. A robot with more legs that faces along y
-    faces along `default` · y.
+    A robot with two legs faces in the direction of its feet. A robot with more legs that faces
+    along the y axis faces in the direction `default` · y.
     """
     along_y = _faces_along_y(limbs)
     axis, sign = (1, float(default)) if along_y else (0, 1.0)

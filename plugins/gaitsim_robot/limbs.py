@@ -28,8 +28,8 @@ class Limb:
         joints: joints from the hip to the foot, without joints shared with other limbs, (joints,).
         bodies: bodies of the foot and its toes, which touch the ground, (bodies,).
         parts: all bodies that only this limb moves, (bodies,).
-        chain: chain from the hip to the tip, the middle of a ball or a point.
-        radius: radius of that ball, m.
+        chain: chain from the hip to the tip, which is the middle of a ball.
+        radius: radius of that ball, m; 0 for a point.
         foot: body of the tip.
         sole: extents of a level sole along x and y, (2,) m; 0 for a point foot.
         hip: anchor of the last joint of the hip, (3,) m.

@@ -80,5 +80,5 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
 
 
 def _mean(values: Array, chosen: Array) -> Floats:
-    """Return each individual's mean over chosen frames, (population, frames) -> (population,)."""
+    """Return the mean of values, (population, frames), over chosen frames, (population,)."""
     return total(np.where(chosen, values, 0.0)) / total(chosen)

@@ -14,7 +14,7 @@ def walk(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -
 
     Args:
         simulation: simulation of one robot.
-        commands: (population, frames, joints) rad.
+        commands: commands to the servos of the legs, (population, frames, joints) rad.
         engine: function that simulates the robots.
     """
     record = engine(simulation, commands)

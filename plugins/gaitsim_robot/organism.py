@@ -236,7 +236,7 @@ class Robot(Organism):
 
         Args:
             path: the file.
-            roots: additional folders with files that it may use, such as other ROS packages.
+            roots: additional folders that contain files it refers to, such as other ROS packages.
 
         Raises:
             RobotError: the file cannot be read, or is not a robot.
@@ -244,7 +244,7 @@ class Robot(Organism):
         return import_robot(path, roots)
 
     def genome_space(self) -> RealSpace:
-        """Return the genes of the encoding."""
+        """Return the genome space of the encoding."""
         return genome_space(self._encoding.groups)
 
     @property
@@ -257,7 +257,7 @@ class Robot(Organism):
         )
 
     def move(self, genomes: Genomes) -> Motion:
-        """Walk, each individual in its own simulation."""
+        """Simulate the walk of each individual separately."""
         return self._walk(self._encoding.commands(genomes, self.frames))
 
     def play(self, joint_angles: Array) -> Motion:

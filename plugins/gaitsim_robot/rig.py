@@ -77,13 +77,13 @@ def _trunk(model: Any, anatomy: Anatomy) -> Link:
 def _links(
     model: Any, body: int, parent: str, shift: Floats, stance: Floats, turning: set[str]
 ) -> tuple[list[Link], Floats]:
-    """Return a link for each joint of a body, and the position of the last link's origin in it.
+    """Return a link for each joint of a body, and the last link's origin in the body's frame.
 
     Args:
         model: MuJoCo's compiled model.
         body: number of the body.
         parent: name of the link that carries the body.
-        shift: position of that link's origin in the link's body, (3,) m.
+        shift: position of that link's origin in the frame of its body, (3,) m.
         stance: standing pose, (nq,).
         turning: names of the joints that move.
     """

@@ -184,7 +184,7 @@ def record_segment(
 
 
 def _freeze(record: Record, individual: int, frame: int) -> None:
-    """Hold an individual's positions and work from before a fall; set the other quantities to 0."""
+    """Hold the positions and work from before a fall, and set the other quantities to 0."""
     still = max(frame - 1, 0)
     for kept in (record.qpos, record.feet, record.work):
         kept[individual, frame:] = kept[individual, still]

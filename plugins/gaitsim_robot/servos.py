@@ -4,9 +4,9 @@ A servo drives its joint with the torque `stiffness · (command − angle) − d
 motor, whose largest torque decreases linearly from the stall torque at rest to 0 at the no-load
 speed. It is implemented as MuJoCo's `dcmotor`; `commands.delayed_commands` delays its commands.
 
-The damping of a hobby servo is that of its motor, stall torque / no-load speed, as its electronics
-apply a voltage proportional to the error, and back-EMF damps the motion. Gear friction, backlash
-and heating are not modelled.
+A hobby servo has the damping of its motor, stall torque / no-load speed, as its electronics apply a
+voltage proportional to the error, and back-EMF damps the motion. Gear friction, backlash and
+heating are not modelled.
 """
 
 import math
@@ -34,7 +34,7 @@ ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"
 - `model`: the limits in the robot's text. Missing limits are replaced by a torque of `SHARE` of the
   robot's weight times the reach of its longest leg, and by `SPEED`. Limits beyond `LIFT` and
   `FASTEST` are placeholders, and are reduced to these values.
-- `ideal`: stiff, strong and without delay, to show what a gait could be.
+- `ideal`: stiff, strong and without delay, to show what a gait could achieve.
 """
 
 
@@ -76,8 +76,8 @@ def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
     """Add an actuator for each servo, named after its joint.
 
     The control of an actuator is the commanded angle, which is clipped to the range of the joint.
-    An actuator replaces the joint's own torque limit. The joint's armature becomes at least the
-    servo's.
+    An actuator replaces the joint's own torque limit. The joint's armature is raised to the servo's
+    armature if it is smaller.
 
     Args:
         spec: MuJoCo's specification of the robot's text, changed in place.
@@ -113,7 +113,7 @@ def set_limits(model: Any, servos: Mapping[str, Servo]) -> None:
 
     Args:
         model: `mujoco.MjModel`, changed in place.
-        servos: servos by the names of their joints; those without force are skipped.
+        servos: servos by the names of their joints; servos without force are skipped.
     """
     for name, servo in servos.items():
         if servo.stall_torque:

@@ -29,8 +29,8 @@ def settle(
         height: height of the intact robot's trunk when standing, m.
 
     Returns:
-        The state at rest, whether the robot stands, and the share of its torque that each servo
-        needs: `start`, `stands` and, for all servos, `effort` of `Simulation`.
+        The state at rest, whether the robot stands, and the share of its stall torque that each
+        servo needs, (servos,). `Simulation` has them as `start`, `stands` and `effort`.
     """
     import mujoco
 

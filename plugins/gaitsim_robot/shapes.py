@@ -45,7 +45,7 @@ def surfaces(model: Any) -> Surfaces:
     geoms, local, radius = [], [], []
     for geom in range(model.ngeom):
         if not (model.geom_contype[geom] | model.geom_conaffinity[geom]) & 1:
-            continue  # bit 1 is that of the ground
+            continue  # the ground has bit 1
         points, ball = geom_surface(model, geom)
         geoms.append(np.full(len(points), geom, np.intp))
         local.append(points)

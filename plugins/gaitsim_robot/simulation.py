@@ -49,7 +49,7 @@ class Simulation:
         feet: index of the position of each foot, (feet, 3).
         belly: index of the number of contacts between trunk and ground.
         offset: constant error of each leg joint relative to its command, (joints,) rad, such as
-            that of a horn on its servo.
+            from an inexactly mounted servo horn.
         ground: uneven ground; None for level ground at z = 0.
         world: values of conditions by name.
     """
@@ -77,7 +77,7 @@ class Simulation:
     world: Mapping[str, float] = field(default_factory=dict)
 
     def above(self, points: Floats) -> Floats:
-        """Return the height of points above the ground, (…, 3) m -> (…,) m."""
+        """Return the height above the ground, (…) m, of points, (…, 3) m."""
         height: Floats = points[..., 2]
         return height if self.ground is None else height - self.ground.height(points)
 
@@ -235,7 +235,7 @@ def _add_contact_sensor(
 def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
     """Exclude collisions of bodies that overlap or almost touch in the standing pose.
 
-    Real parts cannot overlap, but their hulls can, such as those of a thigh and the trunk.
+    Real parts cannot overlap, but their hulls can, such as the hulls of a thigh and the trunk.
     """
     import mujoco
 

@@ -35,7 +35,7 @@ class Stand:
     Args:
         model: MuJoCo's model.
         limbs: the legs.
-        partners: index of the leg that mirrors each, or -1.
+        partners: for each leg, the index of the leg that mirrors it, or -1.
     """
 
     def __init__(self, model: Any, limbs: Sequence[Limb], partners: Sequence[int]) -> None:
@@ -160,7 +160,7 @@ class Stand:
         return qpos
 
     def _correct(self, qpos: Floats, targets: list[Floats], ground: float) -> Floats:
-        """Move the feet exactly to the ground and below the centre of mass."""
+        """Return a pose with the feet moved to the ground and below the centre of mass."""
         points = self.pose(qpos)
         lows = self._lowest_heights(points)
         centre = self.data.subtree_com[1] - np.mean(
@@ -237,7 +237,7 @@ class Stand:
 
 
 def mirror_angles(chain: Any, other: Any, angles: Floats) -> Floats:
-    """Return the angles of `other` that mirror those of `chain`, within the limits."""
+    """Return the angles of `other` that mirror given angles of `chain`, clipped to the limits."""
     count = min(len(chain.zero), len(other.zero))
     signs = ((chain.axes * [-1, 1, -1])[:count] * other.axes[:count]).sum(axis=1)
     image = other.zero.copy()

@@ -7,7 +7,7 @@ import numpy as np
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import Chain
 
-SAMPLES = 32  # per cycle; joint angles between samples are interpolated
+SAMPLES = 32  # samples per cycle; joint angles between them are interpolated
 ITERATIONS = 12
 SLOWEST_RETURN = -0.5  # stride lengths per swing, lower bound of the speed at the ends of a swing
 
@@ -40,7 +40,7 @@ def cycle_angles(chain: Chain, targets: Floats, level: bool) -> Floats:
         level: whether the foot keeps its orientation as far as its joints allow.
 
     Returns:
-        (population, SAMPLES, joints) rad.
+        The angles, (population, SAMPLES, joints) rad.
     """
     weights = chain.weights(level)
     return chain.solve(targets, chain.zero, chain.zero, weights, ITERATIONS)
@@ -58,11 +58,11 @@ def interpolate_cycle(angles: Floats, phase: Floats) -> Floats:
     Source: E. Catmull, R. Rom, A class of local interpolating splines (1974).
 
     Args:
-        angles: (population, SAMPLES, joints) rad.
+        angles: angles of a cycle, (population, SAMPLES, joints) rad.
         phase: phase in cycles, (population, frames).
 
     Returns:
-        (population, frames, joints) rad.
+        The angles, (population, frames, joints) rad.
     """
     place = (phase - np.floor(phase)) * SAMPLES
     first = np.minimum(place.astype(np.intp), SAMPLES - 1)

@@ -9,7 +9,7 @@ from gaitsim_robot.anatomy import Floats
 
 
 def total(values: Array) -> Floats:
-    """Return the sum over all axes but the population, (population, …) -> (population,).
+    """Return the sum of values, (population, …), over all axes but the population, (population,).
 
     NumPy sums each row of a contiguous array separately.
     """
@@ -29,6 +29,6 @@ def rms(values: Array) -> Floats:
 
 
 def ratio(part: Array, whole: Array, otherwise: float = 0.0) -> Floats:
-    """Return part / whole, in the shape of `part`; `otherwise` for a whole of 0."""
+    """Return part / whole in the shape of `part`, and `otherwise` where the whole is 0 or less."""
     found: Floats = np.divide(part, whole, out=np.full(part.shape, otherwise), where=whole > 0)
     return found

@@ -17,7 +17,10 @@ def rows(anatomy: Anatomy) -> NDArray[np.intp]:
 
 
 def leaders(anatomy: Anatomy, symmetry: Symmetry) -> NDArray[np.intp]:
-    """Return the leg whose genes each leg follows, (legs,): the left leg of its row."""
+    """Return the index of the leg whose genes each leg uses, (legs,).
+
+    With a symmetry, it is the left leg of the row, if both legs have equally many joints.
+    """
     index = {leg.name: at for at, leg in enumerate(anatomy.legs)}
     found = []
     for at, leg in enumerate(anatomy.legs):

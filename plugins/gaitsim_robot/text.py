@@ -200,7 +200,7 @@ def compile_model(text: str) -> Any:
 
 
 def compile_text(text: str) -> dict[str, Any]:
-    """Compile a checked text, as a task of a child process, which returns a dictionary.
+    """Compile a checked text in a child process, and return an empty dictionary.
 
     Raises:
         RobotError: MuJoCo cannot compile it.

@@ -83,9 +83,9 @@ class Travel(Fitness):
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Return forward, drift, turn, fall, energy, torque, roughness and slip, m.
 
-        A target speed adds the term speed. Joints of unknown stall torque add nothing to torque,
-        the energy is 0 without gravity, and the roughness is 0 if the frame rate is too low for
-        `rough_frequency`.
+        With a target speed, there is also the term `speed`. Joints with an unknown stall torque
+        contribute nothing to `torque`; `energy` is 0 without gravity, and `roughness` is 0 if the
+        frame rate is too low for `rough_frequency`.
         """
         torso, length = motion["torso"], motion["length"]
         seconds = (torso.shape[1] - 1) / motion.frame_rate
@@ -112,7 +112,7 @@ class Travel(Fitness):
         """Return the distance in the target direction, and the deviation to the left by frame.
 
         Returns:
-            (population,) and (population, frames), m.
+            The distance, (population,) m, and the deviation, (population, frames) m.
         """
         # Exact for whole quarter turns, as cos(π/2) is not exactly 0 in floating point.
         quarters, rest = divmod(self.direction, 90)
@@ -124,13 +124,13 @@ class Travel(Fitness):
         return distance, x * moved[..., 1] - y * moved[..., 0]
 
     def _overload(self, motion: Motion) -> Floats:
-        """Return the root mean square torque above `torque_share`, in stall torques."""
+        """Return the RMS torque above `torque_share`, as a share of the stall torque."""
         stall = motion["stall_torque"][:, None]
         beyond = ratio(motion["torque"], np.broadcast_to(stall, motion["torque"].shape))
         return rms(np.maximum(beyond - self.torque_share, 0.0))
 
     def _roughness(self, motion: Motion) -> Floats:
-        """Return the root mean square joint motion above `rough_frequency`, rad.
+        """Return the RMS joint motion above `rough_frequency`, rad.
 
         The filter is a Butterworth high-pass of fourth order, at rest before the first frame.
         """

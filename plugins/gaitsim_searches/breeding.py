@@ -54,7 +54,7 @@ def simulated_binary(
 def _spread(
     draws: NDArray[np.float64], room: NDArray[np.float64], eta: float
 ) -> NDArray[np.float64]:
-    """Return the distance of the children in distances of the parents.
+    """Return the distance of the children, relative to the distance of the parents.
 
     Args:
         draws: uniform draws in [0, 1).

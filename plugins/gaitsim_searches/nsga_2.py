@@ -27,7 +27,7 @@ class Nsga2(Search):
     NSGA-II". Parents are the winners of binary tournaments by front, then by crowding. Parents and
     children are sorted into fronts together, and the best fronts survive; the last one keeps its
     least crowded individuals. Children that duplicate an existing genome are replaced by others. A
-    failed individual is dominated by all others. Defaults are those of pymoo 0.6.
+    failed individual is dominated by all others. The defaults are the same as in pymoo 0.6.
 
     State: `genomes` (survivors, genes) with their `scores`, `values` (survivors, objectives),
     `ranks` of fronts and `crowding`; `reference` (objectives,), the reference point of the

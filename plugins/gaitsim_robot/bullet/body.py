@@ -29,7 +29,7 @@ class Body:
         simulation: simulation of the robot.
 
     Attributes:
-        links: links without the trunk.
+        links: all links except the trunk.
         moving: indices of the links with joints, (joints,).
         joints: numbers of these joints in MuJoCo, (joints,).
         number: number of the robot in the client.
@@ -219,7 +219,7 @@ class Body:
         return bool(meets.any())
 
     def _related(self, body: int, other: int) -> bool:
-        """Return whether a body, with those fixed to it, is fixed to or carries the other."""
+        """Return whether two bodies are fixed together, or one directly carries the other."""
         welded, parents = self.model.body_weldid, self.model.body_parentid
         one, two = welded[body], welded[other]
         return bool(one == two or welded[parents[one]] == two or welded[parents[two]] == one)
@@ -236,7 +236,7 @@ class Body:
 
 
 def _mesh(points: Floats) -> str:
-    """Return the hull of points, all of which are corners, as an OBJ file."""
+    """Return the convex hull of its corners as an OBJ file."""
     from scipy.spatial import ConvexHull
 
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]

@@ -13,7 +13,7 @@ _redirecting = Lock()  # all threads of the process share its streams
 
 
 class Client:
-    """A separate world, with PyBullet's functions applied to it, and constants, as attributes."""
+    """A separate world. Its attributes are PyBullet's constants, and functions bound to it."""
 
     def __init__(self, module: ModuleType) -> None:
         self._module = module
@@ -54,7 +54,7 @@ def open_client(dt: float) -> Iterator[Client]:
 
 
 def import_pybullet() -> ModuleType:
-    """Return PyBullet.
+    """Import PyBullet, and return its module.
 
     Raises:
         RobotError: PyBullet is not installed.

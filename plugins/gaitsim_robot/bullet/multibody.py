@@ -23,7 +23,7 @@ from gaitsim_robot.simulation import Simulation
 
 TRUNK = 1  # number of the trunk's body
 RATIO = 2000.0  # gear ratio, high enough that the rotor's own inertia is negligible
-LIGHT = 1e-6  # × mass of the robot, mass of links without a body; lighter limbs are lost legs
+LIGHT = 1e-6  # share of the robot's mass, for links without a body; lighter limbs are lost legs
 ROTOR = 1e-9  # kg, mass of a rotor
 NEAR = 1e-3  # m, radius of gyration of a link without a body
 
@@ -108,7 +108,7 @@ def create_links(simulation: Simulation) -> tuple[Link, ...]:
 
 
 def is_locked(simulation: Simulation, joint: int) -> bool:
-    """Return whether damage locks a joint, which its large armature shows."""
+    """Return whether damage locks a joint; a locked joint has a large armature."""
     anatomy, armature = simulation.anatomy, _armature(simulation.model, joint)
     return bool(armature > 0.1 * LOCKED * anatomy.mass * anatomy.length**2)
 

@@ -107,10 +107,11 @@ class _Walk:
 
         Args:
             control: commands to all servos in each of MuJoCo's steps, (steps + 1, servos) rad; the
-                last is not simulated.
+                last step is not simulated.
 
         Returns:
-            (steps + 1, states) and (steps + 1, sensors). The last state repeats the one before.
+            The states, (steps + 1, states), and the sensors, (steps + 1, sensors). The last state
+            repeats the one before.
         """
         simulation, model = self.simulation, self.model
         count = len(control) - 1

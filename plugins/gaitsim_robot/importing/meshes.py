@@ -143,7 +143,7 @@ def turn(axis: Floats, angle: float) -> Floats:
 
 
 def hull(points: Floats, most: int = VERTICES) -> Floats | None:
-    """Return at most `most` points whose convex hull approximates that of all points.
+    """Return at most `most` points whose convex hull approximates the convex hull of all points.
 
     Starting from four corners, the hull grows by the farthest outside point, until no point is
     farther away than a hundredth of the length (the order of Quickhull: Barber, Dobkin and
