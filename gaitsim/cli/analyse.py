@@ -47,7 +47,7 @@ def analyse(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Physics engine for the robot, such as bullet; with --physics, for the body's "
+            help="Physics engine for the robot, such as 'bullet'; with --physics, for the body's "
             "version in rigid-body physics.",
         ),
     ] = None,

@@ -48,7 +48,7 @@ def differences(
     by: Annotated[
         Axis | None,
         typer.Option(
-            help="Horizontal axis. Default: generation, or evaluations if the "
+            help="Horizontal axis. Default: 'generation', or 'evaluations' if the "
             "population sizes differ."
         ),
     ] = None,

@@ -43,7 +43,7 @@ def export(
             "The body in motion: html (web page), glb (glTF for Blender and others).\n\n"
             "The whole run: atlas (web page with the archive as a map of animated gaits), "
             "tensorboard.\n\n"
-            "Default: from the extension of --out, otherwise mat.",
+            "Default: from the extension of --out, otherwise 'mat'.",
         ),
     ] = None,
     out: ExportFile = None,

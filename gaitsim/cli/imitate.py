@@ -55,7 +55,7 @@ def imitate(
     ] = "source",
     activation: Annotated[
         Activation | None,
-        typer.Option(help="Activation of the hidden layer. Default: leaky-relu."),
+        typer.Option(help="Activation of the hidden layer. Default: 'leaky-relu'."),
     ] = None,
     output: Annotated[
         OutputActivation | None,

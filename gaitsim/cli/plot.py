@@ -60,8 +60,9 @@ def plot(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Channel of the motion to plot, such as altitude; an unknown name lists all "
-            "channels. For --kind channel; for --kind joints, a channel of joints such as torque.",
+            help="Channel of the motion to plot, such as 'altitude'; an unknown name lists all "
+            "channels. For --kind channel; for --kind joints, a channel of joints "
+            "such as 'torque'.",
         ),
     ] = None,
     component: Annotated[
@@ -97,7 +98,7 @@ def plot(
     format: Annotated[
         PlotFormat | None,
         typer.Option(
-            help="Format of the figure. Default: from the extension of --out, otherwise png."
+            help="Format of the figure. Default: from the extension of --out, otherwise 'png'."
         ),
     ] = None,
     out: Annotated[

@@ -15,7 +15,7 @@ from gaitsim.tui.themes import check_theme
 Root = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that holds the runs.")]
 ThemeName = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Name of a theme, such as gaitsim-light."),
+    typer.Option(metavar="NAME", help="Name of a theme, such as 'gaitsim-light'."),
 ]
 
 

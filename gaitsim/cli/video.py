@@ -23,7 +23,7 @@ def video(
     format: Annotated[
         VideoFormat | None,
         typer.Option(
-            help="MP4 (H.264) or GIF. Default: from the extension of --out, otherwise mp4."
+            help="MP4 (H.264) or GIF. Default: from the extension of --out, otherwise 'mp4'."
         ),
     ] = None,
     out: ExportFile = None,

@@ -40,7 +40,7 @@ World = Annotated[
 ]
 Engine = Annotated[
     str | None,
-    Field(description="physics engine for a robot, such as bullet; none: the robot's own"),
+    Field(description="physics engine for a robot, such as 'bullet'; none: the robot's own"),
 ]
 Generations = Annotated[
     str | None,

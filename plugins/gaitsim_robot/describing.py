@@ -98,11 +98,11 @@ def _standing(simulation: Simulation) -> str:
     if simulation.effort[hardest] < 1:
         return (
             f"the robot tips over, although standing requires only {most}; try a different pose "
-            "(organism.stance) or stiffer servos (organism.stiffness)"
+            "('organism.stance') or stiffer servos ('organism.stiffness')"
         )
     return (
         f"the robot collapses, as standing requires {most}; try a stronger servo "
-        "(organism.servo or organism.torque_limit) or a different pose (organism.stance)"
+        "('organism.servo' or 'organism.torque_limit') or a different pose ('organism.stance')"
     )
 
 

@@ -123,7 +123,7 @@ class Finder:
             raise GaitsimError(
                 "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
                 allowed="at least two limbs of hinge joints that reach the ground below the trunk",
-                remedy="name the links at the ends of the legs in organism.feet",
+                remedy="name the links at the ends of the legs in 'organism.feet'",
             )
         return legs
 
@@ -142,8 +142,8 @@ class Finder:
         if found is None:
             raise GaitsimError(
                 f"the robot has no standing pose: {why}",
-                remedy="set the joint angles of a standing pose in organism.stance, or name the "
-                "feet in organism.feet",
+                remedy="set the joint angles of a standing pose in 'organism.stance', or name the "
+                "feet in 'organism.feet'",
             )
         instead = f"the keyframe is not the standing pose, because {problem}"
         return found, (instead,) if self.given else ()

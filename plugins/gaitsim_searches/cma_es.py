@@ -58,7 +58,7 @@ class CmaEs(Search):
     def objection(self, space: GenomeSpace, population: int) -> str:
         """Return why the population is too small, or ''."""
         if population < 4:
-            return f"cma-es needs a population of at least 4, not {population}"
+            return f"'cma-es' needs a population of at least 4, not {population}"
         return ""
 
     def initial(self, context: Context) -> State:

@@ -66,7 +66,7 @@ class DifferentialEvolution(Search):
         """Return why the population is too small, or ''."""
         if population < SMALLEST:
             return (
-                f"differential-evolution needs a population of at least {SMALLEST}, "
+                f"'differential-evolution' needs a population of at least {SMALLEST}, "
                 f"not {population}"
             )
         return ""

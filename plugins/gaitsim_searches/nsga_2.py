@@ -82,7 +82,8 @@ class Nsga2(Search):
         """Return why the population is too small, or ''."""
         if population < 4:
             return (
-                f"nsga-2 needs a population of at least 4, two pairs of parents, not {population}"
+                "'nsga-2' needs a population of at least 4 (two pairs of parents), "
+                f"not {population}"
             )
         return ""
 

@@ -13,7 +13,7 @@ from gaitsim.scaffold import PREFIX, new_package
 def new(
     name: Annotated[
         str,
-        typer.Argument(metavar="NAME", help="Name of the plugin, such as hopper."),
+        typer.Argument(metavar="NAME", help="Name of the plugin, such as 'hopper'."),
     ],
     kind: Annotated[
         str,

@@ -20,7 +20,7 @@ def show(
         str,
         typer.Argument(
             metavar="NAME",
-            help="Name of a plugin, such as spider-walk.",
+            help="Name of a plugin, such as 'spider-walk'.",
             autocompletion=plugin_names,
         ),
     ],

@@ -97,6 +97,6 @@ def _check_breeding(
         yield error(
             "determinism",
             f"the same children from the same generator ({what})",
-            "different",
+            "different children",
             STATELESS,
         )

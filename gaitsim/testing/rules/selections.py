@@ -32,7 +32,7 @@ def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator
         yield advice(
             "selection",
             "parents whose mean score is higher than that of the population",
-            f"{random[parents].mean():.3f}; population: {random.mean():.3f}",
+            f"a mean of {random[parents].mean():.3f}, and {random.mean():.3f} for the population",
             "prefer higher scores: np.argmax, or np.argsort(-scores)",
         )
     objection: object = selection.objection(40, 2, 2)
@@ -67,7 +67,7 @@ def _check_parents(selection: Selection, what: str, scores: Any, pairs: int) -> 
         yield error(
             "determinism",
             f"the same parents from the same generator ({what})",
-            "different",
+            "different parents",
             STATELESS,
         )
     each: Any = selection.parents_each(scores[None].copy(), pairs, np.random.default_rng(7))

@@ -122,10 +122,15 @@ def _check_members(trial: Trial, what: str, members: object) -> Iterator[Finding
     if not (_are_valid(members.genomes, trial.space) and members.scores.shape == (count,)):
         wrong = "invalid genomes, or scores of the wrong shape"
         yield error(
-            "members", expected, wrong, "return genomes (members, genes) and scores (members,)"
+            "members",
+            expected,
+            wrong,
+            "return genomes of shape (members, genes) and scores of shape (members,)",
         )
     elif any(np.shape(values) != (count,) for values in members.values.values()):
-        yield error("members", expected, "values of the wrong shape", "return values (members,)")
+        yield error(
+            "members", expected, "values of the wrong shape", "return values of shape (members,)"
+        )
     elif (keeps == "front") != (cells is None) or (
         cells is not None and (cells.ndim != 2 or len(cells) != count or cells.dtype != np.int64)
     ):

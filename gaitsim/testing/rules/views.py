@@ -42,7 +42,7 @@ def check_skeleton(body: Organism, motion: Motion) -> Iterator[Finding]:
                 "at least one frame and one segment, finite points, a frame rate above 0",
                 f"{len(skeleton.segments)} frames, {len(skeleton.names)} segments, "
                 f"{skeleton.frame_rate} Hz{'' if finite else ', non-finite points'}",
-                "return both ends of each segment in metres, (frames, segments, 2, 3)",
+                "return both ends of each segment in metres, as an array (frames, segments, 2, 3)",
             )
             return
         if skeleton.poses is not None and individual not in motion.failures:
@@ -103,7 +103,7 @@ def check_rig(body: Organism, motion: Motion) -> Iterator[Finding]:
     if abs(lengths[worst] - shown[worst]) > _LENGTHS * shown.max():
         yield error(
             "rig",
-            f"segments as long as the skeleton's, {rig.names[worst]!r} {shown[worst]:.4g} m",
+            f"segments as long as the skeleton's, {rig.names[worst]!r} {shown[worst]:.4g} m long",
             f"{lengths[worst]:.4g} m",
             "return both ends of a segment in the frame of its link",
         )
@@ -138,7 +138,9 @@ def check_play(body: Organism, motion: Motion) -> Iterator[Finding]:
         )
     if not isinstance(played, Motion):
         expected = "play() returns a gaitsim.contracts.Motion"
-        yield error("play", expected, f"a {type(played).__name__}", "return a Motion, as move()")
+        yield error(
+            "play", expected, f"a {type(played).__name__}", "return a Motion, as move() does"
+        )
         return
     shape = np.shape(played["joint_angles"]) if "joint_angles" in played else ()
     if shape != angles.shape:

@@ -18,7 +18,7 @@ def check_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[F
     if WORLD not in type(body).model_fields:
         yield error(
             "worlds",
-            f"the option {WORLD!r} of a body with conditions",
+            f"an option {WORLD!r}, because the body has conditions",
             "none",
             f"declare {WORLD}: dict[str, float] = option({{}}, WORLD_HELP)",
         )

@@ -41,7 +41,7 @@ class DropWorst(Selection):
         bred = population - elites
         if children == 2 and bred % 2:
             return (
-                f"drop-worst breeds {bred:,} of {population:,} individuals in pairs with two "
+                f"'drop-worst' breeds {bred:,} of {population:,} individuals in pairs with two "
                 f"children each, but {bred:,} is odd"
             )
         return ""
