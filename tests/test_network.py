@@ -209,7 +209,7 @@ def test_a_random_network_depends_on_its_generator_alone():
         (lambda: Network((np.zeros((2, 3)),), (np.zeros(3),)), r"b1 .*\(3,\).*\(2,\)"),
         (
             lambda: Network((np.zeros((2, 3)), np.zeros((1, 3))), (np.zeros(2), np.zeros(1))),
-            r"W2 .*\(1, 3\).*\(…, to, 2\)",
+            r"W2 .*\(1, 3\).*\(…, outputs, 2\)",
         ),
         (lambda: Network((np.zeros(3),), (np.zeros(()),)), r"W1 .*\(3,\)"),
         (

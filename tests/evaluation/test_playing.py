@@ -62,8 +62,8 @@ def test_a_body_that_cannot_play_is_refused(puppet, puppets, monkeypatch):
     ("angles", "says"),
     [
         (np.zeros((5, 3)), r"shape \(5, 3\) do not fit organism 'puppet'"),
-        (np.zeros((1, 1, 3)), "at least 2 frames and 3 joints"),
-        (np.zeros((1, 5, 4)), "at least 2 frames and 3 joints"),
+        (np.zeros((1, 1, 3)), "3 joints and at least 2 frames"),
+        (np.zeros((1, 5, 4)), "3 joints and at least 2 frames"),
         (np.full((1, 5, 3), np.nan), "not finite"),
     ],
 )

@@ -41,7 +41,7 @@ def test_conditions_on_the_best_score_do_not_stop_it(tmp_path):
 
 
 def test_mistakes_are_reported():
-    with pytest.raises(GaitsimError, match="no ends"):
+    with pytest.raises(GaitsimError, match="no range is given"):
         load_atlas("spider-cma", axes={"yaw": None})
     with pytest.raises(ExperimentError, match="2 counts for 8 axes"):
         load_atlas("spider-cma", cells=(3, 4))

@@ -75,7 +75,7 @@ def test_a_seed_that_is_an_axis_is_not_changed() -> None:
         ('name = "small"|name = "../small"', 'invalid name: "../small"'),
         ('name = "small"|name = "small"\nschema = 2', "newer version of gaitsim"),
         ('name = "small"|name = ', "not valid TOML"),
-        ('"organism.pairs"|"experiment"', "a column of the table"),
+        ('"organism.pairs"|"experiment"', "a column of the study's results"),
         ("target = 2.0|published.nosuch = {population = 1, generations = 1}", "is not among"),
         ("= [2, 3]|= [2, 3000]", "small.toml, key organism.pairs"),
         ('experiments = ["millipede-random", "millipede-mutation"]|', "experiments is required"),

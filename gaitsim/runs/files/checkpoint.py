@@ -258,12 +258,12 @@ def pack(record: Checkpoint | Champion) -> bytes:
 
 def _unpack(path: Path, kind: str, adapter: TypeAdapter[_T]) -> _T:
     content = safe_pickle.load(path)
-    key, wrong = "kind", f"should be {kind!r}"
+    wrong, allowed = "it is of another kind", f"a file of the kind {kind!r}"
     try:
         if content.pop("kind", None) == kind:
             return adapter.validate_python(content)
     except ValidationError as error:
-        key, wrong = first_problem(error, kind)
+        wrong, allowed = ": ".join(first_problem(error, kind)), ""
     except MemoryError as error:
         raise CheckpointError(
             f"cannot read {path.name}: it needs more memory than is available",
@@ -271,9 +271,10 @@ def _unpack(path: Path, kind: str, adapter: TypeAdapter[_T]) -> _T:
             remedy="close other programs, or use a machine with more memory",
         ) from error
     raise CheckpointError(
-        f"{path.name} is not a valid {kind}: {key}: {wrong}",
+        f"{path.name} is not a valid {kind}: {wrong}",
         where=str(path),
-        remedy="use a file written by gaitsim: this one is of another kind or was changed",
+        allowed=allowed,
+        remedy="use a file that gaitsim wrote and that was not changed",
     )
 
 
