@@ -285,10 +285,15 @@ class TestApps:
     def test_it_ends_with_its_server(self, start):
         environment = os.environ | {"TEXTUAL_DRIVER": "gaitsim.tui.web_driver:PipeDriver"}
         app = start("tui", env=environment, stdin=subprocess.PIPE, text=False)
-        drawn = app.stdout.readline()
-        assert drawn == b"__GANGLION__\n"
-        while b"No runs" not in drawn:
-            drawn += app.stdout.read1()
+        assert app.stdout.readline() == b"__GANGLION__\n"
+        os.set_blocking(app.stdout.fileno(), False)
+        drawn = bytearray()
+
+        def drew_home():
+            drawn.extend(app.stdout.read1())
+            return b"There are no runs" in drawn
+
+        until(drew_home)
         app.stdin.close()
         app.stdout.close()
         assert app.wait(30) == 0
