@@ -145,6 +145,7 @@ def test_leaving_a_loop_stops_the_workers_and_unlocks_the_run(tmp_path: Path) ->
         assert writer.last.number == 3
 
 
+@pytest.mark.slow
 def test_workers_do_not_import_the_running_script(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(f"""

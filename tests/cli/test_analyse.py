@@ -285,6 +285,7 @@ def test_a_body_without_conditions_has_no_unseen_worlds(gaitsim):
     )
 
 
+@pytest.mark.slow
 def test_a_gait_is_played_in_a_second_engine(gaitsim, spider):
     assert "only one engine" in gaitsim("play", "spider", "--engine", "bullet", code=2).stderr
     pytest.importorskip("pybullet")

@@ -131,6 +131,7 @@ def test_a_paused_run_continues_by_resume(gaitsim, detached):
     until(lambda: background_state(path) == "running")
 
 
+@pytest.mark.slow
 def test_invalid_input_is_reported_immediately(gaitsim, puppet_file, detached, runtime_folder):
     gaitsim("run", puppet_file, "--detach", "--set", "mutation.rat=1", "--out", "run", code=2)
     assert "--dask" in gaitsim("run", puppet_file, "--detach", "--dask", "local", code=2).stderr

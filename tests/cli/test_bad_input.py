@@ -343,6 +343,7 @@ def test_characters_that_the_encoding_lacks_are_replaced(tmp_path):
     assert "a number ≥ 0.2" in done.stdout
 
 
+@pytest.mark.slow
 def test_colours_are_used_only_in_a_terminal_that_supports_them(tmp_path):
     def message(**env):
         return shell("run", "spidr", cwd=tmp_path, env=env).stderr

@@ -244,6 +244,7 @@ def test_a_plugin_that_closes_the_descriptor_of_standard_output_is_named(program
     assert done.stdout == ""
 
 
+@pytest.mark.slow
 def test_other_packages_work_beside_a_broken_one(gaitsim, puppet_file, odd):
     odd("organism", head="raise RuntimeError('broken')")
     listed = gaitsim("plugins", "list").stdout

@@ -60,6 +60,7 @@ def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished,
         assert f"No plot of kind {kind!r}" in done.stderr
 
 
+@pytest.mark.slow
 def test_kind_all_writes_to_a_folder(gaitsim, finished, tmp_path):
     gaitsim("plot", "puppet", "--kind", "all", "--out", "new/figures", "--theme", "dark")
     assert len([*(tmp_path / "new" / "figures").glob("*.png")]) == 6

@@ -71,6 +71,7 @@ class X(Body):
 """
 
 
+@pytest.mark.slow
 def test_findings_end_with_exit_code_1(gaitsim, install, working):
     install("fake", working + BROKEN, {"organism": {"x": "X", "y": "Body"}})
     done = gaitsim("plugins", "check", "fake", code=1)
@@ -89,6 +90,7 @@ def test_advice_changes_the_exit_code_only_with_strict(gaitsim, install, working
     gaitsim("plugins", "check", "x", "--strict", code=1)
 
 
+@pytest.mark.slow
 def test_json_is_one_object_per_line_whatever_a_plugin_prints(gaitsim, install, working):
     prints = "print('hello')\n" + working
     install("fake", prints, {"organism": {"x": "Body"}, "mutation": {"x": "Still"}})

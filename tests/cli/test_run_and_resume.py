@@ -348,6 +348,7 @@ def test_a_damaged_checkpoint_is_reported_and_changes_nothing(
     assert (tmp_path / "run/population.damaged-1.pickle").exists()
 
 
+@pytest.mark.slow
 def test_only_one_process_writes_a_run(gaitsim, start, puppet_file, tmp_path):
     process = start("run", puppet_file, *SLOW, "--out", "run")
     wait_for(tmp_path / "run/history.csv", 2)
@@ -358,6 +359,7 @@ def test_only_one_process_writes_a_run(gaitsim, start, puppet_file, tmp_path):
     assert process.poll() is None
 
 
+@pytest.mark.slow
 def test_runs_that_start_together_get_separate_folders(start, puppet_file, tmp_path):
     both = [start("run", puppet_file, "--out", "run") for _ in range(2)]
     said = {process.communicate(timeout=60)[0].splitlines()[0] for process in both}
@@ -419,6 +421,7 @@ def test_the_terminal_is_restored(start, puppet_file, tmp_path):
     assert seen.count(b"\x1b[?25l") == seen.count(b"\x1b[?25h")  # the cursor is visible again
 
 
+@pytest.mark.slow
 def test_listing_runs_imports_no_plugins(program, puppet_file):
     program("run", puppet_file)
     code = (

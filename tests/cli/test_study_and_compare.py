@@ -187,6 +187,7 @@ def test_a_study_resumes_from_its_folder_without_the_original_files(gaitsim, tmp
     assert (tmp_path / "studies/small/results.csv").read_bytes() == table
 
 
+@pytest.mark.slow
 def test_names_with_markup_are_shown_verbatim(gaitsim, tmp_path):
     odd = tmp_path / "[bold]x.toml"
     odd.write_text(gaitsim("experiments", "show", "millipede").stdout)

@@ -111,6 +111,7 @@ def test_other_bits_in_another_process_are_found(install, working, source):
     assert [finding.rule for finding in report.errors] == ["processes"]
 
 
+@pytest.mark.slow
 def test_options_reach_the_process(install, working):
     source = "class X(Body):\n    legs: int = option(4, 'legs', ge=1)\n"
     source += "    def move(self, genomes):\n        assert self.legs == 6\n"

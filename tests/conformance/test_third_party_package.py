@@ -19,6 +19,7 @@ def environment(tmp_path_factory):
     return made
 
 
+@pytest.mark.slow
 def test_it_passes_before_it_is_installed():
     reports = check_package(ROWER)
     assert [report.entry.kind for report in reports] == [

@@ -111,6 +111,7 @@ def chunks(monkeypatch):
     return evaluated
 
 
+@pytest.mark.slow
 def test_costly_bodies_are_shared_when_workers_are_asked_for(slow, chunks):
     told = []
     with Evaluator(slow(0.01), 2, told.append) as evaluator:
@@ -276,6 +277,7 @@ class Fatal(Puppet):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
+@pytest.mark.slow
 def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, install, monkeypatch):
     folder = install("fatal", FATAL, {"organism": {"fatal": "Fatal"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)

@@ -61,6 +61,7 @@ class TestUse:
             processes.map(chores.leave, [0])
 
 
+@pytest.mark.slow
 def test_workers_that_nobody_closed_end_with_the_program(tmp_path):
     code = (
         "import chores; from gaitsim.evaluation.processes import ProcessExecutor\n"
@@ -155,6 +156,7 @@ def test_the_main_module_is_back_when_all_have_started_their_workers():
 
 
 @posix
+@pytest.mark.slow
 def test_a_task_that_kills_every_worker_is_given_up(tmp_path):
     marks(tmp_path, 1, MAX_ATTEMPTS)
     with ProcessExecutor(2) as executor:

@@ -68,6 +68,7 @@ def test_the_expert_walks_straight_and_never_falls(spider):
     assert measures["least margin"] > 0
 
 
+@pytest.mark.slow
 def test_commanded_angles_beyond_the_limits_are_counted(spider):
     result = imitate(spider.individual(), SETTINGS["source"])
     played, commanded = result.imitation.gait.angles, result.imitation.commanded

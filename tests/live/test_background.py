@@ -137,6 +137,7 @@ def test_a_killed_process_loses_at_most_a_generation_and_its_socket_is_replaced(
     assert done.fingerprint() == plain_fingerprint(new_run, done.generation, *SLOW)
 
 
+@pytest.mark.slow
 def test_only_one_of_several_started_processes_evolves_a_run(new_run):
     path = new_run("run", *SLOW, generations=100_000)
     link = Path("link")
@@ -365,6 +366,7 @@ def test_a_full_runtime_folder_is_reported(new_run, monkeypatch):
     assert background_state(path) is None
 
 
+@pytest.mark.slow
 def test_sigterm_stops_a_queued_run(new_run, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     first, second = new_run("first", *SLOW, generations=100_000), new_run("second", *SLOW)

@@ -189,6 +189,7 @@ def test_a_killed_process_is_reported(new_run, wait):
     assert "gaitsim resume run" in snapshot.error.remedy
 
 
+@pytest.mark.slow
 def test_a_locked_run_is_reported(new_run):
     path = new_run()
     lock = RunLock(path)

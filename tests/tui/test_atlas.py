@@ -28,6 +28,7 @@ async def shown(driver, run):
     return screen
 
 
+@pytest.mark.slow
 def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, drive):
     run = walk("atlas", 3, *ATLAS, generations=9)
     members = RunSnapshot(run).members

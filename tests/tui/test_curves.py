@@ -375,6 +375,7 @@ class TestExploring:
 
         show(test)
 
+    @pytest.mark.slow
     def test_scores_are_stretched_around_the_cursor_and_squeezed_to_show_all(self):
         async def test(shown, pilot):
             y = np.concatenate([[-1e6], np.linspace(1, 2, 99)])

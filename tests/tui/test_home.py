@@ -306,6 +306,7 @@ class TestSortingAndFiltering:
 
         drive(test)
 
+    @pytest.mark.slow
     def test_the_filter_searches_name_plugins_and_state(self, three, drive):
         async def test(driver):
             await driver.press("slash")
@@ -363,6 +364,7 @@ class TestDeleting:
 
         drive(test)
 
+    @pytest.mark.slow
     def test_a_run_that_starts_during_the_question_is_kept(self, walk, drive):
         path = walk()
 
@@ -442,6 +444,7 @@ class TestNamesAndNotes:
 
         drive(test)
 
+    @pytest.mark.slow
     def test_a_note_is_written_shown_and_found(self, walk, drive):
         for name in ("a", "b"):
             walk(name, 0)
@@ -477,6 +480,7 @@ class TestNamesAndNotes:
 
 
 class TestBackground:
+    @pytest.mark.slow
     def test_a_background_run_shows_its_state_and_is_stopped_with_a_key(self, walk, drive):
         path = walk("b")
         walk("a")
@@ -530,6 +534,7 @@ class TestMouse:
 
 
 class TestNavigation:
+    @pytest.mark.slow
     def test_each_screen_opens_and_returns_to_home(self, walk, drive):
         walk("a")
         walk("b")

@@ -67,6 +67,7 @@ def check(cases, template, tmp_path, monkeypatch, drive, keys="recfg", resume=Tr
         shutil.rmtree(folder)
 
 
+@pytest.mark.slow
 def test_an_attacked_run(template, drive, tmp_path, monkeypatch):
     check([("history.csv", "pipe")], template, tmp_path, monkeypatch, drive, keys="e", resume=False)
 

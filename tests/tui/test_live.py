@@ -245,6 +245,7 @@ class TestSteering:
 
         live(make(3), test, size=(160, 48))
 
+    @pytest.mark.slow
     def test_a_run_can_be_resumed_when_the_screen_opens(self, make):
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.state == "finished")

@@ -91,6 +91,7 @@ class TestForms:
 
         fill(test, size=size)
 
+    @pytest.mark.slow
     def test_units_and_bounds_are_shown(self, fill):
         async def test(driver, screen):
             field = (await open_section(driver, screen, "organism"))["organism.pause"]
@@ -163,6 +164,7 @@ class TestSearch:
 
         fill(test, size=(width, 30))
 
+    @pytest.mark.slow
     def test_options_are_searched_by_words_in_all_sections_and_plugins(self, fill):
         async def test(driver, screen):
             await driver.press("slash")
@@ -272,6 +274,7 @@ class TestDrafts:
 
 
 class TestValidation:
+    @pytest.mark.slow
     def test_a_problem_is_shown_below_its_option_on_the_tab_and_in_the_status(self, fill):
         async def test(driver, screen):
             field = (await open_section(driver, screen, "fitness"))["fitness.price"]
@@ -287,6 +290,7 @@ class TestValidation:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_fast_typing_is_checked_once(self, fill):
         async def test(driver, screen):
             field = (await open_section(driver, screen, "fitness"))["fitness.price"]
@@ -336,6 +340,7 @@ class TestPlugins:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_a_broken_body_is_reported(self, fill, install):
         install("broken", "raise RuntimeError('no [b]luck')", {"organism": {"bad": "Bad"}})
 
@@ -405,6 +410,7 @@ class TestLoading:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_a_file_can_be_loaded(self, fill):
         async def test(driver, screen):
             Path("mine.toml").write_text(load_experiment("millipede", {"seed": 77}).to_toml())
@@ -419,6 +425,7 @@ class TestLoading:
 
 
 class TestStartingAndSaving:
+    @pytest.mark.slow
     def test_run_creates_the_same_run_as_the_command(self, fill):
         async def test(driver, screen):
             field = (await open_section(driver, screen, "evolution"))["evolution.generations"]
@@ -507,6 +514,7 @@ class TestStartingAndSaving:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_save_writes_the_displayed_file(self, fill):
         async def test(driver, screen):
             field = (await open_section(driver, screen, "evolution"))["evolution.population"]

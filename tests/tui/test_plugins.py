@@ -137,6 +137,7 @@ def test_an_unreadable_installation_is_reported(look, monkeypatch):
     look(test)
 
 
+@pytest.mark.slow
 def test_a_body_or_a_preset_opens_a_new_run(look):
     async def test(driver):
         for key, name in (("organism fly", "fly"), (f"{EXPERIMENTS} millipede", "millipede")):
@@ -154,6 +155,7 @@ def test_a_body_or_a_preset_opens_a_new_run(look):
     look(test)
 
 
+@pytest.mark.slow
 def test_the_equivalent_command_is_copied(look):
     async def test(driver):
         await go(driver, "mutation gaussian")

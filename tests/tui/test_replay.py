@@ -179,6 +179,7 @@ def words(canvas):
     return " ".join("".join(strip.text for strip in strips(canvas)).split())
 
 
+@pytest.mark.slow
 def test_a_key_writes_a_page_of_the_displayed_bodies(walk, monkeypatch):
     started = []
     monkeypatch.setattr(
@@ -311,6 +312,7 @@ class TestGenerations:
 
         replay(walk(), test)
 
+    @pytest.mark.slow
     def test_members_of_a_front_are_chosen_like_generations(self, walk):
         objectives = 'search.objectives={ distance = "max", "measure 0" = "min" }'
         run = walk("front", "search.plugin=nsga-2", objectives, "organism.many=1")
@@ -432,6 +434,7 @@ class TestLayout:
 
         replay(walk(), test, size=(160, 48))
 
+    @pytest.mark.slow
     def test_measures_can_be_shown_on_narrow_screens_and_scrolled(self, walk):
         async def test(screen, pilot):
             pane = screen.pane

@@ -229,6 +229,7 @@ class TestViKeys:
 
         drive(test, config=config('[keys]\nlist.up = "b"'))
 
+    @pytest.mark.slow
     def test_they_move_in_dialogs(self, walk, drive, config):
         walk()
 
@@ -456,6 +457,7 @@ class TestKeys:
         )
         drive(test, config=config(text))
 
+    @pytest.mark.slow
     def test_an_invalid_key_is_reported_and_the_default_stays(self, walk, drive, config):
         walk()
 
@@ -531,6 +533,7 @@ class TestEnding:
 
 
 class TestImports:
+    @pytest.mark.slow
     def test_home_imports_neither_compilers_nor_plotting(self, walk):
         walk()
         script = """

@@ -71,6 +71,7 @@ def test_keys_choose_commands_until_the_flight_ends(kite, drive):
     drive(test)
 
 
+@pytest.mark.slow
 def test_pause_help_and_view_keys_at_several_sizes(kite, drive):
     async def test(driver):
         clock = Clock()
@@ -109,6 +110,7 @@ def test_an_unreadable_controller_is_reported(kite, drive):
     drive(test)
 
 
+@pytest.mark.slow
 def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive, monkeypatch):
     run = walk()
     monkeypatch.setattr("gaitsim.steering.load_experiment", lambda _: kite)

@@ -113,6 +113,7 @@ class TestStudies:
 
         drive(test)
 
+    @pytest.mark.slow
     def test_unreadable_folders_show_the_reason(self, sweep, drive):
         for name in ("broken", "[red]odd\x1b"):
             Path("studies", name).mkdir(parents=True)
