@@ -125,6 +125,8 @@ def drive():
                         lambda: not home.runs or any(one.shown for one in home.query("#runs"))
                     )
                 await test(driver)
+                # A process that outlives the event loop would fail a later test.
+                await app.tasks.stop_all()
 
         asyncio.run(go())
 
