@@ -120,7 +120,8 @@ def test_a_body_in_python_is_bit_identical_with_worker_processes(gaitsim, puppet
 
 
 @posix
-@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
 def test_a_repeatedly_killed_run_is_bit_identical(
     gaitsim, start, puppet_file, fingerprint, tmp_path, workers
 ):
@@ -160,7 +161,7 @@ def test_a_run_killed_before_its_first_checkpoint_starts_over(
 
 
 @posix
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_saves_the_run_and_prints_how_to_resume(
     gaitsim, start, puppet_file, tmp_path, number, workers

@@ -246,6 +246,7 @@ def test_a_flying_body_has_an_altitude_scale_and_the_ground_below():
     assert texts[0].world.labels.clock.get_text() == ("2.00 s   distance 0.00 m   altitude −9.50 m")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theme", THEMES)
 @pytest.mark.parametrize("size", [(64, 64), (320, 240), (101, 333), (1280, 720)])
 def test_every_view_can_be_drawn_in_every_size(theme, size):

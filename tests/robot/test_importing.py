@@ -355,7 +355,7 @@ def test_the_child_process_returns_the_robot_or_its_error(crab, tmp_path):
     [
         ("os:abort", {}, "crashed"),
         ("builtins:bytearray", {"source": 2**45}, "too much memory"),
-        ("signal:pause", {}, "took more than"),
+        pytest.param("signal:pause", {}, "took more than", marks=pytest.mark.slow),
     ],
 )
 def test_crashes_hangs_and_memory_bombs_are_reported_as_errors(monkeypatch, task, argument, what):

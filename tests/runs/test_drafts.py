@@ -73,12 +73,12 @@ def test_sweeping_follows_no_link_and_waits_for_no_pipe(tmp_path):
     assert [path.name for path in tmp_path.rglob("*")] == ["kept", "file"]
 
 
-@pytest.mark.parametrize("stride", [37, pytest.param(3, marks=pytest.mark.slow)])
-def test_repeating_a_command_after_a_fault_leaves_no_drafts(puppet_file, stride):
+@pytest.mark.slow
+def test_repeating_a_command_after_a_fault_leaves_no_drafts(puppet_file):
     script = Path(__file__).parent / "faults.py"
     puppets = Path(__file__).parent.parent / "puppets"
     ran = subprocess.run(
-        [sys.executable, script, str(stride)],
+        [sys.executable, script, "3"],
         cwd=puppet_file.parent,
         env=os.environ | {"PYTHONPATH": str(puppets)},
         capture_output=True,
@@ -86,5 +86,5 @@ def test_repeating_a_command_after_a_fault_leaves_no_drafts(puppet_file, stride)
         check=True,
     )
     found = json.loads(ran.stdout)
-    assert found["cases"] > 400 / stride
+    assert found["cases"] > 130
     assert not found["wrong"]
