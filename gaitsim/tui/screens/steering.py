@@ -16,6 +16,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.steering import Drive
+from gaitsim.tui.formatting import percentage
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 from gaitsim.tui.widgets.curves import Series, View
@@ -261,5 +262,5 @@ def _facts(drive: Drive, turned: float) -> Text:
         text.append(f" {SIGNS[command.key]} {visible(command.name):<{widest}} ", style)
         full = round(share * BAR)
         text.append(" " + "█" * full + "░" * (BAR - full))
-        text.append(f"{100 * share:4.0f} %\n", "dim")
+        text.append(f" {percentage(share)}\n", "dim")
     return text
