@@ -148,6 +148,24 @@ def unknown(
     )
 
 
+def unsupported_flags(
+    subject: str, flags: Sequence[str], switch: str, choices: Sequence[str], **places: str
+) -> GaitsimError:
+    """Return the error about flags that one choice of a switch does not support.
+
+    Args:
+        subject: the choice, such as "the format 'mat'".
+        flags: the unsupported flags, such as `--clip`.
+        switch: the flag that makes the choice, such as `--format`.
+        choices: the choices that support all the flags.
+        places: `where` or `allowed` of the error.
+    """
+    named = " and ".join(flags)
+    other = f", or use {switch} {', '.join(choices)}" if choices else ""
+    what = f"{subject} has no option{'s' if len(flags) > 1 else ''} {named}"
+    return GaitsimError(what, remedy=f"omit {named}{other}", **places)
+
+
 def not_installed(what: str, package: str | None, extra: str, *, where: str = "") -> GaitsimError:
     """Return the error of a missing package that an extra of gaitsim installs.
 

@@ -18,7 +18,7 @@ from gaitsim.cli.parsing import (
     parse_window,
 )
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, unsupported_flags
 from gaitsim.individual import Choice
 from gaitsim.render.plots.channel import KINDS_OF_CHANNELS, default_channel
 from gaitsim.render.plots.kinds import ALL_OPTIONS, KINDS, file_stem
@@ -248,10 +248,5 @@ def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     unused = [name for name, value in given.items() if value and name not in supported]
     if unused:
         kinds = [one for one, known in KINDS.items() if {*unused} <= {*known.options}]
-        raise GaitsimError(
-            f"a plot of kind {kind!r} has no option{'s' * (len(unused) > 1)} "
-            f"{' and '.join(unused)}",
-            allowed=", ".join(sorted(supported)),
-            remedy=f"omit {' and '.join(unused)}"
-            + f", or use --kind {', '.join(kinds)}" * bool(kinds),
-        )
+        subject, allowed = f"a plot of kind {kind!r}", ", ".join(sorted(supported))
+        raise unsupported_flags(subject, unused, "--kind", kinds, allowed=allowed)

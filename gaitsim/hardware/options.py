@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import get_args
 
 from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, unsupported_flags
 
 ENDINGS = {
     **{format: f".{format}" for format in get_args(GaitFormat)},
@@ -88,12 +88,8 @@ def check_accepted_flags(
     rejected = [name for name in given if name not in accepted[format]]
     if rejected:
         formats = [name for name, flags in accepted.items() if set(rejected) <= set(flags)]
-        flags = " and ".join(rejected)
-        raise GaitsimError(
-            f"the format {format!r} has no option{'s' * (len(rejected) > 1)} {flags}",
-            where="--format",
-            remedy=f"omit {flags}" + f", or use --format {', '.join(formats)}" * bool(formats),
-        )
+        subject = f"the format {format!r}"
+        raise unsupported_flags(subject, rejected, "--format", formats, where="--format")
 
 
 def check_options(format: str, options: Options) -> None:
