@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.portable import cholesky, distances, exp, matmul, solve_triangular
+
 Floats = NDArray[np.float64]
 
 
@@ -26,7 +28,7 @@ def matern(distances: Floats, length_scale: float) -> Floats:
     Source: Rasmussen and Williams 2006, "Gaussian Processes for Machine Learning", eq. 4.17.
     """
     scaled = np.sqrt(5) / length_scale * distances
-    return np.asarray((1 + scaled + scaled**2 / 3) * np.exp(-scaled))
+    return np.asarray((1 + scaled + np.square(scaled) / 3) * exp(-scaled))
 
 
 def posterior(
@@ -50,14 +52,13 @@ def posterior(
         length_scale: length scale of the covariance.
         noise: variance of the noise in `measured`.
     """
-    from scipy.linalg import cho_factor, cho_solve, solve_triangular  # takes 0.1 s
-    from scipy.spatial.distance import cdist
-
     if not len(tried):
         return Prediction(prior.copy(), np.ones(len(prior)))
-    covariance = matern(cdist(points[tried], points), length_scale)  # (trials, members)
-    factor = cho_factor(covariance[:, tried] + noise * np.eye(len(tried)), lower=True)
-    weights = cho_solve(factor, measured - prior[tried])
-    explained = solve_triangular(factor[0], covariance, lower=True)
-    variance = 1 - np.einsum("tm,tm->m", explained, explained)
-    return Prediction(prior + weights @ covariance, np.sqrt(np.maximum(variance, 0)))
+    covariance = matern(distances(points[tried], points), length_scale)  # (trials, members)
+    lower = cholesky(covariance[:, tried] + noise * np.eye(len(tried)))
+    # With K = L Lᵀ, kᵀ K⁻¹ y = (L⁻¹ k)ᵀ (L⁻¹ y): one substitution serves mean and variance.
+    explained = solve_triangular(lower, covariance)
+    surprise = solve_triangular(lower, (measured - prior[tried])[:, None])
+    mean = prior + matmul(surprise.T, explained)[0]
+    variance = 1 - np.square(explained).sum(axis=0)
+    return Prediction(mean, np.sqrt(np.maximum(variance, 0)))

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gaitsim.portable import matmul, standard_normal, tanh
+
 Floats = NDArray[np.floating[Any]]
 
 LEAK = 0.01
@@ -45,7 +47,7 @@ def activation_with(tanh: Callable[[Any], Any]) -> Callable[[int, Any], Any]:
     return activation
 
 
-activation = activation_with(np.tanh)
+activation = activation_with(tanh)
 
 
 def activation_slope(code: int, a: Any) -> Any:
@@ -194,7 +196,7 @@ class Network:
         gains.append(2.0 if "relu" in output else 1.0)
         return cls(
             tuple(
-                rng.normal(0.0, np.sqrt(gain / fan_in), (fan_out, fan_in))
+                np.sqrt(gain / fan_in) * standard_normal(rng, (fan_out, fan_in))
                 for (fan_in, fan_out), gain in zip(layers, gains, strict=True)
             ),
             tuple(np.zeros(fan_out) for _, fan_out in layers),
@@ -242,10 +244,10 @@ class Network:
         for layer in reversed(range(len(self.weights))):
             a = layers[layer + 1]
             delta = delta * activation_slope(self._code(layer), a)
-            by_weights.insert(0, delta @ layers[layer].swapaxes(-1, -2))
+            by_weights.insert(0, matmul(delta, layers[layer].swapaxes(-1, -2)))
             by_biases.insert(0, delta.sum(axis=-1))
             if layer:
-                delta = self.weights[layer].swapaxes(-1, -2) @ delta
+                delta = matmul(self.weights[layer].swapaxes(-1, -2), delta)
         error: Floats = np.mean(residual * residual, axis=(-2, -1))
         return error, _flat(by_weights, by_biases)
 
@@ -256,7 +258,7 @@ class Network:
             raise ValueError(f"inputs have shape {a.shape}; expected (…, {self.sizes[0]}, samples)")
         layers = [a]
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            a = activation(self._code(layer), weight @ a + bias[..., None])
+            a = activation(self._code(layer), matmul(weight, a) + bias[..., None])
             layers.append(a)
         return layers
 

@@ -1,9 +1,9 @@
 """Rotations as unit quaternions (w, x, y, z)."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
+
+from gaitsim.portable import cos, sin
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def product(one: Floats, other: Floats) -> Floats:
 def turn_about(axis: Floats, angles: Floats) -> Floats:
     """Return quaternions (…, 4) of rotations about a unit axis (3,) by angles (…,), rad."""
     half = np.asarray(angles)[..., None] / 2
-    return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
+    return np.concatenate([cos(half), sin(half) * axis], axis=-1)
 
 
 def turn_about_axis(axis: int, angle: float) -> tuple[float, float, float, float]:
@@ -39,7 +39,7 @@ def turn_about_axis(axis: int, angle: float) -> tuple[float, float, float, float
 
     The result is a tuple, as `Link.rotation` requires.
     """
-    turn = [math.cos(angle / 2), 0.0, 0.0, 0.0]
-    turn[1 + axis] = math.sin(angle / 2)
+    turn = [float(cos(angle / 2)), 0.0, 0.0, 0.0]
+    turn[1 + axis] = float(sin(angle / 2))
     w, x, y, z = turn
     return w, x, y, z

@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitsim.contracts.quaternions import Floats, product, rotated, turn_about
 from gaitsim.contracts.solid import SkeletonError, Solid
+from gaitsim.portable import norm
 
 _UNIT = 1e-6  # tolerance for the length of an axis or a quaternion, which must be 1
 
@@ -138,7 +139,7 @@ class Rig:
                         "numbers"
                     )
             for name in ("rotation", "axis"):
-                length = float(np.linalg.norm(getattr(link, name)))
+                length = float(norm(getattr(link, name)))
                 if abs(length - 1) > _UNIT:
                     raise SkeletonError(
                         f"the {name} of link {link.name!r} has the length {length:.6g}, expected 1"

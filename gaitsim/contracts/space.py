@@ -8,6 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.portable import standard_normal, uniform
+
 Genomes = NDArray[Any]
 """Genomes of shape (population, genes), in the dtype of the genome space."""
 
@@ -107,9 +109,9 @@ class RealSpace(GenomeSpace):
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
         """Return `count` random genomes, (count, genes): Gaussian if `initial_sigma` is given."""
         if self.initial_sigma is None:
-            return rng.uniform(self.lower, self.upper, (count, self.genes))
+            return uniform(rng, self.lower, self.upper, (count, self.genes))
         middle = (self.lower + self.upper) / 2
-        return self.repair(rng.normal(middle, self.initial_sigma, (count, self.genes)))
+        return self.repair(middle + self.initial_sigma * standard_normal(rng, (count, self.genes)))
 
     def repair(self, genomes: Genomes) -> Genomes:
         """Clip genes to their bounds; wrap periodic genes."""

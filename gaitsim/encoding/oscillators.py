@@ -12,6 +12,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from gaitsim.portable import arctan, cos, exp, sin, tan
+
 Floats = NDArray[np.floating[Any]]
 
 
@@ -64,10 +66,10 @@ class Oscillators:
         joint_phase = phase.take(self.of_joints, axis=1) + lag
         step = 2 * math.pi * np.asarray(frequency, np.float64) / self.frame_rate
         cycle = step * np.arange(self.frames)
-        coefficients = amplitude * np.cos(joint_phase), amplitude * np.sin(joint_phase)
+        coefficients = amplitude * cos(joint_phase), amplitude * sin(joint_phase)
         return (
-            self._cast(np.sin(cycle)),
-            self._cast(np.cos(cycle)),
+            self._cast(sin(cycle)),
+            self._cast(cos(cycle)),
             self._cast(coefficients[0]),
             self._cast(coefficients[1]),
         )
@@ -114,7 +116,7 @@ class Oscillators:
         settle = _coupled_to_all if coupling == "all" else _coupled_to_leader
         phases = settle(deviation, strength, seconds)
         phases += self._phases(phase, frequency)
-        growth = 1 - np.exp(-gain / 2 * seconds) * (1 + gain / 2 * seconds)
+        growth = 1 - exp(-gain / 2 * seconds) * (1 + gain / 2 * seconds)
         return self._angles(growth * amplitude[..., None], phases, lag)
 
     def _phases(self, phase: Floats, frequency: ArrayLike) -> Floats:
@@ -127,7 +129,7 @@ class Oscillators:
     def _angles(self, amplitude: Floats, phases: Floats, lag: Floats) -> Floats:
         angles = phases.take(self.of_joints, axis=1)
         angles += lag[..., None]
-        np.sin(angles, out=angles)
+        angles = sin(angles)
         angles *= amplitude if amplitude.ndim == angles.ndim else amplitude[..., None]
         return self._cast(angles)
 
@@ -149,7 +151,7 @@ class Oscillators:
 def _coupled_to_leader(deviation: Floats, strength: float, seconds: Floats) -> Floats:
     """Return the deviations u over time, tan(u/2) = tan(u₀/2) e^(−kt)."""
     within = np.mod(deviation + math.pi, 2 * math.pi) - math.pi
-    deviations: Floats = 2 * np.arctan(np.tan(within / 2)[..., None] * np.exp(-strength * seconds))
+    deviations: Floats = 2 * arctan(tan(within / 2)[..., None] * exp(-strength * seconds))
     return deviations
 
 
@@ -173,7 +175,7 @@ def _runge_kutta(state: Floats, strength: float, dt: float) -> Floats:
 
 def _attraction(deviation: Floats, strength: float) -> Floats:
     """Return k Σⱼ sin(uⱼ − uᵢ) from sums over all j, at a cost linear in the oscillators."""
-    sine, cosine = np.sin(deviation), np.cos(deviation)
+    sine, cosine = sin(deviation), cos(deviation)
     sines, cosines = (values.sum(axis=1, keepdims=True) for values in (sine, cosine))
     pull: Floats = strength * (sines * cosine - cosines * sine)
     return pull

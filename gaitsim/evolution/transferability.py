@@ -24,6 +24,7 @@ from gaitsim.evaluation import Evaluation, evaluate
 from gaitsim.evaluation.worlds import in_reality
 from gaitsim.experiment import FEATURES, TRANSFERABILITY, Experiment
 from gaitsim.gaussian_process import posterior
+from gaitsim.portable import distances
 
 Floats = NDArray[np.float64]
 
@@ -148,7 +149,7 @@ class RealityTests:
         # Not nanmean, which warns of a feature that is NaN for all individuals.
         number = np.maximum((~np.isnan(known)).sum(axis=0), 1)
         centre = np.nansum(known, axis=0) / number
-        spread = np.sqrt(np.nansum((known - centre) ** 2, axis=0) / number)
+        spread = np.sqrt(np.nansum(np.square(known - centre), axis=0) / number)
         return replace(self, centre=centre, spread=np.where(spread > 0, spread, 1.0))
 
     def choose(self, features: Floats, scores: Floats) -> int | None:
@@ -161,14 +162,12 @@ class RealityTests:
             features: features of the individuals, (individuals, features).
             scores: scores of the individuals, (individuals,).
         """
-        from scipy.spatial.distance import cdist
-
         succeeded = np.isfinite(scores)
         if not succeeded.any():
             return None
         if not self.count:
             return int(scores.argmax())
-        near = cdist(self._standard(features), self._standard(self.features)).min(axis=1)
+        near = distances(self._standard(features), self._standard(self.features)).min(axis=1)
         distance = np.where(succeeded, near, 0.0)
         return int(distance.argmax()) if distance.max() > 0 else None
 

@@ -4,12 +4,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.network import activation, activation_slope
+from gaitsim.network import activation_slope, activation_with
+from gaitsim.portable.compiled import tanh
 
 Floats = NDArray[np.float64]
 
 
-_activated = njit(inline="always")(activation)
+_activated = njit(inline="always")(activation_with(tanh))
 _slope = njit(inline="always")(activation_slope)
 
 
@@ -93,5 +94,5 @@ def descend(
             _layer(w1, b1, inputs[pair], code, hidden)
             _layer(w2, b2, hidden, output, answer)
             for i in range(joints):
-                total += (answer[i] - targets[pair, i]) ** 2
+                total += np.square(answer[i] - targets[pair, i])
         errors[epoch] = total / (pairs * joints)

@@ -11,6 +11,7 @@ from gaitsim.choices import Activation, OutputActivation
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import ACTIVATION_CODES, Network
+from gaitsim.portable import cos, standard_normal
 
 ACTIVATIONS, OUTPUTS = get_args(Activation), get_args(OutputActivation)
 CHUNK = 20  # epochs between calls of `progress`, a few hundredths of a second
@@ -108,7 +109,7 @@ def learn(
     )
     rates = np.full(settings.epochs, settings.learning_rate)
     if settings.decay:
-        rates *= (1 + np.cos(np.pi * np.arange(settings.epochs) / settings.epochs)) / 2
+        rates *= (1 + cos(np.pi * np.arange(settings.epochs) / settings.epochs)) / 2
     errors = np.empty(settings.epochs)
     w1, w2 = (weight.astype(np.float64) for weight in network.weights)
     b1, b2 = (bias.astype(np.float64) for bias in network.biases)
@@ -126,7 +127,7 @@ def learn(
             )
         progress(len(errors[part]))
     learnt = Network((w1, w2), (b1, b2), settings.activation, output)
-    return Imitator(learnt, centre, scale), errors * scale**2
+    return Imitator(learnt, centre, scale), errors * (scale * scale)
 
 
 def prepare() -> None:
@@ -158,6 +159,6 @@ def _draws(
         added = np.empty((len(epochs), 0, 0))
         if settings.noise:
             added = settings.noise * np.stack(
-                [noise.standard_normal((pairs, joints)) for _ in epochs]
+                [standard_normal(noise, (pairs, joints)) for _ in epochs]
             )
         yield part, orders, added

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import SEED, Condition
+from gaitsim.portable import standard_normal
 
 CONDITIONS: Mapping[str, Condition] = {
     "friction": Condition("", 1.0, 0.3, 1.2, 0.0, 5.0, "friction of the feet on the ground"),
@@ -81,7 +82,7 @@ def draw_joint_errors(
         joints: number of joints.
     """
     spread = np.radians(world.get(name, 0.0))
-    return np.asarray(spread * condition_rng(world, name).standard_normal(joints))
+    return np.asarray(spread * standard_normal(condition_rng(world, name), joints))
 
 
 def draw_push(world: Mapping[str, float], frames: int) -> tuple[int, float]:

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.portable import arctan2, cos, sin
+
 Floats = NDArray[np.float64]
 Contacts = NDArray[np.bool_]
 
@@ -109,10 +111,10 @@ def phase_lag(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
         individual, frame = np.nonzero(downs[..., other] & (starts >= 0) & (ends < frames))
         start, end = starts[individual, frame], ends[individual, frame]
         angle = 2 * np.pi * (frame - start) / (end - start)
-        east += np.bincount(individual, np.cos(angle), population)
-        north += np.bincount(individual, np.sin(angle), population)
+        east += np.bincount(individual, cos(angle), population)
+        north += np.bincount(individual, sin(angle), population)
         count += np.bincount(individual, minlength=population)
-    cycles = (np.arctan2(north, east) / (2 * np.pi)) % 1.0
+    cycles = (arctan2(north, east) / (2 * np.pi)) % 1.0
     return np.where(count > 0, np.where(cycles < 1 - 1e-9, cycles, 0.0), np.nan)
 
 
@@ -129,13 +131,14 @@ def _autocorrelation(stance: Contacts, steps: Contacts, frames: NDArray[np.intp]
     for foot in range(feet):  # one at a time, as transforms of all feet would need much memory
         touching = (stance[..., foot] & steps[:, [foot]]).astype(np.float64)
         spectrum = np.fft.rfft(touching, 2 * length, axis=1)
-        power += spectrum.real**2 + spectrum.imag**2
+        power += np.square(spectrum.real) + np.square(spectrum.imag)
         until = np.cumsum(np.pad(touching, ((0, 0), (1, 0))), axis=1)
         early = np.take_along_axis(until, overlap, axis=1)
         late = until[:, -1:] - until[:, lags]
         product += early * late / overlap
-        now += early - early**2 / overlap
-        later += late - late**2 / overlap
+        now += early - np.square(early) / overlap
+        later += late - np.square(late) / overlap
+    # The transforms count contacts; rounded to whole numbers, they are the same everywhere.
     covariance = np.rint(np.fft.irfft(power, 2 * length, axis=1)[:, : len(lags)]) - product
     scale = np.sqrt(np.maximum(now * later, 0.0))
     return np.divide(covariance, scale, out=np.zeros_like(covariance), where=scale > 0)

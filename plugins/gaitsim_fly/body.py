@@ -8,6 +8,8 @@ image.
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.portable import cos, matmul, sin
+
 Floats = NDArray[np.float64]
 
 
@@ -22,9 +24,9 @@ def axis_rotation(axis: int, angles: Floats) -> Floats:
     """Return the homogeneous matrices (…, 4, 4) of rotations (…), rad, about axis 0, 1 or 2."""
     matrices = np.broadcast_to(np.eye(4), (*angles.shape, 4, 4)).copy()
     first, second = (axis + 1) % 3, (axis + 2) % 3
-    matrices[..., first, first] = matrices[..., second, second] = np.cos(angles)
-    matrices[..., second, first] = np.sin(angles)
-    matrices[..., first, second] = -np.sin(angles)
+    matrices[..., first, first] = matrices[..., second, second] = cos(angles)
+    matrices[..., second, first] = sin(angles)
+    matrices[..., first, second] = -sin(angles)
     return matrices
 
 
@@ -47,7 +49,7 @@ def rotation(quaternions: Floats) -> Floats:
 def transform(matrices: Floats, points: Floats) -> Floats:
     """Apply homogeneous matrices (…, 4, 4) to points (…, points, 3)."""
     homogeneous = np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1)
-    result: Floats = (homogeneous @ np.swapaxes(matrices, -1, -2))[..., :3]
+    result: Floats = matmul(homogeneous, np.swapaxes(matrices, -1, -2))[..., :3]
     return result
 
 
@@ -61,8 +63,8 @@ def wing_matrix(angles: Floats, side: int, hinge: float) -> Floats:
     """
     flap, pitch, sweep = np.moveaxis(angles, -1, 0)
     place = translation(np.array([0.0, side * hinge, 0.0]))
-    turn = axis_rotation(0, side * flap) @ axis_rotation(2, -side * sweep)
-    result: Floats = place @ turn @ axis_rotation(1, -pitch)
+    turn = matmul(axis_rotation(0, side * flap), axis_rotation(2, -side * sweep))
+    result: Floats = matmul(place, matmul(turn, axis_rotation(1, -pitch)))
     return result
 
 

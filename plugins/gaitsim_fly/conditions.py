@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Condition
 from gaitsim.legged import condition_rng, conditions, draw_joint_errors, draw_push
+from gaitsim.portable import cos, sin
 
 
 def fly_conditions(air_density: float) -> dict[str, Condition]:
@@ -58,5 +59,5 @@ def push(
 
 def _horizontal(size: float, direction: float, planar: bool) -> tuple[float, float]:
     if planar:
-        return math.copysign(size, math.cos(direction)), 0.0
-    return size * math.cos(direction), size * math.sin(direction)
+        return math.copysign(size, cos(direction)), 0.0
+    return size * float(cos(direction)), size * float(sin(direction))

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gaitsim.portable import cos, sin
 from gaitsim_fly.flight import _cos, _sin
 
 # Rows of a course: its point, m; cosine and sine of half its heading, as in a quaternion's w and z;
@@ -27,10 +28,10 @@ def heading_of(half_cos: Any, half_sin: Any) -> Any:
 @njit(cache=True, error_model="numpy")
 def advance(course: NDArray[np.float64], seconds: float) -> None:
     """Advance a course, (COURSE,), in place: move it, then rotate it by less than half a turn."""
-    cos, sin = heading_of(course[HALF_COS], course[HALF_SIN])
+    ahead_x, ahead_y = heading_of(course[HALF_COS], course[HALF_SIN])
     ahead = course[SPEED] * seconds
-    course[X] += ahead * cos
-    course[Y] += ahead * sin
+    course[X] += ahead * ahead_x
+    course[Y] += ahead * ahead_y
     course[Z] += course[CLIMB] * seconds
     quarter = 0.5 * course[TURN] * seconds
     c, s = _cos(quarter), _sin(quarter)
@@ -86,7 +87,7 @@ def alternating_speeds(
         rng = np.random.default_rng([seed, 2, trial])
         frame, drawn = 0, False
         while frame < shape[1]:
-            end = frame + max(1, round(mean * rng.uniform(0.5, 1.5)))
+            end = frame + max(1, round(mean * (0.5 + rng.random())))
             speeds[trial, frame:end] = others[rng.integers(len(others))] if drawn else own
             frame, drawn = end, not drawn
     return speeds
@@ -102,6 +103,6 @@ def initial_courses(
         speeds: speeds forward and upwards, m/s, and turn to the left, rad/s, (3,).
     """
     courses = np.zeros((len(headings), COURSE))
-    courses[:, HALF_COS], courses[:, HALF_SIN] = np.cos(headings / 2), np.sin(headings / 2)
+    courses[:, HALF_COS], courses[:, HALF_SIN] = cos(headings / 2), sin(headings / 2)
     courses[:, SPEED:] = speeds
     return courses

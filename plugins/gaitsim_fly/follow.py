@@ -5,6 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim.portable import cos, norm, sin
 
 
 class FollowCourse(Fitness):
@@ -32,11 +33,11 @@ class FollowCourse(Fitness):
         between the nose and the heading.
         """
         course = motion["course"]
-        away = np.linalg.norm(motion["position"] - course[..., :3], axis=-1)
+        away = norm(motion["position"] - course[..., :3])
         nearness = self.radius / (self.radius + away)
         w, x, y, z = np.moveaxis(motion["rotation"], -1, 0)
-        ahead = (1 - 2 * (y * y + z * z)) * np.cos(course[..., 3])
-        ahead = ahead + 2 * (x * y + w * z) * np.sin(course[..., 3])
+        ahead = (1 - 2 * (y * y + z * z)) * cos(course[..., 3])
+        ahead = ahead + 2 * (x * y + w * z) * sin(course[..., 3])
         upright = 1 - 2 * (x * x + y * y)
         lost = nearness * ((1 + upright) * (1 + ahead) / 4 - 1)
         return {"nearness": nearness.mean(axis=(1, 2)), "attitude": lost.mean(axis=(1, 2))}

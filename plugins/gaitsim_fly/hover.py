@@ -5,6 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim.portable import norm
 
 
 class Hover(Fitness):
@@ -36,4 +37,4 @@ class Hover(Fitness):
     def distance(self, motion: Motion) -> Array:
         """Return the distance from the point, (population, frames, trials), m."""
         point = np.array([self.x, self.y, self.z])
-        return np.asarray(np.linalg.norm(motion["position"] - point, axis=-1))
+        return norm(motion["position"] - point)

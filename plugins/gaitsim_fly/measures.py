@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gaitsim.contracts import Array, Measure, Motion
+from gaitsim.portable import arccos, norm
 
 
 def measures(motion: Motion) -> Mapping[str, Measure]:
@@ -13,8 +14,8 @@ def measures(motion: Motion) -> Mapping[str, Measure]:
     seconds = (position.shape[1] - 1) / motion.frame_rate
     altitude = motion["altitude"] - motion["altitude"][:, :1]
     x, y = rotation[..., 1], rotation[..., 2]
-    tilt = np.degrees(np.arccos(np.clip(1 - 2 * (x * x + y * y), -1, 1)))
-    away = np.linalg.norm(position[..., :2] - position[:, :1, :, :2], axis=-1)
+    tilt = np.degrees(arccos(np.clip(1 - 2 * (x * x + y * y), -1, 1)))
+    away = norm(position[..., :2] - position[:, :1, :, :2])
     return {
         "final altitude": Measure(
             altitude[:, -1].mean(axis=1), "m", f"altitude above the start after {seconds:g} s"

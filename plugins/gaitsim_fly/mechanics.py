@@ -38,7 +38,7 @@ class Mechanics:
     @property
     def inertia(self) -> NDArray[np.float64]:
         """Principal moments of inertia of the cuboid, (3,) kg·m²."""
-        square = np.array(self.size) ** 2
+        square = np.square(self.size)
         moments: NDArray[np.float64] = self.mass / 12 * (square.sum() - square)
         return moments
 
@@ -53,7 +53,7 @@ class Mechanics:
         arm = 2 / 3 * self.span
         speed = math.sqrt(2) * arm * self.wing_speed
         reach = self.size[1] / 2 + arm
-        rate = 4 * self._wing_load * speed * reach**2 / float(self.inertia.min())
+        rate = 4 * self._wing_load * speed * reach * reach / float(self.inertia.min())
         return 2 / rate if rate > 0 else math.inf
 
     @property

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, Motion
+from gaitsim.portable import arctan2, matmul
 from gaitsim_fly import body
 
 
@@ -37,11 +38,11 @@ def flight_motion(
     def angular_velocity() -> dict[str, Array]:
         turn = body.rotation(rotation)[..., :3, :3]
         momentum = states[..., flight.MOMENTUM : flight.MOMENTUM + 3]
-        spin = np.einsum("...ji,...j->...i", turn, momentum) / inertia
-        return {"angular_velocity": np.einsum("...ij,...j->...i", turn, spin)}
+        spin = matmul(momentum[..., None, :], turn)[..., 0, :] / inertia
+        return {"angular_velocity": matmul(turn, spin[..., None])[..., 0]}
 
     def followed_course() -> dict[str, Array]:
-        heading = 2 * np.arctan2(courses[..., course.HALF_SIN], courses[..., course.HALF_COS])
+        heading = 2 * arctan2(courses[..., course.HALF_SIN], courses[..., course.HALF_COS])
         path = np.concatenate([courses[..., : course.Z + 1], heading[..., None]], axis=-1)
         return {"course": np.broadcast_to(path, (len(states), *path.shape))}
 

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.portable import cos, norm, sin, uniform
 from gaitsim_fly.flight import MOMENTUM, POSITION, ROTATION, STATE, VELOCITY
 
 
@@ -34,15 +35,17 @@ def starts(
     """
     states = np.zeros((trials, STATE))
     states[:, ROTATION] = 1.0
-    draws = np.random.default_rng(seed).uniform(-1, 1, (trials - 1, 4, 3))
+    draws = uniform(np.random.default_rng(seed), -1, 1, (trials - 1, 4, 3))
     if planar:
         draws[:, (0, 2), 1] = 0.0  # sideways position and velocity
         draws[:, 1::2, ::2] = 0.0  # roll and yaw
     turn = tilt * draws[:, 1]
-    half = np.linalg.norm(turn, axis=1, keepdims=True) / 2
+    half = norm(turn)[:, None] / 2
     states[1:, POSITION : POSITION + 3] = offset * draws[:, 0]
-    states[1:, ROTATION : ROTATION + 1] = np.cos(half)
-    states[1:, ROTATION + 1 : ROTATION + 4] = turn / 2 * np.sinc(half / np.pi)
+    states[1:, ROTATION : ROTATION + 1] = cos(half)
+    # sin(half) / half, which tends to 1
+    ratio = np.where(half > 0, sin(half), 1.0) / np.where(half > 0, half, 1.0)
+    states[1:, ROTATION + 1 : ROTATION + 4] = turn / 2 * ratio
     states[:, ROTATION : ROTATION + 4] = _turn_about_vertical(
         states[:, ROTATION : ROTATION + 4], headings / 2
     )
@@ -54,7 +57,7 @@ def starts(
 
 def headings(trials: int, seed: int, largest: float) -> NDArray[np.float64]:
     """Return the heading of each trial, (trials,) rad: 0 for the first, random for the others."""
-    drawn = np.random.default_rng([seed, 1]).uniform(-1, 1, trials - 1)
+    drawn = uniform(np.random.default_rng([seed, 1]), -1, 1, trials - 1)
     return np.concatenate([[0.0], largest * drawn])
 
 
@@ -63,7 +66,7 @@ def _turn_about_vertical(
 ) -> NDArray[np.float64]:
     """Turn attitudes about the vertical by twice the angles `half`, (trials,) rad."""
     w, x, y, z = quaternions.T
-    c, s = np.cos(half), np.sin(half)
+    c, s = cos(half), sin(half)
     return np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], axis=1)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
+from gaitsim.portable.scalar import sin
 
 LIMIT = 20  # degrees either way, so that legs do not cross
 _MAGNITUDE_BITS = 5
@@ -93,7 +94,8 @@ class Codec:
     @cached_property
     def reaches(self) -> NDArray[np.float64]:
         """Motion of a leg for each code, sin θ / sin 20°, (2**bits,), rounded to about 10⁻¹²."""
-        reaches = np.sin(np.radians(self.degrees)) / np.sin(np.radians(LIMIT))
+        sines = np.array([sin(angle) for angle in np.radians(self.degrees)])
+        reaches = sines / sin(np.radians(LIMIT))
         rounded: NDArray[np.float64] = np.rint(reaches / _RESOLUTION) * _RESOLUTION
         return rounded
 

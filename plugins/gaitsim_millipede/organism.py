@@ -20,11 +20,12 @@ from gaitsim.contracts import (
     Skeleton,
     option,
 )
+from gaitsim.portable import arcsin, cos, scalar, sin
 from gaitsim_millipede import cycle
 from gaitsim_millipede.codec import CODECS, LIMIT, Codec
 from gaitsim_millipede.travel import clockwise_motion, forward_motion
 
-_SIN_LIMIT = math.sin(math.radians(LIMIT))
+_SIN_LIMIT = float(scalar.sin(math.radians(LIMIT)))
 SIDES = ("left", "right")
 
 
@@ -119,8 +120,8 @@ class Millipede(Organism):
             angles = np.zeros((len(genomes), cycle.FRAMES, 2 * self.pairs, 2), dtype=np.float32)
             # The sine follows `EXTENT`, not the angle, so that feet on the ground do not slip along
             # the body's path.
-            sines = np.sin(motion["leg_angles"])[:, None] * cycle.EXTENT[:, None]
-            angles[..., 0] = np.arcsin(sines)
+            sines = sin(motion["leg_angles"])[:, None] * cycle.EXTENT[:, None]
+            angles[..., 0] = arcsin(sines)
             angles[..., 1] = cycle.LIFTED[:, None]
             return {"joint_angles": angles.reshape(*angles.shape[:2], -1)}
 
@@ -186,8 +187,8 @@ class Millipede(Organism):
         front, rear = sides[..., :-1], sides[..., 1:]
         # By the law of sines, the longer distance from a hip to the crossing of two legs is
         # spacing × the larger cosine / sin (rear − front).
-        longer = self.leg_spacing * np.maximum(np.cos(front), np.cos(rear))
-        crossing = longer <= self.leg_length * np.sin(rear - front)
+        longer = self.leg_spacing * np.maximum(cos(front), cos(rear))
+        crossing = longer <= self.leg_length * sin(rear - front)
         return np.asarray(crossing.sum(axis=(1, 2)))
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
@@ -200,9 +201,9 @@ class Millipede(Organism):
         legs = segments[:, 1:].reshape(cycle.FRAMES, 2, self.pairs, 2, 3)
         outward = np.array([1.0, -1.0])[:, None]  # left, right
         legs[..., 0] = hips[:, None]
-        legs[..., 1, 0] += self.leg_length * np.cos(lift) * np.sin(swing)
-        legs[..., 1, 1] = self.leg_length * np.cos(lift) * np.cos(swing) * outward
-        legs[..., 1, 2] = self.leg_length * np.sin(lift)
+        legs[..., 1, 0] += self.leg_length * cos(lift) * sin(swing)
+        legs[..., 1, 1] = self.leg_length * cos(lift) * cos(swing) * outward
+        legs[..., 1, 2] = self.leg_length * sin(lift)
         world = _to_world(segments, motion["pose"][individual])
         return Skeleton(
             segments=world,
@@ -217,8 +218,8 @@ class Millipede(Organism):
 def _to_world(points: NDArray[np.float64], pose: Array) -> NDArray[np.float64]:
     """Transform points from the body's frame, (frames, …, 3), to the world frame."""
     x, y, yaw = pose.T[:, :, None, None]
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    c, s = cos(yaw), sin(yaw)
     world = points.copy()
-    world[..., 0] = x + cos * points[..., 0] - sin * points[..., 1]
-    world[..., 1] = y + sin * points[..., 0] + cos * points[..., 1]
+    world[..., 0] = x + c * points[..., 0] - s * points[..., 1]
+    world[..., 1] = y + s * points[..., 0] + c * points[..., 1]
     return world

@@ -24,7 +24,7 @@ def genomes(points: NDArray[np.float64], space: RealSpace) -> NDArray[np.float64
     distance = np.minimum(distance, period - distance)
     # Distances to the nearer bound; short ones are flattened.
     near = np.minimum(distance, period / 2 - distance)
-    inside = np.where(near < 2 * MARGIN, near**2 / (4 * MARGIN), near - MARGIN)
+    inside = np.where(near < 2 * MARGIN, np.square(near) / (4 * MARGIN), near - MARGIN)
     folded = np.where(distance < period / 4, inside, 1 - inside)
     if space.periodic is not None:
         folded = np.where(space.periodic, np.mod(points, 1.0), folded)

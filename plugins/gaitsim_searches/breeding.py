@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, RealSpace
+from gaitsim.portable import power
 
 
 def simulated_binary(
@@ -62,8 +63,8 @@ def _spread(
         eta: distribution index.
     """
     # Rounding in `low + distance` may put a parent just past its bound.
-    share = draws * (2 - (1 + 2 * np.maximum(room, 0)) ** -(eta + 1))
-    return np.where(share <= 1, share, 1 / (2 - share)) ** (1 / (eta + 1))
+    share = draws * (2 - power(1 + 2 * np.maximum(room, 0), -(eta + 1)))
+    return power(np.where(share <= 1, share, 1 / (2 - share)), 1 / (eta + 1))
 
 
 def polynomial(
@@ -98,7 +99,7 @@ def polynomial(
     down = draws < 0.5
     tail = np.where(down, 2 * draws, 2 - 2 * draws)
     beyond = 1 - np.where(down, below, above)
-    step = 1 - (tail + (1 - tail) * beyond ** (eta + 1)) ** (1 / (eta + 1))
+    step = 1 - power(tail + (1 - tail) * power(beyond, eta + 1), 1 / (eta + 1))
     mutants = genomes.copy()
     mutants[sites] += np.where(down, -step, step) * space.width[gene]
     return mutants

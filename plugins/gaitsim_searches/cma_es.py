@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
 from gaitsim.contracts.search import Context, Results, Search, State
+from gaitsim.portable import exp, matmul, power, principal_axes, standard_normal
 from gaitsim_searches import box
 from gaitsim_searches.cma_rates import rates
 from gaitsim_searches.cma_stops import converged, history
@@ -68,9 +69,9 @@ class CmaEs(Search):
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
         """Draw samples, (population, genes), for the next update of the distribution."""
         space = real_space(context.space)
-        drawn = context.rng.standard_normal((context.population, space.genes)) * state["lengths"]
+        drawn = standard_normal(context.rng, (context.population, space.genes)) * state["lengths"]
         if self.covariance == "full":
-            drawn = np.einsum("ki,ij->kj", drawn, state["axes"])
+            drawn = matmul(drawn, state["axes"])
         points = state["mean"] + state["step"] * drawn
         return box.genomes(points, space), {**state, "drawn": drawn}
 
@@ -92,7 +93,7 @@ class CmaEs(Search):
         lengths = state["lengths"]
         return {
             "step size": float(state["step"]),
-            "condition number": float((lengths.max() / lengths.min()) ** 2),
+            "condition number": float(np.square(lengths.max() / lengths.min())),
             "restarts": float(state["restarts"]),
         }
 
@@ -118,13 +119,13 @@ class CmaEs(Search):
         deviations = np.full(genes, self.step)
         if space.initial_sigma is not None:
             deviations = space.initial_sigma / space.width
-        step = np.sqrt(np.mean(deviations**2))
+        step = np.sqrt(np.mean(np.square(deviations)))
         lengths = deviations / step
         full = self.covariance == "full"
         return {
             "mean": box.point(context.random(1)[0] if start is None else start, space),
             "step": np.array(step),
-            "covariance": np.diag(lengths**2) if full else lengths**2,
+            "covariance": np.diag(np.square(lengths)) if full else np.square(lengths),
             "lengths": lengths,
             "axes": np.eye(genes if full else 0),
             "path": np.zeros(genes),
@@ -149,29 +150,29 @@ class CmaEs(Search):
 
         steps = state["steps"][np.argsort(-scores, kind="stable")]
         # The samples in coordinates in which they are standard normal.
-        white = np.einsum("ki,ji->kj", steps, state["axes"]) if full else steps
+        white = matmul(steps, state["axes"].T) if full else steps
         white = white / lengths
         best = rate.weights[: rate.parents]
-        move = np.einsum("k,ki->i", best, steps[: rate.parents])
-        white_move = np.einsum("k,ki->i", best, white[: rate.parents])
+        move = matmul(best[None], steps[: rate.parents])[0]
+        white_move = matmul(best[None], white[: rate.parents])[0]
         if full:
-            white_move = np.einsum("j,ji->i", white_move, state["axes"])
+            white_move = matmul(white_move[None], state["axes"])[0]
 
         step_path = (1 - rate.step) * state["step path"]
         step_path += np.sqrt(rate.step * (2 - rate.step) * rate.mass) * white_move
-        length = np.sqrt(np.sum(step_path**2))
-        unbiased = length / np.sqrt(1 - (1 - rate.step) ** (2 * updates))
+        length = np.sqrt(np.sum(np.square(step_path)))
+        unbiased = length / np.sqrt(1 - power(1 - rate.step, 2 * updates))
         steady = float(unbiased < (1.4 + 2 / (genes + 1)) * rate.length)
         path = (1 - rate.path) * state["path"]
         path += steady * np.sqrt(rate.path * (2 - rate.path) * rate.mass) * move
 
         weights = rate.weights.copy()
-        squares = np.sum(white[rate.parents :] ** 2, axis=1)
+        squares = np.sum(np.square(white[rate.parents :]), axis=1)
         weights[rate.parents :] *= genes / np.maximum(squares, np.finfo(float).tiny)
         kept = 1 - rate.rank_one - rate.rank_mu * rate.weights.sum()
         kept += rate.rank_one * (1 - steady) * rate.path * (2 - rate.path)
         if full:
-            rank_mu_update = np.einsum("ki,kj->ij", weights[:, None] * steps, steps)
+            rank_mu_update = matmul((weights[:, None] * steps).T, steps)
             covariance = (
                 kept * covariance
                 + rate.rank_one * np.outer(path, path)
@@ -179,14 +180,16 @@ class CmaEs(Search):
             )
             covariance = (covariance + covariance.T) / 2
         else:
-            rank_mu_update = np.einsum("k,ki->i", weights, steps**2)
-            covariance = kept * covariance + rate.rank_one * path**2 + rate.rank_mu * rank_mu_update
+            rank_mu_update = matmul(weights[None], np.square(steps))[0]
+            covariance = (
+                kept * covariance + rate.rank_one * np.square(path) + rate.rank_mu * rank_mu_update
+            )
 
-        step = state["step"] * np.exp(min(1, rate.step / rate.damping * (length / rate.length - 1)))
+        step = state["step"] * exp(min(1, rate.step / rate.damping * (length / rate.length - 1)))
         variances = np.diag(covariance) if full else covariance
         excess = np.maximum(1, step * np.sqrt(variances) / LARGEST_DEVIATION)
         if (excess > 1).any():
-            covariance = covariance / (np.outer(excess, excess) if full else excess**2)
+            covariance = covariance / (np.outer(excess, excess) if full else np.square(excess))
         updated = {
             **state,
             "mean": state["mean"] + state["step"] * move,
@@ -205,8 +208,6 @@ class CmaEs(Search):
         if not full:
             updated["lengths"] = np.sqrt(covariance)
         elif updates - int(state["decomposed"]) > 1 / (10 * genes * (rate.rank_one + rate.rank_mu)):
-            from gaitsim_searches.eigen import principal_axes
-
             variances, axes = principal_axes(covariance)
             updated["lengths"], updated["axes"] = np.sqrt(np.maximum(variances, 1e-300)), axes
             updated["decomposed"] = np.array(updates)

@@ -6,6 +6,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.portable import log
+
 
 @dataclass(frozen=True, eq=False)
 class Rates:
@@ -46,19 +48,19 @@ def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
         active: whether bad samples shrink the covariance (Jastrebski and Arnold 2006, "Improving
             evolution strategies through active covariance matrix adaptation").
     """
-    raw = np.log((samples + 1) / 2) - np.log(np.arange(1, samples + 1))
+    raw = log((samples + 1) / 2) - log(np.arange(1, samples + 1))
     parents = samples // 2
     good, bad = raw[:parents], raw[parents:]
-    mass = good.sum() ** 2 / (good**2).sum()
-    bad_mass = bad.sum() ** 2 / (bad**2).sum()
+    mass = np.square(good.sum()) / np.square(good).sum()
+    bad_mass = np.square(bad.sum()) / np.square(bad).sum()
 
     # 3 as in pycma. With the tutorial's 5, the area under the ECDF on BBOB with two genes is 3 %
     # smaller.
     step = (mass + 2) / (genes + mass + 3)
     damping = 1 + 2 * max(0.0, np.sqrt((mass - 1) / (genes + 1)) - 1) + step
     path = (4 + mass / genes) / (genes + 4 + 2 * mass / genes)
-    rank_one = 2 / ((genes + 1.3) ** 2 + mass)
-    rank_mu = 2 * (0.25 + mass - 2 + 1 / mass) / ((genes + 2) ** 2 + mass)
+    rank_one = 2 / (np.square(genes + 1.3) + mass)
+    rank_mu = 2 * (0.25 + mass - 2 + 1 / mass) / (np.square(genes + 2) + mass)
     faster = (genes + 2) / 3 if separable else 1.0
     rank_one = min(1.0, faster * rank_one)
     rank_mu = min(1 - rank_one, faster * rank_mu)
@@ -71,6 +73,6 @@ def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
             (1 - rank_one - rank_mu) / (genes * rank_mu),  # the covariance stays positive definite
         )
     weights = np.concatenate([good / good.sum(), total * bad / np.abs(bad).sum()])
-    length = np.sqrt(genes) * (1 - 1 / (4 * genes) + 1 / (21 * genes**2))
+    length = np.sqrt(genes) * (1 - 1 / (4 * genes) + 1 / (21 * genes * genes))
     weights.setflags(write=False)
     return Rates(weights, parents, mass, step, damping, path, rank_one, rank_mu, length)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
 from gaitsim.contracts.search import Context, Results, Search, State
+from gaitsim.portable import arctan, standard_normal, tan
 from gaitsim_searches.real import differences, halved_past_bounds, real_space
 
 SMALLEST = 4  # individuals: the one to move, one of the best, and two others
@@ -94,7 +95,9 @@ class DifferentialEvolution(Search):
             return self._first_genomes(space, start, context), state
         place = rng.integers(self.memory, size=len(genomes))
         scale = draw_scales(state["memory F"][place], rng)
-        rate = np.clip(rng.normal(state["memory CR"][place], SPREAD), 0, 1)
+        rate = np.clip(
+            state["memory CR"][place] + SPREAD * standard_normal(rng, len(genomes)), 0, 1
+        )
         best, one, other = self._draw_others(state, rng)
         steps = differences(best, genomes, space) + differences(one, other, space)
         mutants = halved_past_bounds(genomes + scale[:, None] * steps, genomes, space)
@@ -108,7 +111,7 @@ class DifferentialEvolution(Search):
         if start is None:
             return context.random(context.population)
         shape = (context.population, space.genes)
-        genomes = context.rng.normal(start, self.spread * space.width, shape)
+        genomes = start + self.spread * space.width * standard_normal(context.rng, shape)
         genomes[0] = start
         return context.repair(genomes)
 
@@ -199,10 +202,10 @@ def draw_scales(middle: Floats, rng: np.random.Generator) -> Floats:
     Tanabe and Fukunaga repeat draws until a factor is above 0; inverting the distribution above 0
     gives the same result with one draw.
     """
-    below = 0.5 - np.arctan(middle / SPREAD) / np.pi
+    below = 0.5 - arctan(middle / SPREAD) / np.pi
     share = 1 - (1 - below) * rng.random(len(middle))  # above `below`, at most 1
     # tan(π/2) is large, but finite; rounding may put the smallest factors below 0.
-    drawn = middle + SPREAD * np.tan(np.pi * (share - 0.5))
+    drawn = middle + SPREAD * tan(np.pi * (share - 0.5))
     return np.clip(drawn, np.finfo(float).tiny, 1)
 
 
@@ -219,7 +222,7 @@ def gains(before: Floats, after: Floats) -> Floats:
 
 def lehmer_mean(values: Floats, weights: Floats) -> float:
     """Return Σ w v² / Σ w v, which favours large values because small steps succeed more often."""
-    return float(np.sum(weights * values**2) / np.sum(weights * values))
+    return float(np.sum(weights * np.square(values)) / np.sum(weights * values))
 
 
 def converged(genomes: Genomes, scores: Floats, space: RealSpace) -> bool:

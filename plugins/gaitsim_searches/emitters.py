@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import State
-from gaitsim_searches.eigen import principal_axes
+from gaitsim.portable import exp, log, matmul, power, principal_axes, standard_normal
 
 _PREFIX = "emitters "
 _CONDITION = 1e14  # largest condition number of a covariance
@@ -93,8 +93,8 @@ class Emitters:
 
     def sample(self, each: int, width: Floats, rng: np.random.Generator) -> Floats:
         """Draw `each` genomes per emitter, (each, emitters, genes); they may be out of bounds."""
-        normal = rng.standard_normal((len(self.mean), each, len(width)))
-        spread = (normal * self.lengths[:, None]) @ self.basis.swapaxes(1, 2)
+        normal = standard_normal(rng, (len(self.mean), each, len(width)))
+        spread = matmul(normal * self.lengths[:, None], self.basis.swapaxes(1, 2))
         return (self.mean[:, None] + self.step[:, None, None] * spread * width).swapaxes(0, 1)
 
     def replaced(self, which: NDArray[np.bool_], by: Self) -> Self:
@@ -114,7 +114,7 @@ class Emitters:
     def exhausted(self) -> NDArray[np.bool_]:
         """Return whether each emitter has contracted or degenerated, (emitters,)."""
         longest, shortest = self.lengths.max(1), self.lengths.min(1)
-        ended: NDArray[np.bool_] = longest**2 > _CONDITION * shortest**2
+        ended: NDArray[np.bool_] = np.square(longest) > _CONDITION * np.square(shortest)
         ended |= self.step * longest < _SMALLEST
         return ended
 
@@ -129,28 +129,27 @@ class Emitters:
         genes, each = self.mean.shape[1], changes.shape[1]
         weights, mass = _weights(parents, each)
         path_rate, rank_one, rank_mu, step_rate, damping = _rates(mass, genes)
-        change = (weights[:, None] @ changes)[:, 0]
+        change = matmul(weights[:, None], changes)[:, 0]
         shift = change / self.step[:, None]
-        white = (
-            ((shift[:, None] @ self.basis) / self.lengths[:, None]) @ self.basis.swapaxes(1, 2)
-        )[:, 0]
+        along = matmul(shift[:, None], self.basis) / self.lengths[:, None]
+        white = matmul(along, self.basis.swapaxes(1, 2))[:, 0]
         conjugate = _updated_path(self.conjugate, step_rate, mass, white)
         age = self.age + 1
-        longer = (conjugate**2).sum(1) / genes
-        rising = longer / (1 - (1 - step_rate) ** (2 * age)) < 2 + 4 / (genes + 1)
+        longer = np.square(conjugate).sum(1) / genes
+        rising = longer / (1 - power(1 - step_rate, 2 * age)) < 2 + 4 / (genes + 1)
         path = _updated_path(self.path, path_rate, mass, shift * rising[:, None])
         missing = ~rising * path_rate * (2 - path_rate)
         scaled = changes / self.step[:, None, None]
         covariance = (
             (1 - rank_one * (1 - missing) - rank_mu)[:, None, None] * self.covariance
             + rank_one_update(path, rank_one)
-            + rank_mu[:, None, None] * ((scaled * weights[..., None]).swapaxes(1, 2) @ scaled)
+            + rank_mu[:, None, None] * matmul((scaled * weights[..., None]).swapaxes(1, 2), scaled)
         )
         growth = np.minimum(1, step_rate / damping * (longer - 1) / 2)
         adapted = replace(
             self,
             mean=self.mean + change * width,
-            step=self.step * np.exp(growth),
+            step=self.step * exp(growth),
             covariance=covariance,
             path=path,
             conjugate=conjugate,
@@ -171,8 +170,10 @@ class Emitters:
             # Along the axes of the last decomposition, a covariance is nearly diagonal and needs
             # a third of the sweeps.
             before = basis[emitter]
-            variances, turns = principal_axes(before.T @ self.covariance[emitter] @ before)
-            basis[emitter] = before @ turns.T
+            variances, turns = principal_axes(
+                matmul(matmul(before.T, self.covariance[emitter]), before)
+            )
+            basis[emitter] = matmul(before, turns.T)
             lengths[emitter] = np.sqrt(np.maximum(variances, _ZERO))
         return replace(
             self, basis=basis, lengths=lengths, decomposed=np.where(due, self.age, self.decomposed)
@@ -187,17 +188,17 @@ def rank_one_update(path: Floats, rate: Floats) -> Floats:
 def _weights(parents: NDArray[np.int64], each: int) -> tuple[Floats, Floats]:
     """Return the weights of the ranks, (emitters, each), and the effective mass, (emitters,)."""
     ranks = np.arange(1, each + 1)
-    raw = np.maximum(np.log(parents[:, None] + 0.5) - np.log(ranks), 0)
+    raw = np.maximum(log(parents[:, None] + 0.5) - log(ranks), 0)
     raw[parents == 0, 0] = 1
     weights = raw / raw.sum(1, keepdims=True)
-    return weights, 1 / (weights**2).sum(1)
+    return weights, 1 / np.square(weights).sum(1)
 
 
 def _rates(mass: Floats, genes: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return the learning rates of path, rank one, rank µ and step size, and the step's damping."""
     path = (4 + mass / genes) / (genes + 4 + 2 * mass / genes)
-    rank_one = 2 / ((genes + 1.3) ** 2 + mass)
-    rank_mu = np.minimum(1 - rank_one, 2 * (mass - 2 + 1 / mass) / ((genes + 2) ** 2 + mass))
+    rank_one = 2 / (np.square(genes + 1.3) + mass)
+    rank_mu = np.minimum(1 - rank_one, 2 * (mass - 2 + 1 / mass) / (np.square(genes + 2) + mass))
     step = (mass + 2) / (genes + mass + 5)
     damping = 1 + 2 * np.maximum(0, np.sqrt((mass - 1) / (genes + 1)) - 1) + step
     return path, rank_one, rank_mu, step, damping

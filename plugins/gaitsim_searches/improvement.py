@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.portable import power
 from gaitsim_searches.archive import Archive, Candidates
 
 
@@ -68,6 +69,6 @@ def with_soft_thresholds(
     slots = np.searchsorted(after.cells, candidates.cells[accepted])
     counts = np.bincount(slots, minlength=len(thresholds))
     sums = np.bincount(slots, candidates.scores[accepted], len(thresholds))
-    kept = (1 - soft.rate) ** counts
+    kept = power(1 - soft.rate, counts)
     moved = kept * thresholds + (1 - kept) * sums / np.maximum(counts, 1)
     return replace(after, thresholds=np.where(counts > 0, moved, thresholds))

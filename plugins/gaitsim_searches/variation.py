@@ -3,6 +3,7 @@
 import numpy as np
 
 from gaitsim.contracts import Genomes, RealSpace
+from gaitsim.portable import standard_normal
 from gaitsim_searches.real import differences
 
 
@@ -10,7 +11,7 @@ def mutate_all_genes(
     genomes: Genomes, space: RealSpace, sigma: float, rng: np.random.Generator
 ) -> Genomes:
     """Add a normally distributed change to every gene; `sigma` is in widths of the bounds."""
-    return genomes + sigma * space.width * rng.standard_normal(genomes.shape)
+    return genomes + sigma * space.width * standard_normal(rng, genomes.shape)
 
 
 def line_shifts(
@@ -23,7 +24,7 @@ def line_shifts(
     leveraging interspecies correlation".
     """
     shift: Genomes = differences(others, genomes, space)
-    return shift * (sigma * rng.standard_normal((len(genomes), 1)))
+    return shift * (sigma * standard_normal(rng, (len(genomes), 1)))
 
 
 def flip_bits(genomes: Genomes, flips: float, rng: np.random.Generator) -> Genomes:

@@ -8,6 +8,8 @@ import math
 
 import numpy as np
 
+from gaitsim.portable.scalar import sin
+
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
 SEGMENTS = ("coxa", "femur", "tibia")
 SIDES = (LEGS[:4], LEGS[4:])
@@ -40,7 +42,7 @@ TIBIA_PITCH = math.radians(-80.0)
 # A foot is the centre of a small ball at the tip of the tibia, so the body's centre is
 # 0.0782 + 0.008 = 0.0862 m above the ground.
 FOOT_RADIUS = 0.008  # m
-STANDING_HEIGHT = FOOT_RADIUS - FEMUR * math.sin(FEMUR_PITCH) - TIBIA * math.sin(TIBIA_PITCH)
+STANDING_HEIGHT = float(FOOT_RADIUS - FEMUR * sin(FEMUR_PITCH) - TIBIA * sin(TIBIA_PITCH))
 
 ANGLE_LIMIT = math.radians(30.0)  # largest angle of every joint, either way from rest
 STEP_LIMIT = math.radians(5.0)  # largest change per frame, which is 150 °/s

@@ -1,21 +1,22 @@
 """Forward kinematics of whole populations: feet and centre of mass; compiled code."""
 
-import math
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gaitsim.portable import cos, scalar, sin
 from gaitsim_spider import body
 from gaitsim_spider.damage import Legs
 
 _f = np.float32
 _HIP_X, _SIDE = body.HIP_X, body.SIDE
 _HIP_Y = _f(body.HIP_Y)
-_SIN_AZIMUTH, _COS_AZIMUTH = np.sin(body.AZIMUTH), np.cos(body.AZIMUTH)
-_SIN_FEMUR, _COS_FEMUR = _f(math.sin(body.FEMUR_PITCH)), _f(math.cos(body.FEMUR_PITCH))
-_SIN_TIBIA, _COS_TIBIA = _f(math.sin(body.TIBIA_PITCH)), _f(math.cos(body.TIBIA_PITCH))
+_SIN_AZIMUTH = np.array([scalar.sin(angle) for angle in body.AZIMUTH], dtype=_f)
+_COS_AZIMUTH = np.array([scalar.cos(angle) for angle in body.AZIMUTH], dtype=_f)
+_SIN_FEMUR, _COS_FEMUR = _f(scalar.sin(body.FEMUR_PITCH)), _f(scalar.cos(body.FEMUR_PITCH))
+_SIN_TIBIA, _COS_TIBIA = _f(scalar.sin(body.TIBIA_PITCH)), _f(scalar.cos(body.TIBIA_PITCH))
 _HALF, _ONE = _f(0.5), _f(1.0)
 
 # Taylor coefficients, exact to the last bit of float32 for |x| ≤ 60°, which the joint limits
@@ -109,16 +110,16 @@ def leg_points(angles: NDArray[np.float32]) -> NDArray[np.float64]:
     femur = body.FEMUR_PITCH + femur
     tibia = body.TIBIA_PITCH + femur - body.FEMUR_PITCH + tibia
     reach = np.cumsum(
-        [np.full_like(yaw, body.COXA), body.FEMUR * np.cos(femur), body.TIBIA * np.cos(tibia)],
+        [np.full_like(yaw, body.COXA), body.FEMUR * cos(femur), body.TIBIA * cos(tibia)],
         axis=0,
     )
     height = np.cumsum(
-        [np.zeros_like(yaw), body.FEMUR * np.sin(femur), body.TIBIA * np.sin(tibia)], axis=0
+        [np.zeros_like(yaw), body.FEMUR * sin(femur), body.TIBIA * sin(tibia)], axis=0
     )
     points = np.zeros((*yaw.shape, 4, 3))
     points[:, :, 0, 0] = body.HIP_X
     points[:, :, 0, 1] = body.SIDE * body.HIP_Y
-    points[:, :, 1:, 0] = np.moveaxis(body.HIP_X + reach * np.sin(yaw), 0, 2)
-    points[:, :, 1:, 1] = np.moveaxis(body.SIDE * (body.HIP_Y + reach * np.cos(yaw)), 0, 2)
+    points[:, :, 1:, 0] = np.moveaxis(body.HIP_X + reach * sin(yaw), 0, 2)
+    points[:, :, 1:, 1] = np.moveaxis(body.SIDE * (body.HIP_Y + reach * cos(yaw)), 0, 2)
     points[:, :, 1:, 2] = np.moveaxis(height, 0, 2)
     return points

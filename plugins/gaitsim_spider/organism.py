@@ -24,6 +24,7 @@ from gaitsim.contracts import (
 )
 from gaitsim.encoding import check_joint_angles, limit_steps
 from gaitsim.legged import BODY_HEIGHT, DAMAGE_HELP, stepping_measures
+from gaitsim.portable import cos, norm, sin
 from gaitsim_spider import body
 from gaitsim_spider.damage import Anatomy, Legs, damaged_anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles
@@ -140,7 +141,7 @@ class Spider(Organism):
         forward = pose[:, -1, 0]
 
         def slip_ratio() -> Array:
-            path = np.linalg.norm(np.diff(pose[:, :, :2], axis=1), axis=2).sum(axis=1)
+            path = norm(np.diff(pose[:, :, :2], axis=1)).sum(axis=1)
             slid = motion["slip"][:, :-1].sum(axis=1)
             ratio: Array = np.full_like(slid, np.inf)
             np.divide(slid, path, out=ratio, where=path > 0)
@@ -186,11 +187,11 @@ class Spider(Organism):
             [*(part.reshape(len(points), -1, 3) for part in (outline, legs)), middle[:, None]],
             axis=1,
         )
-        cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+        c, s = cos(yaw)[:, None], sin(yaw)[:, None]
         world = np.stack(
             [
-                x[:, None] + cos * points[..., 0] - sin * points[..., 1],
-                y[:, None] + sin * points[..., 0] + cos * points[..., 1],
+                x[:, None] + c * points[..., 0] - s * points[..., 1],
+                y[:, None] + s * points[..., 0] + c * points[..., 1],
                 points[..., 2],
             ],
             axis=-1,

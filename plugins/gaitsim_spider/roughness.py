@@ -6,11 +6,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gaitsim.portable.scalar import sin, tan
+
 _f = np.float32
 _ZERO, _ONE = _f(0.0), _f(1.0)
 CUTOFF = 5.0  # Hz; no gait of a body of this size needs faster joint motion
 # Quality factors of the two sections of a fourth-order Butterworth filter.
-_QUALITIES = tuple(1 / (2 * math.sin(math.pi * k / 8)) for k in (1, 3))
+_QUALITIES = tuple(1 / (2 * sin(math.pi * k / 8)) for k in (1, 3))
 
 # Working memory of one individual, by joint, so that loops over joints vectorise: the joint angles
 # of some frames, one row per frame; the differences in the previous frame; the outputs of both
@@ -36,12 +38,13 @@ def high_pass(frame_rate: float) -> tuple[float, NDArray[np.float32]]:
     Returns:
         The gain, and the coefficients a1, a2 of each section in a row, (2, 2) float32.
     """
-    warped = math.tan(math.pi * CUTOFF / frame_rate)
+    warped = float(tan(math.pi * CUTOFF / frame_rate))
+    square = warped * warped
     gain, poles = 1.0, []
     for quality in _QUALITIES:
-        scale = 1 / (1 + warped / quality + warped**2)
+        scale = 1 / (1 + warped / quality + square)
         gain *= scale
-        poles.append((2 * (warped**2 - 1) * scale, (1 - warped / quality + warped**2) * scale))
+        poles.append((2 * (square - 1) * scale, (1 - warped / quality + square) * scale))
     return gain, np.array(poles, dtype=np.float32)
 
 

@@ -43,8 +43,9 @@ class SpiderWalk(Fitness):
         from gaitsim_spider.roughness import high_pass, roughness
 
         pose, angles = motion["pose"].astype(np.float64), motion["joint_angles"]
+        rate = motion.frame_rate
         vibration, jerk = np.empty(motion.population), np.empty(motion.population)
-        roughness(time_last(angles), *high_pass(motion.frame_rate), vibration, jerk)
+        roughness(time_last(angles), *high_pass(rate), vibration, jerk)
         return {
             "forward": pose[:, -1, 0],
             "slip": -self.slip_weight * motion["slip"][:, :-1].sum(axis=1, dtype=np.float64),
@@ -53,12 +54,12 @@ class SpiderWalk(Fitness):
             "slope": -self.slope_weight * _rms(motion["slope"]),
             "support": -self.support_weight * np.mean(motion["margin"] < self.safe_margin, axis=1),
             "vibration": -self.vibration_weight * vibration,
-            "jerk": -self.jerk_weight * jerk * motion.frame_rate**3,
+            "jerk": -self.jerk_weight * jerk * (rate * rate * rate),
         }
 
 
 def _rms(values: Array) -> NDArray[np.float64]:
     """Return the root mean square of each individual's values, in double precision."""
     axes = tuple(range(1, values.ndim))
-    result: NDArray[np.float64] = np.sqrt(np.mean(values**2, axis=axes, dtype=np.float64))
+    result: NDArray[np.float64] = np.sqrt(np.mean(np.square(values), axis=axes, dtype=np.float64))
     return result

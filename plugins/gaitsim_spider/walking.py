@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gaitsim.portable.compiled import cos, sin
 from gaitsim_spider.damage import Legs
 from gaitsim_spider.intervals import BLOCK, SIZE
 from gaitsim_spider.kinematics import place_feet
@@ -149,8 +150,8 @@ def travel(
         find_margin(block)
         for n in range(count):
             heading = yaw + 0.5 * block.turn[n]
-            x += block.forward[n] * math.cos(heading) - block.sideways[n] * math.sin(heading)
-            y += block.forward[n] * math.sin(heading) + block.sideways[n] * math.cos(heading)
+            x += block.forward[n] * cos(heading) - block.sideways[n] * sin(heading)
+            y += block.forward[n] * sin(heading) + block.sideways[n] * cos(heading)
             yaw += block.turn[n]
             pose[0, first + n + 1], pose[1, first + n + 1], pose[2, first + n + 1] = x, y, yaw
             slip[first + n] = block.slip[n]

@@ -44,7 +44,7 @@ def ground(unevenness: float, seed: int, reach: float) -> Ground:
     x = RUN_UP + SPACING * np.arange(max(count, 2))
     sides = []
     for side in (0, 1):  # separate generators, so that `reach` does not change the heights
-        heights = np.random.default_rng([seed, side]).uniform(0.0, unevenness, len(x))
+        heights = unevenness * np.random.default_rng([seed, side]).random(len(x))
         heights[0] = heights[-1] = 0.0
         sides.append(heights)
     forward, backward = sides

@@ -5,6 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, RealSpace, option
+from gaitsim.portable import uniform
 from gaitsim_operators.crossover.differences import parent_differences
 from gaitsim_operators.spaces import real_space
 
@@ -32,5 +33,5 @@ class Blend(Crossover):
             PluginError: the genes are not real numbers.
         """
         difference = parent_differences(mothers, fathers, real_space(space))
-        share = rng.uniform(-self.alpha, 1 + self.alpha, (self.children, *difference.shape))
+        share = uniform(rng, -self.alpha, 1 + self.alpha, (self.children, *difference.shape))
         return (mothers + share * difference).reshape(-1, difference.shape[1])

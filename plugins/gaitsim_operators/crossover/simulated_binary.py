@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, RealSpace, option
+from gaitsim.portable import power
 from gaitsim_operators.crossover.differences import parent_differences
 from gaitsim_operators.spaces import real_space
 
@@ -63,5 +64,5 @@ class SimulatedBinary(Crossover):
 
 def _spread_factor(uniform: NDArray[np.float64], eta: float) -> NDArray[np.float64]:
     """Return the children's distance relative to the parents' distance, for draws from [0, 1)."""
-    power = np.where(uniform <= 0.5, 2 * uniform, 0.5 / (1 - uniform))
-    return power ** (1 / (eta + 1))
+    base = np.where(uniform <= 0.5, 2 * uniform, 0.5 / (1 - uniform))
+    return power(base, 1 / (eta + 1))

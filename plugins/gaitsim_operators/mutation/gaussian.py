@@ -5,6 +5,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, Mutation, RealSpace, option
+from gaitsim.portable import power, standard_normal
 from gaitsim_operators.mutation.sites import draw_sites
 from gaitsim_operators.spaces import real_space
 
@@ -32,7 +33,7 @@ class Gaussian(Mutation):
         """Return the mutation with the decayed sigma of `generation`."""
         if self.decay == 1:
             return self
-        return self.model_copy(update={"sigma": self.sigma * self.decay**generation})
+        return self.model_copy(update={"sigma": self.sigma * float(power(self.decay, generation))})
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
         """Return mutated copies of genomes, (population, genes) float64.
@@ -43,6 +44,6 @@ class Gaussian(Mutation):
         deviation = self.sigma * real_space(space).width
         mutants = genomes.copy()
         sites = draw_sites(genomes.size, self.rate, rng)
-        changes = rng.standard_normal(len(sites)) * deviation[sites % space.genes]
+        changes = standard_normal(rng, len(sites)) * deviation[sites % space.genes]
         mutants.reshape(-1)[sites] += changes
         return mutants

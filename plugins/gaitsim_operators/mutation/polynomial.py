@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, GenomeSpace, Mutation, RealSpace, option
+from gaitsim.portable import power
 from gaitsim_operators.mutation.sites import draw_sites
 from gaitsim_operators.spaces import real_space
 
@@ -62,5 +63,5 @@ def _steps(
     room = np.clip(np.where(downwards, below, above), 0, 1)
     # Nearness of the draw to the middle of its range, from 0 at both ends to 1 in the middle.
     near = np.where(downwards, 2 * uniform, 2 * (1 - uniform))
-    length = 1 - (near + (1 - near) * (1 - room) ** (eta + 1)) ** (1 / (eta + 1))
+    length = 1 - power(near + (1 - near) * power(1 - room, eta + 1), 1 / (eta + 1))
     return np.where(downwards, -length, length)

@@ -1,11 +1,54 @@
-"""Principal axes of a covariance matrix, with identical bits on every machine."""
+"""Linear algebra with small matrices, in a fixed order of operations; compiled code.
+
+The results of LAPACK and BLAS depend on the processor and the number of threads.
+"""
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
+
 MOST_SWEEPS = 30  # about eight are needed
 NEGLIGIBLE = 1e-14  # covariance, as a share of the geometric mean of the two variances
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def multiply(a: Floats, b: Floats, out: Floats) -> None:
+    """Add the products of matrices (n, i, k) and (n, k, j) to `out`, (n, i, j), in order of k."""
+    # The innermost loop is independent sums, so it vectorises without a change of their order.
+    for n in range(a.shape[0]):
+        for i in range(a.shape[1]):
+            for k in range(a.shape[2]):
+                factor = a[n, i, k]
+                for j in range(b.shape[2]):
+                    out[n, i, j] += factor * b[n, k, j]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def cholesky(matrix: Floats) -> Floats:
+    """Return the lower triangle L with L Lᵀ equal to a positive definite matrix, (n, n)."""
+    lower = np.zeros_like(matrix)
+    for i in range(len(matrix)):
+        for j in range(i + 1):
+            rest = matrix[i, j]
+            for k in range(j):
+                rest -= lower[i, k] * lower[j, k]
+            lower[i, j] = np.sqrt(rest) if i == j else rest / lower[j, j]
+    return lower
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def substitute(lower: Floats, right: Floats) -> Floats:
+    """Return the solution X, (n, columns), of L X = right by forward substitution."""
+    solution = right.copy()
+    for i in range(len(lower)):
+        for k in range(i):
+            for j in range(right.shape[1]):
+                solution[i, j] -= lower[i, k] * solution[k, j]
+        for j in range(right.shape[1]):
+            solution[i, j] /= lower[i, i]
+    return solution
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

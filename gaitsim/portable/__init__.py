@@ -1,0 +1,240 @@
+"""Arithmetic with the same bits on every 64-bit processor.
+
+The elementary functions of NumPy and of C libraries, products of matrices and normal draws give
+other last bits on another processor, since they choose their instructions by it. No library
+promises otherwise. These functions use IEEE 754 additions, products, quotients and square roots
+alone, in a fixed order, so everything that decides a result takes them from here.
+
+NumPy's elementwise `+ − × ÷`, `sqrt`, comparisons, sums, means and sorting are portable, too.
+`np.einsum`, `np.interp`, `Generator.uniform` and powers are not: compilers may fuse a product and a
+sum (on ARM), or call the C library.
+
+Functions of numbers accept arrays of any shape and return float64. Errors are largest errors found
+against mpmath, in units in the last place (ulp); zeros, infinities and NaN follow IEEE 754.
+"""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gaitsim.portable import scalar
+
+Floats = NDArray[np.float64]
+
+
+def exp(x: ArrayLike) -> Floats:
+    """Return the exponential; error below 0.8 ulp."""
+    return _mapped("exp", x)
+
+
+def log(x: ArrayLike) -> Floats:
+    """Return the natural logarithm; error below 0.51 ulp."""
+    return _mapped("log", x)
+
+
+def power(x: ArrayLike, y: ArrayLike) -> Floats:
+    """Return xʸ; error below 0.9 ulp."""
+    return _mapped("power", x, y)
+
+
+def sin(x: ArrayLike) -> Floats:
+    """Return the sine; error below 0.8 ulp."""
+    return _of_any_angle("sin", x)
+
+
+def cos(x: ArrayLike) -> Floats:
+    """Return the cosine; error below 0.8 ulp."""
+    return _of_any_angle("cos", x)
+
+
+def tan(x: ArrayLike) -> Floats:
+    """Return the tangent; error below 0.8 ulp."""
+    return _of_any_angle("tan", x)
+
+
+def tanh(x: ArrayLike) -> Floats:
+    """Return the hyperbolic tangent; error below 0.8 ulp."""
+    return _mapped("tanh", x)
+
+
+def arctan2(y: ArrayLike, x: ArrayLike) -> Floats:
+    """Return the angle of points (x, y), −π to π; error below 0.6 ulp."""
+    return _mapped("arctan2", y, x)
+
+
+def arctan(x: ArrayLike) -> Floats:
+    """Return the arc tangent; error below 0.6 ulp."""
+    return _mapped("arctan", x)
+
+
+def arcsin(x: ArrayLike) -> Floats:
+    """Return the arc sine, NaN for |x| > 1; error below 1.5 ulp."""
+    return _mapped("arcsin", x)
+
+
+def arccos(x: ArrayLike) -> Floats:
+    """Return the arc cosine, NaN for |x| > 1; error below 1.5 ulp."""
+    return _mapped("arccos", x)
+
+
+def norm(values: ArrayLike) -> Floats:
+    """Return the Euclidean length along the last axis; squares may overflow."""
+    length: Floats = np.sqrt(np.square(values, dtype=np.float64).sum(axis=-1))
+    return length
+
+
+def distances(one: Floats, other: Floats) -> Floats:
+    """Return the distances of points (n, axes) and (m, axes), (n, m)."""
+    squares = np.zeros((len(one), len(other)))
+    for axis in range(one.shape[1]):
+        squares += np.square(one[:, None, axis] - other[:, axis])
+    return np.sqrt(squares)
+
+
+def matmul(a: ArrayLike, b: ArrayLike) -> Floats:
+    """Return the products of matrices (…, i, k) and (…, k, j), summed in order of k.
+
+    Leading axes broadcast. Within 2 % of `np.matmul` with 10 genes, and twice its time with 100.
+
+    Raises:
+        ValueError: the shapes do not fit.
+    """
+    from gaitsim.portable.linear import multiply
+
+    first, second = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    if first.ndim < 2 or second.ndim < 2 or first.shape[-1] != second.shape[-2]:
+        raise ValueError(f"cannot multiply matrices of shapes {first.shape} and {second.shape}")
+    leading = np.broadcast_shapes(first.shape[:-2], second.shape[:-2])
+    out = np.zeros((*leading, first.shape[-2], second.shape[-1]))
+    stacks = (
+        np.ascontiguousarray(np.broadcast_to(one, (*leading, *one.shape[-2:])) if leading else one)
+        for one in (first, second)
+    )
+    multiply(*(one.reshape(-1, *one.shape[-2:]) for one in (*stacks, out)))
+    return out
+
+
+def principal_axes(covariance: Floats) -> tuple[Floats, Floats]:
+    """Return the variances along the axes of a covariance matrix, and its axes as rows.
+
+    Args:
+        covariance: symmetric, positive definite matrix, (genes, genes).
+
+    Returns:
+        The eigenvalues, (genes,), in no particular order, and the eigenvectors, (genes, genes).
+    """
+    from gaitsim.portable.linear import principal_axes as jacobi
+
+    variances, axes = jacobi(np.ascontiguousarray(covariance, np.float64))
+    return variances, axes
+
+
+def cholesky(matrix: Floats) -> Floats:
+    """Return the lower triangle L, (n, n), of a positive definite matrix L Lᵀ, (n, n).
+
+    A matrix that is not positive definite gives NaN.
+    """
+    from gaitsim.portable.linear import cholesky as triangle
+
+    lower: Floats = triangle(np.ascontiguousarray(matrix, np.float64))
+    return lower
+
+
+def solve_triangular(lower: Floats, right: Floats) -> Floats:
+    """Return X, (n, columns), with L X = right, for a lower triangle L, (n, n)."""
+    from gaitsim.portable.linear import substitute
+
+    solution: Floats = substitute(
+        np.ascontiguousarray(lower, np.float64), np.ascontiguousarray(right, np.float64)
+    )
+    return solution
+
+
+def standard_normal(rng: np.random.Generator, size: int | tuple[int, ...]) -> Floats:
+    """Draw from the standard normal distribution, as `rng.standard_normal` does.
+
+    Args:
+        rng: a generator of 64-bit numbers, such as that of `np.random.default_rng`.
+        size: shape of the result.
+    """
+    from gaitsim.portable.normal import fill, strips
+
+    out = np.empty(size)
+    flat = out.reshape(-1)
+    source, state = rng.bit_generator, rng.bit_generator.state
+    numbers = len(flat) + len(flat) // 16 + 64  # 1.02 numbers a draw on average
+    while True:
+        used = fill(source.random_raw(numbers), *strips(), flat)
+        source.state = state
+        if used >= 0:
+            # Leave the generator where NumPy would.
+            source.random_raw(used, output=False)
+            return out
+        numbers *= 2
+
+
+def uniform(
+    rng: np.random.Generator, low: ArrayLike, high: ArrayLike, size: int | tuple[int, ...]
+) -> Floats:
+    """Draw from the uniform distribution between `low` and `high`, as `rng.uniform` does."""
+    bottom = np.asarray(low, np.float64)
+    drawn: Floats = bottom + (np.asarray(high, np.float64) - bottom) * rng.random(size)
+    return drawn
+
+
+def _mapped(name: str, *arguments: ArrayLike) -> Floats:
+    """Apply a function of `scalar` to each number."""
+    from gaitsim.portable.compiled import loop
+
+    arrays = np.broadcast_arrays(*(np.asarray(one, np.float64) for one in arguments))
+    out = np.empty(arrays[0].shape)
+    loop(name)(*(np.ascontiguousarray(one).reshape(-1) for one in arrays), out.reshape(-1))
+    found: Floats = out[()]  # a scalar for scalars
+    return found
+
+
+def _of_any_angle(name: str, x: ArrayLike) -> Floats:
+    """Apply a trigonometric function to each angle, rad, even if it is large."""
+    angles = np.asarray(x, np.float64)
+    out = np.asarray(_mapped(name, angles))
+    large = (np.abs(angles) > scalar.MODERATE) & np.isfinite(angles)
+    if large.any():
+        out[large] = [_of_large_angle(name, angle) for angle in angles[large].tolist()]
+    found: Floats = out[()]
+    return found
+
+
+def _of_large_angle(name: str, angle: float) -> Any:
+    """Return the sine, cosine or tangent of a large angle, rad, by exact division by π/2."""
+    numerator, denominator = angle.as_integer_ratio()
+    quarters, rest = divmod(numerator * 2 * _PRECISION, denominator * _pi())
+    # The rest of the division, in quarter turns; above π/4 it counts back from the next.
+    half = denominator * _pi() // 2
+    quarters, rest = (quarters + 1, rest - 2 * half) if rest > half else (quarters, rest)
+    high = rest / (2 * denominator * _PRECISION)
+    top, bottom = high.as_integer_ratio()
+    low = (rest * bottom - top * 2 * denominator * _PRECISION) / (
+        2 * denominator * _PRECISION * bottom
+    )
+    function = scalar.tan_of if name == "tan" else scalar.sin_of
+    return function((quarters + (name == "cos")) & 3, high, low)
+
+
+_PRECISION = 1 << 1300
+
+
+@cache
+def _pi() -> int:
+    """Return π · 2¹³⁰⁰ (Machin 1706: π/4 = 4 arctan 1/5 − arctan 1/239)."""
+
+    def arctan_inverse(x: int) -> int:
+        total, power, n = 0, _PRECISION * 2**64 // x, 1
+        while power:
+            total += power // n if n % 4 == 1 else -(power // n)
+            power //= x * x
+            n += 2
+        return total
+
+    return 4 * (4 * arctan_inverse(5) - arctan_inverse(239)) >> 64
