@@ -39,3 +39,4 @@ def share(run: RunName, generation: BestOf = None, member: MemberOf = None) -> N
         f"{individual.title}, score {individual.score!r}: {size}. "
         "Anyone can check it with: gaitsim verify CODE"
     )
+    notice(f"The score is {individual.experiment.portability}")

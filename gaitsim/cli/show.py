@@ -73,6 +73,7 @@ def _print_json(run: RunSnapshot) -> None:
             "failure": failure.to_dict() if (failure := last_failure(run.path)) else None,
             "experiment": experiment.name,
             "seed": experiment.seed,
+            "results": experiment.portability,
             "plugins": {kind: entry.name for kind, entry in experiment.entries.items()},
             "generation": len(history["best"]) if history else 0,
             "generations": experiment.evolution.generations,
@@ -115,6 +116,7 @@ def _print(run: RunSnapshot) -> None:
         console.print(f"Failed in the background: {failure}", style="red")
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
     console.print(f"seed {experiment.seed}  {parts}")
+    console.print(f"results {experiment.portability}")
     for entry in run.outside:
         console.print(f"{entry.notice}.")
     islands = experiment.islands

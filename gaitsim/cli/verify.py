@@ -1,5 +1,6 @@
 """`gaitsim verify`."""
 
+import math
 import os
 import sys
 from collections.abc import Sequence
@@ -15,7 +16,9 @@ from gaitsim.cli.options import Json, RunOrCode, Workers
 from gaitsim.cli.parsing import not_combinable, parse_generations
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import PORTABLE
 from gaitsim.runs.files.folder import EXPERIMENT, find_run
+from gaitsim.runs.files.provenance import PROCESSOR
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.verify.verify import Verdict
 from gaitsim.runs.verify.verify import verify as verify_generations
@@ -119,6 +122,7 @@ def _verify_code(challenge: Challenge, json: bool) -> None:
                 "failure": checked.failure or None,
                 "versions": dict(challenge.versions),
                 "version_differences": list(checked.version_differences),
+                "results": challenge.experiment.portability,
             }
         )
     else:
@@ -130,14 +134,18 @@ def _verify_code(challenge: Challenge, json: bool) -> None:
 def _print_checked(checked: Checked) -> None:
     challenge = checked.challenge
     individual, unit = challenge.individual, challenge.experiment.fitness.unit
+    _warn_of_other_machine(challenge.experiment.portability, checked.version_differences)
     if checked.identical:
         echo(f"{individual.title}: reproduced, the score is {challenge.score!r} {unit}".rstrip())
     else:
         echo(f"{individual.title}: not reproduced")
         echo(f"  claimed: {challenge.score!r} {unit}".rstrip())
         echo(f"  here:    {checked.score!r} {unit}".rstrip())
+        if math.isfinite(checked.score):
+            echo(f"  differs by {abs(checked.score - challenge.score):.2g} {unit}".rstrip())
         if checked.failure:
             echo(f"  failed:  {checked.failure}")
+    echo(challenge.experiment.portability)
     for text in _describe_versions(bool(challenge.versions), checked.version_differences, "code"):
         echo(text)
     if not (checked.identical or checked.version_differences or not challenge.versions):
@@ -170,11 +178,14 @@ def _print_json(path: str, verdict: Verdict) -> None:
             ],
             "provenance": [{"first": origin.first, **origin.parts} for origin in verdict.origins],
             "version_differences": list(verdict.version_differences),
+            "results": verdict.portability,
+            "score_difference": verdict.score_difference,
         }
     )
 
 
 def _print(path: str, verdict: Verdict) -> None:
+    _warn_of_other_machine(verdict.portability, verdict.version_differences)
     if verdict.identical:
         echo(f"{path}: identical")
     elif not verdict.differences:
@@ -191,8 +202,18 @@ def _print(path: str, verdict: Verdict) -> None:
                 echo(f"  generation {number}: {text}")
             if len(what) > SHOWN:
                 echo(f"  generation {number}: and {len(what) - SHOWN} more")
+        if verdict.score_difference:
+            echo(f"  largest difference of a best score: {verdict.score_difference:.2g}")
     for text in _scope(verdict):
         echo(text)
+
+
+def _warn_of_other_machine(portability: str, version_differences: Sequence[str]) -> None:
+    """Say before the verdict that results may differ here, unless they are portable."""
+    name, _, meaning = portability.partition(": ")
+    machine = (f"{PROCESSOR}: ", "system: ")
+    if name != PORTABLE and any(text.startswith(machine) for text in version_differences):
+        echo(f"computed on another kind of processor; the results are {name} ({meaning})")
 
 
 def _changed_options(verdict: Verdict) -> list[str]:
@@ -230,19 +251,23 @@ def _scope(verdict: Verdict) -> list[str]:
             f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
             "only their history and best individuals were compared"
         )
+    found.append(verdict.portability)
     return found + _describe_versions(bool(verdict.origins), verdict.version_differences, "run")
 
 
 def _describe_versions(recorded: bool, version_differences: Sequence[str], noun: str) -> list[str]:
-    """Describe whether the versions and processor of a run or code are those of this machine."""
+    """Describe whether the versions of a run or code are those of this machine.
+
+    So is the processor, if it matters.
+    """
     if not recorded:
         return [f"the {noun} does not record the software versions"]
     if version_differences:
         return [
-            "computed with different software versions or on a different processor:",
+            "computed with different software versions or on a different machine:",
             *(f"  {text}" for text in version_differences),
         ]
-    return ["same versions and processor as on this machine"]
+    return ["same versions as on this machine"]
 
 
 def _ranges(numbers: tuple[int, ...]) -> str:

@@ -70,6 +70,13 @@ class Organism(Plugin):
         however the population is split into chunks.
         """
 
+    def physics_engine(self) -> str:
+        """Return the package that simulates the body, such as 'mujoco'; '' without an engine.
+
+        The results of an engine hold for one of its versions and one kind of processor.
+        """
+        return ""
+
     def play(self, joint_angles: Array) -> Motion:
         """Return the motion of a population with given joint angles, such as those from a file.
 

@@ -1,7 +1,7 @@
 """The base of all plugins: a frozen model whose fields are its options."""
 
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo
 
@@ -61,7 +61,14 @@ class Plugin(BaseModel):
 
     Subclasses are frozen pydantic models. Their fields are the options, each declared with
     `option`. Two plugins of the same class with equal options are equal.
+
+    Attributes:
+        portable: whether its results have the same bits on every 64-bit processor. Declare this of
+            a plugin that computes only with `gaitsim.portable` and the operations that it lists.
+            A subclass does not inherit the declaration.
     """
+
+    portable: ClassVar[bool] = False
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 

@@ -7,7 +7,14 @@ from gaitsim.experiment.loading import (
     parse_space,
     with_overrides,
 )
-from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
+from gaitsim.experiment.model import (
+    ENGINE_BOUND,
+    PORTABLE,
+    SCHEMA,
+    Evolution,
+    Experiment,
+    Islands,
+)
 from gaitsim.experiment.outline import ExperimentOutline, read_outline
 from gaitsim.experiment.overrides import parse_assignments
 from gaitsim.experiment.problems import Overrides, Typed
@@ -20,9 +27,11 @@ from gaitsim.experiment.transferability import (
 from gaitsim.experiment.worlds import OWN_WORLD, WORLD, Worlds
 
 __all__ = [
+    "ENGINE_BOUND",
     "FEATURES",
     "NO_REALITY",
     "OWN_WORLD",
+    "PORTABLE",
     "SCHEMA",
     "TRANSFERABILITY",
     "WORLD",

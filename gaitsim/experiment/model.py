@@ -30,6 +30,9 @@ MOST_GENERATIONS = 100_000_000
 DEFAULT_SEARCH = "genetic"
 """The search of an experiment file that does not choose one."""
 
+PORTABLE, ENGINE_BOUND, UNDECLARED = "portable", "engine-bound", "not known to be portable"
+"""Classes of results: those of which machine have the same bits."""
+
 
 class Evolution(BaseModel):
     """Options for the size and length of a search; not a plugin."""
@@ -147,6 +150,43 @@ class Experiment(ReprMixin):
     def outside(self) -> tuple[PythonEntry, ...]:
         """Entries with a user's code, without which files cannot reproduce the experiment."""
         return tuple(entry for entry in self.in_python if is_outside(entry.name))
+
+    @property
+    def engine(self) -> str:
+        """Package of the physics engine that simulates the body, or ''.
+
+        Raises:
+            PluginError: the body fails.
+        """
+        bodies = [body for body in (self.organism, self.reality) if body is not None]
+        with plugin_errors(self.entries["organism"], "naming its physics engine"):
+            return next((name for name in (body.physics_engine() for body in bodies) if name), "")
+
+    @property
+    def undeclared(self) -> tuple[Entry, ...]:
+        """Entries of the plugins that do not declare that they are portable."""
+        return tuple(
+            entry
+            for kind, entry in self.entries.items()
+            if not vars(type(self.plugin(kind))).get("portable", False)
+        )
+
+    @property
+    def portability(self) -> str:
+        """The class of the results and its meaning, as 'portable: the same bits …'.
+
+        Raises:
+            PluginError: the body fails.
+        """
+        if self.engine:
+            return (
+                f"{ENGINE_BOUND}: the same bits with one version of {self.engine} on one kind of "
+                "processor"
+            )
+        if self.undeclared:
+            names = ", ".join(str(entry) for entry in self.undeclared)
+            return f"{UNDECLARED}: not declared by the {names}"
+        return f"{PORTABLE}: the same bits with the same versions on any x86-64 or ARM64 processor"
 
     def check_functions(self) -> None:
         """Check that all Python functions of the experiment are registered in this process.

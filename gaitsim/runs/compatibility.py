@@ -17,7 +17,7 @@ from gaitsim.registry.python_entries import OUTSIDE
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 
-ENGINES = ("mujoco", "pymunk")  # a different version may compute different motions
+ENGINES = ("mujoco", "pybullet", "pymunk")  # a different version may compute different motions
 LIBRARIES = ("numpy", *ENGINES)
 _installed = cache(version)  # reading it takes a millisecond
 

@@ -10,6 +10,7 @@ from gaitsim.contracts import Array, Fitness, Motion, option
 class MeanAltitude(Fitness):
     """Mean altitude over the flight."""
 
+    portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("altitude",)
     unit: ClassVar[str] = "m"
 
@@ -21,6 +22,7 @@ class MeanAltitude(Fitness):
 class FinalAltitude(Fitness):
     """Altitude at the end of the flight."""
 
+    portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("altitude",)
     unit: ClassVar[str] = "m"
 
@@ -36,6 +38,7 @@ class Climb(Fitness):
         0.2, "penalty per metre of mean |x| and of mean |y|, in metres of altitude", ge=0
     )
 
+    portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("altitude", "position")
     unit: ClassVar[str] = "m"
 

@@ -23,6 +23,7 @@ class FollowCourse(Fitness):
         le=100,
     )
 
+    portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("position", "rotation", "course")
 
     def terms(self, motion: Motion) -> dict[str, Array]:

@@ -21,6 +21,7 @@ class Hover(Fitness):
         0.5, "largest distance at which a fly counts as being at the point", unit="m", gt=0, le=100
     )
 
+    portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("position",)
 
     def terms(self, motion: Motion) -> dict[str, Array]:

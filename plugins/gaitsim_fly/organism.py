@@ -40,6 +40,7 @@ WINGS = ("left flap", "left pitch", "left sweep", "right flap", "right pitch", "
 class Fly(FlyOptions):
     """A cuboid with two triangular wings in air; a neural network commands the wings."""
 
+    portable: ClassVar[bool] = True
     threads: ClassVar[bool] = True
     dynamic: ClassVar[bool] = True
     channels: ClassVar[Mapping[str, Channel]] = {

@@ -19,6 +19,7 @@ class MillipedeTravel(Fitness):
         "forward", "direction of the motion that scores"
     )
 
+    portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("side_reach",)
 
     def terms(self, motion: Motion) -> dict[str, Array]:

@@ -56,6 +56,7 @@ class Millipede(Organism):
     )
 
     # Moving a population of 79 takes less time than handing it to a thread.
+    portable: ClassVar[bool] = True
     threads: ClassVar[bool] = False
     channels: ClassVar[Mapping[str, Channel]] = {
         "side_reach": Channel((SIDES,), "", "motion of a side per cycle; 1 is the largest"),

@@ -274,6 +274,10 @@ class Robot(Organism):
         lower, upper = np.array(joint_ranges(self.text, self.anatomy)).T
         return self._walk(np.clip(joint_angles.astype(np.float64), lower, upper))
 
+    def physics_engine(self) -> str:
+        """Return 'mujoco' or 'pybullet'."""
+        return "pybullet" if self.engine == "bullet" else self.engine
+
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the leg joints as in the file, leg by leg."""
         return self.anatomy.joints

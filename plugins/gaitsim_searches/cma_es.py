@@ -54,6 +54,7 @@ class CmaEs(Search):
         lt=0.1,
     )
 
+    portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def objection(self, space: GenomeSpace, population: int) -> str:

@@ -61,6 +61,7 @@ class DifferentialEvolution(Search):
         le=1,
     )
 
+    portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def objection(self, space: GenomeSpace, population: int) -> str:

@@ -27,6 +27,7 @@ class Genetic(Search):
         1, "number of best individuals copied unchanged into the next generation", ge=0
     )
 
+    portable: ClassVar[bool] = True
     operators: ClassVar[tuple[str, ...]] = ("selection", "crossover", "mutation")
     several: ClassVar[bool] = True
 

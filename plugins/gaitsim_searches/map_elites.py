@@ -95,6 +95,7 @@ class MapElites(Search):
         0.0, "number subtracted from each elite's score in the QD score", ge=-1e100, le=1e100
     )
 
+    portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
     keeps: ClassVar[Literal["", "front", "archive"]] = "archive"
 

@@ -67,6 +67,7 @@ class Nsga2(Search):
         le=1000,
     )
 
+    portable: ClassVar[bool] = True
     keeps: ClassVar[Literal["", "front", "archive"]] = "front"
 
     @model_validator(mode="after")

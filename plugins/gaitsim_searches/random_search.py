@@ -13,6 +13,7 @@ class RandomSearch(Search):
     Brooks 1958, "A discussion of random methods for seeking maxima".
     """
 
+    portable: ClassVar[bool] = True
     several: ClassVar[bool] = True
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:

@@ -48,6 +48,7 @@ class SpiderClassic(Fitness):
         20.0, "coxa angle at which a leg crosses its neighbour", unit="°", ge=0, le=30
     )
 
+    portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("joint_angles", "feet")
 
     def terms(self, motion: Motion) -> dict[str, Array]:

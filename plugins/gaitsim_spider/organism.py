@@ -55,6 +55,7 @@ class Spider(Organism):
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
 
+    portable: ClassVar[bool] = True
     threads: ClassVar[bool] = True
     twin: ClassVar[str] = "spider-physics"
     channels: ClassVar[Mapping[str, Channel]] = {

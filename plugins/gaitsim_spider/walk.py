@@ -35,6 +35,7 @@ class SpiderWalk(Fitness):
     )
     jerk_weight: float = option(1e-4, "penalty per rad/s³ of RMS joint jerk", unit="m", ge=0)
 
+    portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("joint_angles", "pose", "slip", "margin", "slope")
     unit: ClassVar[str] = "m"
 

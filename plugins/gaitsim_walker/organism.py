@@ -152,6 +152,10 @@ class Walker(Organism):
             joint_angles.shape[1],
         )
 
+    def physics_engine(self) -> str:
+        """Return 'pymunk', which takes sines and cosines from the C library."""
+        return "pymunk"
+
     def joint_names(self) -> tuple[str, ...]:
         """Return names such as 'near fore hip' and 'near fore knee'; 'near hip' on two legs."""
         return self.plan.joints

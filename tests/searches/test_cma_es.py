@@ -5,6 +5,7 @@ from itertools import islice, takewhile
 
 import numpy as np
 import pytest
+from gaitsim_searches.eigen import principal_axes
 from scipy.special import gamma
 from scipy.stats import ortho_group
 from searching import box, generations
@@ -13,7 +14,6 @@ from gaitsim.contracts.search import Context
 from gaitsim_searches import box as fold
 from gaitsim_searches.cma_es import CmaEs
 from gaitsim_searches.cma_rates import rates
-from gaitsim_searches.eigen import principal_axes
 
 GENES = 10
 FULL, SEPARABLE = CmaEs(), CmaEs(covariance="separable")

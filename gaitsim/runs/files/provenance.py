@@ -1,7 +1,8 @@
 """`provenance.json`: the versions and the processor that computed a run.
 
-Another processor may round the last bit of a number differently. Each entry is valid from its
-generation; resuming with other versions adds another entry.
+On another processor, a physics engine or a plugin that is not portable may round the last bit of a
+number differently. Each entry is valid from its generation; resuming with other versions adds
+another entry.
 """
 
 import platform
@@ -16,7 +17,7 @@ import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from gaitsim.errors import RunError
-from gaitsim.experiment import Experiment
+from gaitsim.experiment import PORTABLE, Experiment
 from gaitsim.opening import read_regular
 from gaitsim.registry import options
 from gaitsim.runs.compatibility import versions
@@ -28,6 +29,12 @@ from gaitsim.toml import checksum, is_long
 # Settings of Numba that decide which machine code runs; interpreted kernels round differently.
 _SETTINGS = ("DISABLE_JIT", "CPU_NAME", "CPU_FEATURES")
 LARGEST = 10_000_000  # bytes
+
+RESULTS = "results"
+"""Name of the part that holds the class of the results, such as 'portable'."""
+PROCESSOR = "processor"
+_MACHINE = ("blas", "system", PROCESSOR, *(f"NUMBA_{name}" for name in _SETTINGS[1:]))
+"""Parts that do not affect portable results."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +63,11 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
     blas = config.get("Build Dependencies", {}).get("blas", {})
     found = {
         **versions(experiment),
+        RESULTS: experiment.portability.partition(":")[0],
         "python": platform.python_version(),
         "blas": f"{blas.get('name', '?')} {blas.get('version', '')}".strip(),
         "system": f"{platform.system()} {platform.machine()}",
-        "processor": " ".join(config.get("SIMD Extensions", {}).get("found", [])) or "plain",
+        PROCESSOR: " ".join(config.get("SIMD Extensions", {}).get("found", [])) or "plain",
     }
     if "numba" in sys.modules:
         from llvmlite.binding import get_host_cpu_name  # comes with Numba
@@ -68,7 +76,7 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
         found |= {f"NUMBA_{name}": str(getattr(settings, name, None)) for name in _SETTINGS}
         found["numba"] = version("numba")
         # The processor that compiled code is optimised for.
-        found["processor"] = f"{get_host_cpu_name()}, {found['processor']}"
+        found[PROCESSOR] = f"{get_host_cpu_name()}, {found[PROCESSOR]}"
     for kind in experiment.kinds:
         for name, value in options.values(experiment.plugin(kind)).items():
             if is_long(value):  # the checksum is in the key, as another text starts a stage
@@ -115,7 +123,10 @@ def read_provenance(folder: Path) -> list[Provenance]:
 
 
 def differences(origins: Sequence[Provenance], now: Mapping[str, str]) -> list[str]:
-    """Return the differences between the entries of a run and the current versions."""
+    """Return the differences between the entries of a run and the current versions.
+
+    The machine is left out if the results are portable.
+    """
     found = []
     for at, origin in enumerate(origins):
         since = f" (from generation {origin.first})" if at or len(origins) > 1 else ""
@@ -123,5 +134,6 @@ def differences(origins: Sequence[Provenance], now: Mapping[str, str]) -> list[s
             f"{name}: {then} then, {now[name]} now{since}"
             for name, then in origin.parts.items()
             if now.get(name, then) != then
+            and not (origin.parts.get(RESULTS) == PORTABLE and name in _MACHINE)
         ]
     return found

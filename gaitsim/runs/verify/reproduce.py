@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,11 +27,24 @@ from gaitsim.runs.verify.consistency import (
 NewEvaluator = Callable[[Experiment], Evaluator]
 """Creates the evaluator of an experiment."""
 
-Reproduced = Iterator[tuple[int, bool, list[str]]]
-"""The number of each generation, whether it was fully reproduced, and its differences."""
+
+class Reproduced(NamedTuple):
+    """A reproduced generation.
+
+    Attributes:
+        number: number of the generation.
+        fully: whether the whole generation was reproduced, not only its best individual.
+        differences: its differences from the record.
+        score_difference: distance of the best score from the recorded one.
+    """
+
+    number: int
+    fully: bool
+    differences: list[str]
+    score_difference: float
 
 
-def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Reproduced:
+def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Iterator[Reproduced]:
     """Reproduce the whole run from its experiments, stage by stage.
 
     Raises:
@@ -39,13 +53,13 @@ def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Reproduced:
     last: Generation | None = None
     for stage in run.stages:
         for generation in _evolve(run, last, stage.last, new_evaluator):
-            yield generation.number, True, _differences(run, generation)
+            yield _reproduced(run, generation)
             last = generation
 
 
 def reproduce_some(
     run: RunSnapshot, generations: list[int], new_evaluator: NewEvaluator
-) -> Reproduced:
+) -> Iterator[Reproduced]:
     """Reproduce some generations, in full if the previous population is stored.
 
     The first generation needs no previous population. The population before the last generation is
@@ -62,14 +76,14 @@ def reproduce_some(
             before = restore_generation(previous)
         if number == 1 or before is not None:
             (generation,) = _evolve(run, before, number, new_evaluator)
-            yield number, True, _differences(run, generation)
+            yield _reproduced(run, generation)
             continue
         with new_evaluator(run.experiment_at(number)) as evaluator:
-            found = _best_differences(run, number, evaluator.evaluate)
+            found, distance = _best_differences(run, number, evaluator.evaluate)
             if number == run.generation:
                 again = evaluator.evaluate(run.finished.genomes, number)
                 found += _score_differences(run.finished, CHECKPOINT, again)
-        yield number, False, found
+        yield Reproduced(number, False, found, distance)
 
 
 def _evolve(
@@ -97,8 +111,8 @@ def _endless(experiment: Experiment, generations: int) -> Experiment:
     return replace(experiment, evolution=evolution)
 
 
-def _differences(run: RunSnapshot, again: Generation) -> list[str]:
-    """Return how a reproduced generation differs from the record.
+def _reproduced(run: RunSnapshot, again: Generation) -> Reproduced:
+    """Return how a fully reproduced generation differs from the record.
 
     Champions are left out, as `consistency` compares them with the record.
     """
@@ -108,7 +122,14 @@ def _differences(run: RunSnapshot, again: Generation) -> list[str]:
     for checkpoint, name in ((run.finished, CHECKPOINT), (run.previous, PREVIOUS)):
         if checkpoint is not None and checkpoint.generation == again.number:
             found += _checkpoint_differences(checkpoint, name, again)
-    return found
+    score = float(again.scores[again.best])
+    return Reproduced(again.number, True, found, _score_distance(run, again.number, score))
+
+
+def _score_distance(run: RunSnapshot, number: int, score: float) -> float:
+    """Return the distance of a generation's best score from the recorded one; 0 if both failed."""
+    recorded = float(run.bests[number - 1]["score"])
+    return 0.0 if recorded == score else abs(recorded - score)
 
 
 def _checkpoint_differences(checkpoint: Checkpoint, name: str, again: Generation) -> list[str]:
@@ -144,19 +165,24 @@ def _score_differences(checkpoint: Checkpoint, name: str, again: Evaluation) -> 
     return found
 
 
-def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> list[str]:
-    """Re-evaluate a generation's best individual, and return differences from the record."""
+def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> tuple[list[str], float]:
+    """Re-evaluate a generation's best individual.
+
+    Returns:
+        The differences from the record, and the distance of the score from the recorded one.
+    """
     best, kept = run.bests[number - 1], best_terms(run.history, number)
     try:
         genome = run.best_genome(number)
     except RunError as error:
-        return [error.what]
+        return [error.what], 0.0
     again = evaluate(genome[None], number)
     then = {"score": float(best["score"])} | {f"term {name}": kept[name] for name in kept}
     now = {"score": float(again.scores[0])}
     now |= {f"term {name}": float(values[0]) for name, values in again.terms.items()}
-    return [
+    found = [
         f"the {what} of its best individual is {then.get(what)!r}, but {value!r} when reproduced"
         for what, value in now.items()
         if not math.isnan(value) and then.get(what) != value
     ]
+    return found, _score_distance(run, number, now["score"])

@@ -35,6 +35,9 @@ class Verdict:
         origins: versions and processors that computed the run; () if not recorded.
         version_differences: one message for each difference between `origins` and the current
             versions.
+        portability: class of the results and its meaning; see `Experiment.portability`.
+        score_difference: largest distance of a reproduced generation's best score from the
+            recorded one.
     """
 
     last: int
@@ -47,6 +50,8 @@ class Verdict:
     edited: tuple[Change, ...]
     origins: tuple[Provenance, ...]
     version_differences: tuple[str, ...]
+    portability: str
+    score_difference: float
 
     @property
     def identical(self) -> bool:
@@ -115,14 +120,16 @@ def verify(
         if everything
         else reproduce_some(run, requested, new_evaluator)
     )
-    for number, fully, wrong in results:
-        reproduced[fully].append(number)
+    farthest = 0.0
+    for again in results:
+        reproduced[again.fully].append(again.number)
+        farthest = max(farthest, again.score_difference)
         advance()
-        if wrong:
-            found.setdefault(number, []).extend(wrong)
+        if again.differences:
+            found.setdefault(again.number, []).extend(again.differences)
             if everything:
                 break
-    origins = read_provenance(run.path)
+    origins, experiment = read_provenance(run.path), run.experiment_at(last)
     return Verdict(
         last=last,
         reproduced=tuple(reproduced[True]),
@@ -133,5 +140,7 @@ def verify(
         damaged=run.damaged,
         edited=edited_options(run),
         origins=tuple(origins),
-        version_differences=tuple(differences(origins, current_versions(run.experiment_at(last)))),
+        version_differences=tuple(differences(origins, current_versions(experiment))),
+        portability=experiment.portability,
+        score_difference=farthest,
     )

@@ -22,6 +22,7 @@ class Blend(Crossover):
         0.5, "extension beyond the parents, as a share of their distance", ge=0, le=10
     )
 
+    portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def cross(

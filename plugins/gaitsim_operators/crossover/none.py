@@ -13,6 +13,7 @@ class NoCrossover(Crossover):
     With two children, the first is a copy of the mother and the second of the father.
     """
 
+    portable: ClassVar[bool] = True
     pair_probability: ClassVar[float] = 1.0  # type: ignore[misc]  # not an option of this class
 
     def cross(

@@ -35,6 +35,7 @@ class SimulatedBinary(Crossover):
         le=1,
     )
 
+    portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def cross(

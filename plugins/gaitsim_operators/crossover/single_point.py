@@ -1,6 +1,6 @@
 """Single-point crossover: one cut."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -19,6 +19,8 @@ class SinglePoint(Crossover):
         "random",
         "position of the cut: 'random' draws it for each pair, 'half' always cuts in the middle",
     )
+
+    portable: ClassVar[bool] = True
 
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator

@@ -1,5 +1,7 @@
 """Two-point crossover: two cuts."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace
@@ -13,6 +15,8 @@ class TwoPoint(Crossover):
     De Jong 1975. A second child gets the other genes. The two cuts differ, and all pairs of cuts
     are equally likely.
     """
+
+    portable: ClassVar[bool] = True
 
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator

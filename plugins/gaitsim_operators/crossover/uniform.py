@@ -1,5 +1,7 @@
 """Uniform crossover: each gene independently from either parent."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, option
@@ -16,6 +18,8 @@ class Uniform(Crossover):
     probability: float = option(
         0.5, "probability that a gene is exchanged between the parents", ge=0, le=1
     )
+
+    portable: ClassVar[bool] = True
 
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator

@@ -16,6 +16,7 @@ class BitFlip(Mutation):
 
     count: int = option(1, "number of bits flipped in every genome", ge=1, le=100_000)
 
+    portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (BitSpace,)
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:

@@ -27,6 +27,7 @@ class Gaussian(Mutation):
         le=1,
     )
 
+    portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def at(self, generation: int) -> Self:

@@ -21,6 +21,7 @@ class Polynomial(Mutation):
     rate: float = option(0.05, "probability that a gene mutates", ge=0, le=1)
     eta: float = option(20.0, "distribution index; larger values make steps shorter", ge=0, le=1000)
 
+    portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:

@@ -1,5 +1,7 @@
 """Reset mutation: replaces genes by random ones."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, Mutation, option
@@ -14,6 +16,8 @@ class Reset(Mutation):
     """
 
     rate: float = option(0.05, "probability that a gene is replaced", ge=0, le=1)
+
+    portable: ClassVar[bool] = True
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
         """Return mutated copies of genomes, (population, genes), with the same dtype."""

@@ -1,5 +1,7 @@
 """Drop-worst selection: all individuals but the worst breed."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,8 @@ class DropWorst(Selection):
     This is the weakest possible selection. If more parents are needed, every individual but the
     worst breeds once more, in a new random order.
     """
+
+    portable: ClassVar[bool] = True
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator

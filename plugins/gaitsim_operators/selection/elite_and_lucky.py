@@ -1,5 +1,7 @@
 """Elite-and-lucky selection: the best survive, and a few others at random."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,8 @@ class EliteAndLucky(Selection):
 
     elite: int = option(16, "number of best individuals that survive", ge=1, le=100_000)
     lucky: int = option(4, "number of other individuals that survive at random", ge=0, le=100_000)
+
+    portable: ClassVar[bool] = True
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator

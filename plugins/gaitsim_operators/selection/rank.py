@@ -1,5 +1,7 @@
 """Rank selection: probabilities in proportion to rank."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,8 @@ class Rank(Selection):
         ge=1,
         le=2,
     )
+
+    portable: ClassVar[bool] = True
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator

@@ -1,5 +1,7 @@
 """Roulette selection: probabilities in proportion to the score above the worst."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +15,8 @@ class Roulette(Selection):
     Holland 1975. The shift allows negative scores; the worst never breeds unless all scores are
     equal.
     """
+
+    portable: ClassVar[bool] = True
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator

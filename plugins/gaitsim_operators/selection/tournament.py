@@ -1,5 +1,7 @@
 """Tournament selection: the best of a few random individuals breeds."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,8 @@ class Tournament(Selection):
     size: int = option(
         2, "number of individuals in each tournament; 1 chooses at random", ge=1, le=1000
     )
+
+    portable: ClassVar[bool] = True
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator

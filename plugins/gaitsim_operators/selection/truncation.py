@@ -1,5 +1,7 @@
 """Truncation selection: the best share breeds."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,8 @@ class Truncation(Selection):
     """
 
     share: float = option(0.2, "share of the population that breeds", gt=0, le=1)
+
+    portable: ClassVar[bool] = True
 
     def parents(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
