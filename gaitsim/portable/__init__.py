@@ -142,6 +142,20 @@ def cholesky(matrix: Floats) -> Floats:
     return lower
 
 
+def solve(matrices: Floats, vectors: Floats) -> Floats:
+    """Return x, (…, n), with A x = b for positive definite A, (…, n, n), and b, (…, n).
+
+    A matrix that is not positive definite gives NaN.
+    """
+    from gaitsim.portable.linear import solve as replace
+
+    size = matrices.shape[-1]
+    solutions = np.array(vectors, np.float64, order="C")
+    stack = np.ascontiguousarray(matrices, np.float64).reshape(-1, size, size)
+    replace(stack, solutions.reshape(-1, size))
+    return solutions
+
+
 def solve_triangular(lower: Floats, right: Floats) -> Floats:
     """Return X, (n, columns), with L X = right, for a lower triangle L, (n, n)."""
     from gaitsim.portable.linear import substitute

@@ -39,6 +39,27 @@ def cholesky(matrix: Floats) -> Floats:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
+def solve(matrices: Floats, vectors: Floats) -> None:
+    """Replace vectors b, (n, size), by the solutions x of A x = b; A is positive definite.
+
+    Args:
+        matrices: the matrices A, (n, size, size).
+        vectors: the vectors b, and the output.
+    """
+    size = matrices.shape[1]
+    for n in range(len(matrices)):
+        lower, x = cholesky(matrices[n]), vectors[n]
+        for i in range(size):
+            for k in range(i):
+                x[i] -= lower[i, k] * x[k]
+            x[i] /= lower[i, i]
+        for i in range(size - 1, -1, -1):
+            for k in range(i + 1, size):
+                x[i] -= lower[k, i] * x[k]
+            x[i] /= lower[i, i]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def substitute(lower: Floats, right: Floats) -> Floats:
     """Return the solution X, (n, columns), of L X = right by forward substitution."""
     solution = right.copy()

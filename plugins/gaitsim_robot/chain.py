@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitsim.portable import cos, matmul, norm, sin, solve
 from gaitsim_robot.anatomy import Anatomy, Floats
 
 ITERATIONS = 20
@@ -41,7 +42,7 @@ class Chain:
     def length(self) -> float:
         """Length along the anchors to the tip, m."""
         corners = np.vstack([self.anchors, self.tip])
-        return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()) or 1.0
+        return float(norm(np.diff(corners, axis=0)).sum()) or 1.0
 
     def place(self, angles: Floats) -> Floats:
         """Return the positions of the tip, (..., 3) m, for angles, (..., joints) rad."""
@@ -91,7 +92,7 @@ class Chain:
         angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
         orientation = self._pose(hold - self.zero)[1]
         rows = np.flatnonzero(weights)
-        small = 1e-6 * self.length**2
+        small = 1e-6 * self.length * self.length
         diagonal = np.eye(joints)
         for _ in range(iterations):
             tips, rotation, anchors, axes = self._pose(angles - self.zero)
@@ -105,16 +106,15 @@ class Chain:
             slope = np.where(stuck[..., None, :], 0.0, slope)
             downhill = np.where(stuck, 0.0, downhill)
             damping = 0.5 * (error * error).sum(axis=-1) + small
-            normal = np.matmul(slope.swapaxes(-1, -2), slope) + damping[..., None, None] * diagonal
-            step = np.linalg.solve(normal, downhill[..., None])[..., 0]
-            step = np.clip(step, -FARTHEST_TURN, FARTHEST_TURN)
+            normal = matmul(slope.swapaxes(-1, -2), slope) + damping[..., None, None] * diagonal
+            step = np.clip(solve(normal, downhill), -FARTHEST_TURN, FARTHEST_TURN)
             angles = np.clip(angles + step, self.lower, self.upper)
         return angles
 
     def _pose(self, turned: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Return tips (..., 3), rotations (..., 3, 3), anchors and axes (..., joints, 3)."""
         shape = turned.shape[:-1]
-        sine, versine = np.sin(turned), 1 - np.cos(turned)
+        sine, versine = sin(turned), 1 - cos(turned)
         rotation = np.broadcast_to(np.eye(3), (*shape, 3, 3))
         shift = np.zeros((*shape, 3))
         anchors, axes = np.empty((*turned.shape, 3)), np.empty((*turned.shape, 3))
@@ -123,8 +123,8 @@ class Chain:
             axes[..., joint, :] = _multiply(rotation, axis)
             cross = _cross_matrix(axis)
             turn = np.eye(3) + sine[..., joint, None, None] * cross
-            turn += versine[..., joint, None, None] * (cross @ cross)
-            rotation = np.matmul(rotation, turn)
+            turn += versine[..., joint, None, None] * matmul(cross, cross)
+            rotation = matmul(rotation, turn)
             shift = anchors[..., joint, :] - _multiply(rotation, anchor)
         return _multiply(rotation, self.tip) + shift, rotation, anchors, axes
 
@@ -146,7 +146,7 @@ def standing_chains(model: Any, anatomy: Anatomy) -> tuple[Chain, ...]:
     chains = []
     for leg in anatomy.legs:
         foot = model.body(leg.foot).id
-        tip = data.xpos[foot] + data.xmat[foot].reshape(3, 3) @ leg.point
+        tip = data.xpos[foot] + _multiply(data.xmat[foot].reshape(3, 3), np.asarray(leg.point))
         joints = np.array([model.joint(name).id for name in leg.joints])
         chains.append(leg_chain(model, data, joints, tip))
     return tuple(chains)
@@ -172,8 +172,7 @@ def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
 
 def _multiply(matrices: Floats, vectors: Floats) -> Floats:
     """Return the products of matrices, (..., n, m), and vectors, (..., m)."""
-    product: Floats = np.matmul(matrices, vectors[..., None])[..., 0]
-    return product
+    return matmul(matrices, vectors[..., None])[..., 0]
 
 
 def _cross_matrix(axis: Floats) -> Floats:

@@ -13,6 +13,7 @@ import numpy as np
 
 from gaitsim.contracts import Condition
 from gaitsim.legged import CONDITIONS, conditions, draw_joint_errors, world_seed
+from gaitsim.portable import cos, norm, sin
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import is_stuck
@@ -63,7 +64,7 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
     if "friction" in world:
         model.geom_friction[:, 0] = world["friction"]
     down = downward(world.get("slope", 0.0), world.get("side_slope", 0.0))
-    model.opt.gravity[:] = np.linalg.norm(model.opt.gravity) * down
+    model.opt.gravity[:] = norm(model.opt.gravity) * down
     mass = world.get("mass", 1.0)
     _multiply_masses(model, mass)
     anatomy = replace(simulation.anatomy, mass=mass * simulation.anatomy.mass)
@@ -100,8 +101,8 @@ def downward(slope: float, side_slope: float) -> Floats:
         side_slope: rotation about the x axis that raises the y axis, °.
     """
     along, aside = np.radians([slope, side_slope])
-    level = np.cos(along)
-    return -np.array([np.sin(along), level * np.sin(aside), level * np.cos(aside)])
+    level = cos(along)
+    return -np.array([sin(along), level * sin(aside), level * cos(aside)])
 
 
 def _multiply_masses(model: Any, share: float) -> None:

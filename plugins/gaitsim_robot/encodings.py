@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
 from gaitsim.encoding import GeneGroup, Oscillators, limit_steps, split_genomes
+from gaitsim.portable import cos, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import Chain, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE
@@ -138,13 +139,13 @@ class Encoding:
         side = {"left": 1.0, "right": -1.0, "middle": 0.0}[self.anatomy.legs[leg].side]
         place = np.empty((*time.shape, 3))
         ahead = values["stride"][:, [own]] * ahead
-        place[..., 0] = values["shift"] + math.cos(self.heading) * ahead
-        place[..., 1] = side * values["spread"] + math.sin(self.heading) * ahead
+        place[..., 0] = values["shift"] + cos(self.heading) * ahead
+        place[..., 1] = side * values["spread"] + sin(self.heading) * ahead
         place[..., 2] = values["lift"][:, [own]] * high - values["height"]
         if "sway" in values:
             # The trunk is farthest to the left in the middle of the left foot's stance.
             turn = 2 * math.pi * (time - duty / 2) - phase[:, [leg]] + phase[:, :1]
-            place[..., 1] -= values["sway"] * np.cos(turn + values["sway lag"])
+            place[..., 1] -= values["sway"] * cos(turn + values["sway lag"])
         chain = self.chains[leg]
         return cycle_angles(chain, chain.tip + place, any(self.anatomy.legs[leg].sole))
 

@@ -61,7 +61,7 @@ def raise_bumps(model: Any, unevenness: float, seed: int, level: float) -> Terra
     half = float(model.hfield_size[0, 0])
     outward = np.abs(np.mgrid[-corners : corners + 1, -corners : corners + 1]).max(axis=0)
     shares = np.empty(outward.size, np.float32)
-    drawn = np.random.default_rng([seed, 0]).uniform(0.0, unevenness, outward.size)
+    drawn = unevenness * np.random.default_rng([seed, 0]).random(outward.size)
     shares[np.argsort(outward.ravel(), kind="stable")] = drawn / HIGHEST
     spacing = half / corners
     shares[spacing * (outward.ravel() - 1) <= level] = 0.0

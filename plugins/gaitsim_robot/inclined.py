@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitsim.contracts import Skeleton, Terrain
 from gaitsim.contracts.quaternions import conjugate, product, rotated
+from gaitsim.portable import cos, sin
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.simulation import Simulation
 
@@ -44,8 +45,8 @@ def place_on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
 def _turn(slope: float, side_slope: float) -> Floats:
     """Return the rotation of the ground by slopes in degrees, a quaternion (4,)."""
     up, left = np.radians([-slope, side_slope]) / 2
-    along = np.array([np.cos(up), 0.0, np.sin(up), 0.0])
-    return product(along, np.array([np.cos(left), np.sin(left), 0.0, 0.0]))
+    along = np.array([cos(up), 0.0, sin(up), 0.0])
+    return product(along, np.array([cos(left), sin(left), 0.0, 0.0]))
 
 
 def _inclined_terrain(turn: Floats, bumps: Terrain | None) -> Terrain:

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitsim.contracts import Array, Measure, Motion
 from gaitsim.legged import BODY_HEIGHT, stepping_measures
+from gaitsim.portable import arccos, cos, norm
 from gaitsim_robot.anatomy import Floats, Leg, Side
 from gaitsim_robot.sums import ratio, total
 
@@ -22,13 +23,13 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
         legs: legs of the robot.
     """
     moved = motion["torso"][:, -1] - motion["torso"][:, 0]
-    displacement = np.hypot(moved[:, 0], moved[:, 1])
+    displacement = norm(moved[:, :2])
     steps = np.diff(motion["torso"][..., :2], axis=1)
-    path = total(np.hypot(steps[..., 0], steps[..., 1]))
+    path = total(norm(steps[..., :2]))
     lasted, energy = motion["lasted"], motion["energy"][:, -1]
     upright = np.arange(motion["height"].shape[1]) <= np.round(lasted * motion.frame_rate)[:, None]
     roll, pitch, yaw = np.moveaxis(motion["orientation"], -1, 0)
-    tilt = np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0))
+    tilt = arccos(np.clip(cos(roll) * cos(pitch), -1.0, 1.0))
     torque = motion["torque"].max(axis=1)
     return {
         "forward": Measure(moved[:, 0], "m", "displacement of the trunk along x"),

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion
+from gaitsim.portable import arcsin, arctan2, norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.rollout import Record, RollOut, roll_out
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
@@ -54,7 +55,7 @@ def walk(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -
 
 def _weight(simulation: Simulation) -> float:
     """Return the weight of the whole robot, N."""
-    return simulation.anatomy.mass * float(np.linalg.norm(simulation.model.opt.gravity))
+    return simulation.anatomy.mass * float(norm(simulation.model.opt.gravity))
 
 
 def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:
@@ -71,7 +72,7 @@ def orientation(turn: Floats) -> Floats:
     continuous over whole turns.
     """
     w, x, y, z = np.moveaxis(turn, -1, 0)
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), axis=1)
+    roll = arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.unwrap(arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), axis=1)
     return np.stack([roll, pitch, yaw], axis=-1)

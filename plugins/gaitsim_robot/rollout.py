@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.portable import norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.commands import delayed_commands
 from gaitsim_robot.settling import TIPPED
@@ -154,18 +155,18 @@ def record_segment(
     record.load[active, after] = during(simulation.load).mean(axis=2)
     slide = during(simulation.slide[:, 1:])
     step = model.opt.timestep
-    record.slide[active, after] = np.hypot(slide[..., 0], slide[..., 1]).sum(axis=2) * step
+    record.slide[active, after] = norm(slide[..., :2]).sum(axis=2) * step
     column = 1 + nq + simulation.dof
     speeds = np.concatenate([before[:, None, column], states[:, :-2, column]], axis=1)
     power = (torque * np.abs(speeds.reshape(torque.shape))).sum(axis=(2, 3)) * step
     record.work[active, after] = record.work[active, first, None] + np.cumsum(power, axis=1)
 
     turn = simulation.turn(at_frames[..., 4:8])
-    upward = 1 - 2 * (turn[..., 1] ** 2 + turn[..., 2] ** 2)
+    upward = 1 - 2 * (np.square(turn[..., 1]) + np.square(turn[..., 2]))
     low = simulation.above(at_frames[..., 1:4]) < LOW * simulation.start[3]
     belly = sensors[:, ::steps, simulation.belly] > 0
     expected = before[:, :1] + np.arange(count + 1) * steps * step
-    speed = np.linalg.norm(at_frames[..., 1 + nq : 4 + nq], axis=-1)
+    speed = norm(at_frames[..., 1 + nq : 4 + nq])
     # MuJoCo resets a robot, including its time, when its state is not finite.
     diverged = ~((np.abs(at_frames[..., 0] - expected) < step / 2) & (speed < FASTEST))
     down = (upward < TIPPED) | low | belly | diverged

@@ -1,6 +1,5 @@
 """The simulation of a robot: its text compiled with ground, servos and sensors."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,6 +9,7 @@ import numpy as np
 from gaitsim.contracts import Terrain
 from gaitsim.contracts.quaternions import conjugate, product
 from gaitsim.legged import Damage, Servo, draw_push
+from gaitsim.portable import cos, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import apply_damage
@@ -85,7 +85,7 @@ class Simulation:
         """Return the frame of the push in a rollout, and the change of velocity, (3,) m/s."""
         frame, direction = draw_push(self.world, frames)
         speed = self.world.get("push", 0.0)
-        return frame, speed * np.array([math.cos(direction), math.sin(direction), 0.0])
+        return frame, speed * np.array([cos(direction), sin(direction), 0.0])
 
     @property
     def latency(self) -> float:

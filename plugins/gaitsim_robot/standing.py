@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitsim.portable import matmul, principal_axes
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.limbs import Limb
 from gaitsim_robot.shapes import surfaces
@@ -257,7 +258,8 @@ def _distance_outside(points: Floats, place: Floats) -> float:
         corners = points[hull.vertices]
     except QhullError:  # fewer than three points, or all on a line
         spread = points - points.mean(axis=0)
-        along = np.linalg.svd(spread)[2][0] @ spread.T
+        variances, axes = principal_axes(matmul(spread.T, spread))
+        along = matmul(spread, axes[int(np.argmax(variances)), :, None])[:, 0]
         corners = points[[int(np.argmin(along)), int(np.argmax(along))]]
     starts, ends = corners, np.roll(corners, -1, axis=0)
     edges = ends - starts

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from gaitsim.portable import sin
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import Chain
 
@@ -28,7 +29,7 @@ def foot_path(phase: Floats, duty: Floats) -> tuple[Floats, Floats]:
     cubic = swing * swing * (3 - 2 * swing) - 0.5
     cubic = cubic + slope * swing * (1 - swing) * (1 - 2 * swing)
     ahead = np.where(phase < duty, 0.5 - phase / duty, cubic)
-    return np.asarray(ahead), np.sin(math.pi * swing) ** 2
+    return np.asarray(ahead), np.square(sin(math.pi * swing))
 
 
 def cycle_angles(chain: Chain, targets: Floats, level: bool) -> Floats:

@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim.portable import cos, sin
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.sums import mean, ratio, rms, total
 
@@ -116,7 +117,7 @@ class Travel(Fitness):
         """
         # Exact for whole quarter turns, as cos(π/2) is not exactly 0 in floating point.
         quarters, rest = divmod(self.direction, 90)
-        x, y = math.cos(math.radians(rest)), math.sin(math.radians(rest))
+        x, y = (float(part(math.radians(rest))) for part in (cos, sin))
         for _ in range(int(quarters) % 4):
             x, y = -y, x
         moved = torso - torso[:, :1]
