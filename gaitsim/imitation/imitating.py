@@ -205,7 +205,7 @@ def imitate_expert(
         imitation=Imitation(performed, commanded, imitator, settings.seed),
         errors=errors,
         one_step=imitator.one_step_error(gait.angles),
-        free_running=float(np.mean((commanded - gait.angles) ** 2)),
+        free_running=float(np.mean(np.square(commanded - gait.angles))),
         played=played,
         beyond_limits=beyond,
     )

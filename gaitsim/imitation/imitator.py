@@ -54,4 +54,4 @@ class Imitator:
 
     def one_step_error(self, expert: Angles) -> float:
         """Return the mean squared error of predictions from the expert's frames, rad²."""
-        return float(np.mean((self.predict(expert[:-1]) - expert[1:]) ** 2))
+        return float(np.mean(np.square(self.predict(expert[:-1]) - expert[1:])))

@@ -130,7 +130,7 @@ def _autocorrelation(stance: Contacts, steps: Contacts, frames: NDArray[np.intp]
     power = np.zeros((population, length + 1))
     for foot in range(feet):  # one at a time, as transforms of all feet would need much memory
         touching = (stance[..., foot] & steps[:, [foot]]).astype(np.float64)
-        spectrum = np.fft.rfft(touching, 2 * length, axis=1)
+        spectrum = np.fft.rfft(touching, 2 * length, axis=1)  # noqa: TID251 (see below)
         power += np.square(spectrum.real) + np.square(spectrum.imag)
         until = np.cumsum(np.pad(touching, ((0, 0), (1, 0))), axis=1)
         early = np.take_along_axis(until, overlap, axis=1)
@@ -139,7 +139,8 @@ def _autocorrelation(stance: Contacts, steps: Contacts, frames: NDArray[np.intp]
         now += early - np.square(early) / overlap
         later += late - np.square(late) / overlap
     # The transforms count contacts; rounded to whole numbers, they are the same everywhere.
-    covariance = np.rint(np.fft.irfft(power, 2 * length, axis=1)[:, : len(lags)]) - product
+    counts = np.rint(np.fft.irfft(power, 2 * length, axis=1)[:, : len(lags)])  # noqa: TID251
+    covariance = counts - product
     scale = np.sqrt(np.maximum(now * later, 0.0))
     return np.divide(covariance, scale, out=np.zeros_like(covariance), where=scale > 0)
 

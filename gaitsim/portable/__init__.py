@@ -13,6 +13,7 @@ Functions of numbers accept arrays of any shape and return float64. Errors are l
 against mpmath, in units in the last place (ulp); zeros, infinities and NaN follow IEEE 754.
 """
 
+import math
 from functools import cache
 from typing import Any
 
@@ -96,7 +97,8 @@ def distances(one: Floats, other: Floats) -> Floats:
 def matmul(a: ArrayLike, b: ArrayLike) -> Floats:
     """Return the products of matrices (…, i, k) and (…, k, j), summed in order of k.
 
-    Leading axes broadcast. Within 2 % of `np.matmul` with 10 genes, and twice its time with 100.
+    Leading axes broadcast. The product of (30, 48) and (48, 48) takes 28 µs, as with `np.einsum`;
+    BLAS takes 5 µs (one core of an AMD Zen 4).
 
     Raises:
         ValueError: the shapes do not fit.
@@ -112,7 +114,8 @@ def matmul(a: ArrayLike, b: ArrayLike) -> Floats:
         np.ascontiguousarray(np.broadcast_to(one, (*leading, *one.shape[-2:])) if leading else one)
         for one in (first, second)
     )
-    multiply(*(one.reshape(-1, *one.shape[-2:]) for one in (*stacks, out)))
+    count = math.prod(leading)
+    multiply(*(one.reshape(count, *one.shape[-2:]) for one in (*stacks, out)))
     return out
 
 
@@ -151,8 +154,9 @@ def solve(matrices: Floats, vectors: Floats) -> Floats:
 
     size = matrices.shape[-1]
     solutions = np.array(vectors, np.float64, order="C")
-    stack = np.ascontiguousarray(matrices, np.float64).reshape(-1, size, size)
-    replace(stack, solutions.reshape(-1, size))
+    count = math.prod(solutions.shape[:-1])
+    stack = np.ascontiguousarray(matrices, np.float64).reshape(count, size, size)
+    replace(stack, solutions.reshape(count, size))
     return solutions
 
 
@@ -187,6 +191,13 @@ def standard_normal(rng: np.random.Generator, size: int | tuple[int, ...]) -> Fl
             source.random_raw(used, output=False)
             return out
         numbers *= 2
+
+
+def binomial(rng: np.random.Generator, trials: int, probability: float) -> int:
+    """Draw the number of successes in trials, as `rng.binomial` does."""
+    from gaitsim.portable.binomial_draws import draw
+
+    return draw(rng, trials, probability)
 
 
 def uniform(

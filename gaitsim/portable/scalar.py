@@ -26,6 +26,7 @@ _SPLITTER = 2.0**27 + 1
 
 # Constants as sums; the leading parts have trailing zeros, so that small multiples are exact.
 _LN2 = (0.6931471805598903, 5.497923018708371e-14)
+_PER_LN2 = 1.4426950408889634  # 1 / log 2
 _THIRD = (0.3333333333333333, 1.850371707708594e-17)
 _FIFTH = (0.2, -1.1102230246251566e-17)
 _QUARTER_TURN = (
@@ -95,7 +96,7 @@ def _quotient(a: Any, b: Any, c: Any, d: Any) -> Any:
 
 def _exp_reduced(x: Any, low: Any) -> Any:
     """Return k and a pair r + s with exp(x + low) = 2ᵏ (1 + r + s)."""
-    rounded = x * (1 / math.log(2)) + _ROUNDER
+    rounded = x * _PER_LN2 + _ROUNDER
     turns = rounded - _ROUNDER
     high = x - turns * _LN2[0]
     tail = low - turns * _LN2[1]
@@ -275,7 +276,8 @@ def arctan2(y: Any, x: Any) -> Any:
     infinite = long == math.inf
     short = (1.0 if short == math.inf else 0.0) if infinite else short
     long = 1.0 if infinite else long
-    scale = 2.0**-60 if long > 2.0**960 else (2.0**120 if long < 2.0**-900 else 1.0)
+    # Scaled so that rounding errors are neither subnormal nor infinite.
+    scale = 2.0**-60 if long > 2.0**960 else (2.0**150 if long < 2.0**800 else 1.0)
     long, short = long * scale, short * scale
     # arctan q = π/4 + arctan((q − 1) / (q + 1))
     wide = short > _TAN_SIXTEENTH_TURN * long

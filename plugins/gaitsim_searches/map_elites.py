@@ -140,7 +140,7 @@ class MapElites(Search):
                 f"a population of {population} is too small for {self.emitters} emitters, which "
                 f"need two genomes each; use at least {2 * self.emitters}, or fewer emitters"
             )
-        size = 2 * self.emitters * space.genes**2 * 8
+        size = 2 * self.emitters * space.genes * space.genes * 8
         if size > _MOST_BYTES:
             return (
                 f"the covariances of {self.emitters} emitters with {space.genes:,} genes would "

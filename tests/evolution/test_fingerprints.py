@@ -1,51 +1,96 @@
-"""No change of the code may change a bit of the results of a preset."""
+"""No change of the code, and no other processor, may change a bit of the results of a preset."""
 
-import json
+import os
+import subprocess
+import sys
+from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import pytest
+from fingerprints import OPTIONS, RECORDED, fingerprint
 
-import gaitsim
+from gaitsim.experiment import PORTABLE, load_experiment
 from gaitsim.registry import EXPERIMENTS, entries
 
-# Seed 0; recorded on x86-64 with AVX2. Another processor may round the last bit of a sine
-# differently. Bodies that take long evolve fewer generations, and a small population.
-FINGERPRINTS = json.loads(Path(__file__).with_name("fingerprints.json").read_text())
-QUICK, LONG = FINGERPRINTS["15 generations"], FINGERPRINTS["2 generations"]
-SMALL = FINGERPRINTS["3 generations of 8"]
+QUICK, LONG, SMALL = RECORDED
+ENGINE = {"pymunk": "7.3.1"}  # the version that the walkers' fingerprints hold for
+PRESETS = sorted({preset for recorded in RECORDED.values() for preset in recorded})
+NOT_PORTABLE = {name for name in PRESETS if name.startswith("walker")}
+
+# Settings under which libraries run as on a processor without AVX2 and fused multiply-add.
+_NO_AVX2 = "-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable"
+_X86_64_V3 = "AVX2 FMA3 X86_V3 X86_V4 AVX512F AVX512CD AVX512_SKX AVX512_ICL AVX512_SPR"
+OTHER_PROCESSORS = {
+    "numpy": {"NPY_DISABLE_CPU_FEATURES": _X86_64_V3, "PYTHONWARNINGS": "ignore::ImportWarning"},
+    "blas": {"OPENBLAS_CORETYPE": "Nehalem"},
+    "libm": {"GLIBC_TUNABLES": f"glibc.cpu.hwcaps={_NO_AVX2}"},
+    "numba": {"NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""},
+}
 
 
-def evolves_to(fingerprint, preset, folder, **options):
-    with gaitsim.evolve(preset, seed=0, out=folder / "run", **options) as search:
-        assert len([*search]) == options["generations"]
-    assert search.run.fingerprint() == fingerprint
+def evolves_to_the_recorded_bits(preset, name, folder, **options):
+    if preset in NOT_PORTABLE:
+        features = np.lib.introspect.opt_func_info and np._core._multiarray_umath.__cpu_features__
+        if not (features.get("FMA3") or features.get("ASIMD")):
+            pytest.skip("recorded with a C library that uses fused multiply-add")
+        if any(version(engine) != recorded for engine, recorded in ENGINE.items()):
+            pytest.skip("recorded with another version of the physics engine")
+    found = fingerprint(preset, OPTIONS[name] | options, folder)
+    assert found == RECORDED[name][preset]
 
 
 def test_every_preset_has_a_recorded_fingerprint():
     # The results of robots hold within one version of MuJoCo, which installs newest.
     presets = entries(EXPERIMENTS).items()
     names = {name for name, [preset] in presets if "robot" not in preset.target}
-    assert QUICK.keys() | LONG.keys() == names
-    assert LONG.keys() == SMALL.keys()
+    assert RECORDED[QUICK].keys() | RECORDED[LONG].keys() == names
+    assert RECORDED[LONG].keys() == RECORDED[SMALL].keys()
 
 
-@pytest.mark.parametrize("preset", QUICK)
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_preset_without_a_physics_engine_is_portable(preset):
+    portability = load_experiment(preset).portability
+    assert portability.startswith(PORTABLE) == (preset not in NOT_PORTABLE)
+
+
+@pytest.mark.parametrize("preset", RECORDED[QUICK])
 def test_a_preset_evolves_to_the_recorded_bits(preset, tmp_path):
-    evolves_to(QUICK[preset], preset, tmp_path, generations=15)
+    evolves_to_the_recorded_bits(preset, QUICK, tmp_path)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("preset", LONG)
+@pytest.mark.parametrize("preset", RECORDED[LONG])
 def test_a_long_preset_evolves_to_the_recorded_bits(preset, tmp_path):
-    evolves_to(LONG[preset], preset, tmp_path, generations=2)
+    evolves_to_the_recorded_bits(preset, LONG, tmp_path)
 
 
 @pytest.mark.parametrize(
     "preset",
     [
         name if name in ("fly", "walker") else pytest.param(name, marks=pytest.mark.slow)
-        for name in SMALL
+        for name in RECORDED[SMALL]
     ],
 )
 def test_a_small_population_evolves_to_the_recorded_bits(preset, tmp_path):
-    evolves_to(SMALL[preset], preset, tmp_path, generations=3, population=8, workers=1)
+    evolves_to_the_recorded_bits(preset, SMALL, tmp_path, workers=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processor", OTHER_PROCESSORS)
+@pytest.mark.parametrize("name", [QUICK, SMALL])
+def test_portable_presets_have_the_same_bits_on_other_processors(processor, name):
+    if sys.platform != "linux" or os.uname().machine != "x86_64":
+        pytest.skip("the settings are those of libraries for x86-64 on Linux")
+    presets = [preset for preset in RECORDED[name] if preset not in NOT_PORTABLE]
+    script = Path(__file__).with_name("fingerprints.py")
+    found = subprocess.run(
+        [sys.executable, script, "--set", name, *presets],
+        env=os.environ | OTHER_PROCESSORS[processor],
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
+    assert found.returncode == 0, found.stdout + found.stderr
+    assert found.stdout.count(" same\n") == len(presets)
