@@ -213,9 +213,14 @@ def _mapped(name: str, *arguments: ArrayLike) -> Floats:
     """Apply a function of `scalar` to each number."""
     from gaitsim.portable.compiled import loop
 
-    arrays = np.broadcast_arrays(*(np.asarray(one, np.float64) for one in arguments))
-    out = np.empty(arrays[0].shape)
-    loop(name)(*(np.ascontiguousarray(one).reshape(-1) for one in arrays), out.reshape(-1))
+    # The result has the memory layout of NumPy's, since the order of sums over it depends on that.
+    # `itviews` are the arrays broadcast, in the order of that layout.
+    arrays = [np.asarray(one, np.float64) for one in arguments]
+    flags: Any = [["readonly"]] * len(arrays) + [["writeonly", "allocate"]]
+    iterator = np.nditer([*arrays, None], ["zerosize_ok"], flags)
+    *inputs, flat = iterator.itviews
+    loop(name)(*(np.ascontiguousarray(one).reshape(-1) for one in inputs), flat.reshape(-1))
+    out: Any = iterator.operands[-1]
     found: Floats = out[()]  # a scalar for scalars
     return found
 

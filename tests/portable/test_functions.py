@@ -64,3 +64,13 @@ def test_scalars_give_scalars_and_arguments_broadcast():
     assert portable.cos(np.float32(0.5)).dtype == np.float64
     strided = np.arange(12.0).reshape(3, 4).T[::2]
     np.testing.assert_array_equal(portable.exp(strided), portable.exp(strided.copy()))
+
+
+def test_results_have_the_memory_layout_of_numpys():
+    array = np.ones((4, 2, 3)).swapaxes(0, 1)
+    mixed = np.broadcast_to(np.ones((4, 3)), (2, 4, 3))
+    for one, other in itertools.product(
+        [array, array.copy(), array[::-1], mixed, mixed[:1]], repeat=2
+    ):
+        assert portable.exp(one).strides == np.exp(one).strides
+        assert portable.power(one, other).strides == np.power(one, other).strides

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,18 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing import checking
 from gaitsim.sharing.challenge import Challenge, code_of
 from gaitsim.sharing.checking import verify_challenge
+
+
+CODES = Path(__file__).with_name("codes")
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in CODES.iterdir()))
+def test_codes_of_portable_bodies_hold_on_every_processor(name):
+    checked = gs.verify_code((CODES / f"{name}.txt").read_text())
+    assert checked.score == checked.challenge.score
+    assert checked.challenge.experiment.portability.startswith("portable")
+    # Another processor is no difference; other versions may be.
+    assert not [text for text in checked.version_differences if "processor" in text]
 
 
 @pytest.fixture
