@@ -15,7 +15,6 @@ from gaitsim.sharing import checking
 from gaitsim.sharing.challenge import Challenge, code_of
 from gaitsim.sharing.checking import verify_challenge
 
-
 CODES = Path(__file__).with_name("codes")
 
 
