@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gaitsim.portable import matmul, standard_normal, tanh
 
-Floats = NDArray[np.floating[Any]]
+Floats = NDArray[np.float64]
 
 LEAK = 0.01
 """Slope of the leaky ReLU below zero."""
@@ -160,7 +160,7 @@ class Network:
             ValueError: the number of genes does not match the sizes, or an activation is unknown.
         """
         count = gene_count(sizes)
-        row = _floating(genes)
+        row = np.asarray(genes, np.float64)
         if row.ndim == 0 or row.shape[-1] != count:
             raise ValueError(
                 f"genes have shape {row.shape}; expected (…, {count}) for layers of "
@@ -234,7 +234,7 @@ class Network:
             ValueError: the inputs or targets do not match the network.
         """
         layers = self._layers(inputs)
-        desired, outputs = _floating(targets), layers[-1]
+        desired, outputs = np.asarray(targets, np.float64), layers[-1]
         if desired.ndim < 2 or desired.shape[-2:] != outputs.shape[-2:]:
             raise ValueError(f"targets have shape {desired.shape}; expected {outputs.shape}")
         residual = outputs - desired
@@ -253,7 +253,7 @@ class Network:
 
     def _layers(self, inputs: ArrayLike) -> list[Floats]:
         """Return the output of each layer, inputs first, each (…, to, samples)."""
-        a = _floating(inputs)
+        a = np.asarray(inputs, np.float64)
         if a.ndim < 2 or a.shape[-2] != self.sizes[0]:
             raise ValueError(f"inputs have shape {a.shape}; expected (…, {self.sizes[0]}, samples)")
         layers = [a]
@@ -274,12 +274,6 @@ def _checked(sizes: Sequence[int]) -> Sequence[int]:
             "inputs first, each of at least one neuron"
         )
     return sizes
-
-
-def _floating(values: ArrayLike) -> Floats:
-    """Return an array of floats; float arrays keep their dtype."""
-    array = np.asarray(values)
-    return array if array.dtype.kind == "f" else array.astype(np.float64)
 
 
 def _flat(weights: Sequence[Floats], biases: Sequence[Floats]) -> Floats:

@@ -22,6 +22,7 @@ from gaitsim.network import (
     gene_count,
     gene_labels,
 )
+from gaitsim.portable.compiled import tanh
 
 PLAIN = {
     "tanh": math.tanh,
@@ -172,13 +173,6 @@ def test_the_order_of_layers_and_of_genes():
     assert network.activate([[10.0], [20.0]]).tolist() == [[20.0], [5.0]]
 
 
-def test_single_precision_is_kept():
-    network = Network.from_genes(SIZES, drawn(SIZES).astype(np.float32), "leaky-relu")
-    inputs = np.ones((3, 2), np.float32)
-    error, slopes = network.gradients(inputs, np.ones((2, 2), np.float32))
-    assert network.activate(inputs).dtype == error.dtype == slopes.dtype == np.float32
-
-
 def test_activations_do_not_overflow():
     network = Network.from_genes((1, 1), [1.0, 0.0], output="sigmoid")
     assert network.activate([[-1e4, 0.0, 1e4]]).tolist() == [[0.0, 0.5, 1.0]]
@@ -240,10 +234,10 @@ def test_importing_the_network_imports_little():
 @pytest.mark.parametrize("name", ACTIVATIONS)
 def test_numba_compiles_the_activations_for_numbers(name):
     code = ACTIVATION_CODES[name]
-    function, slope = numba.njit(activation), numba.njit(activation_slope)
+    function, slope = numba.njit(activation_with(tanh)), numba.njit(activation_slope)
     z = np.array([-30.0, -1.5, -0.1, 0.1, 1.5, 30.0])
     answers = activation(code, z)
-    assert [function(code, value) for value in z] == pytest.approx(answers, abs=1e-15)
+    assert [function(code, value) for value in z] == answers.tolist()
     assert answers == pytest.approx([PLAIN[name](value) for value in z], abs=1e-12)
     step = 1e-6
     rise = (activation(code, z + step) - activation(code, z - step)) / (2 * step)

@@ -145,8 +145,10 @@ def _print_checked(checked: Checked) -> None:
             echo(f"  differs by {abs(checked.score - challenge.score):.2g} {unit}".rstrip())
         if checked.failure:
             echo(f"  failed:  {checked.failure}")
-    echo(challenge.experiment.portability)
-    for text in _describe_versions(bool(challenge.versions), checked.version_differences, "code"):
+    portability = challenge.experiment.portability
+    for text in _describe_versions(
+        bool(challenge.versions), checked.version_differences, "code", portability
+    ):
         echo(text)
     if not (checked.identical or checked.version_differences or not challenge.versions):
         echo("so the claimed score is not the score of this individual")
@@ -251,23 +253,25 @@ def _scope(verdict: Verdict) -> list[str]:
             f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
             "only their history and best individuals were compared"
         )
-    found.append(verdict.portability)
-    return found + _describe_versions(bool(verdict.origins), verdict.version_differences, "run")
+    return found + _describe_versions(
+        bool(verdict.origins), verdict.version_differences, "run", verdict.portability
+    )
 
 
-def _describe_versions(recorded: bool, version_differences: Sequence[str], noun: str) -> list[str]:
-    """Describe whether the versions of a run or code are those of this machine.
-
-    So is the processor, if it matters.
-    """
+def _describe_versions(
+    recorded: bool, version_differences: Sequence[str], noun: str, portability: str
+) -> list[str]:
+    """Describe the class of the results, and whether this machine is like the one of the record."""
     if not recorded:
-        return [f"the {noun} does not record the software versions"]
+        return [portability, f"the {noun} does not record the software versions"]
     if version_differences:
         return [
+            portability,
             "computed with different software versions or on a different machine:",
             *(f"  {text}" for text in version_differences),
         ]
-    return ["same versions as on this machine"]
+    same = "versions" if portability.startswith(PORTABLE) else "versions and processor"
+    return [portability, f"same {same} as on this machine"]
 
 
 def _ranges(numbers: tuple[int, ...]) -> str:

@@ -2,10 +2,12 @@
 
 import asyncio
 import socket
+import sys
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Any
 
 from gaitsim.live.commands import CommandQueue
 from gaitsim.live.protocol import read_command
@@ -60,8 +62,10 @@ class Hub:
 
     async def _run(self) -> None:
         self._loop = asyncio.get_running_loop()
+        # Python 3.13 also removes the socket, and fails if the socket's address is not its path.
+        keep: dict[str, Any] = {"cleanup_socket": False} if sys.version_info >= (3, 13) else {}
         server = await asyncio.start_unix_server(
-            self._serve, sock=self._listener, limit=LONGEST_COMMAND
+            self._serve, sock=self._listener, limit=LONGEST_COMMAND, **keep
         )
         self._ready.set()
         while not self._closing.is_set():

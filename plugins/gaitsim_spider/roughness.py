@@ -68,10 +68,12 @@ def roughness(
     """
     population, joints, frames = angles.shape
     a1, a2, b1, b2 = poles[0, 0], poles[0, 1], poles[1, 0], poles[1, 1]
-    state = np.empty(1, _STATE)[0]
-    angle, first, second, third = state.angle, state.first, state.second, state.third
-    y1, y2, z1, z2 = state.y1, state.y2, state.z1, state.z2
+    states = np.empty(1, _STATE)
     for individual in range(population):
+        # A record does not keep its array alive: Numba frees an array after its last use.
+        state = states[0]
+        angle, first, second, third = state.angle, state.first, state.second, state.third
+        y1, y2, z1, z2 = state.y1, state.y2, state.z1, state.z2
         for joint in range(_JOINTS):
             angle[joint] = angles[individual, joint, 0]
             first[joint] = second[joint] = third[joint] = _ZERO

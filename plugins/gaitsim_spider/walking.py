@@ -193,7 +193,9 @@ def walk(
     population, _, frames = angles.shape
     # The working memory of one individual, 67 kB for 300 frames, fits into the cache.
     feet, centre = np.empty((1, 3, 8, frames), _f), np.empty((1, 3, frames), _f)
-    block = np.zeros(1, BLOCK)[0]
+    blocks = np.zeros(1, BLOCK)
     for n in range(population):
+        # A record does not keep its array alive: Numba frees an array after its last use.
+        block = blocks[0]
         place_feet(angles[n : n + 1], legs, feet, centre)
         travel(feet[0], centre[0], block, pose[n], stance[n], slip[n], margin[n], slope[n])

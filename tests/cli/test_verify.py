@@ -1,8 +1,11 @@
 """`gaitsim verify`: its output, JSON and exit codes."""
 
 import json
+from pathlib import Path
 
 import pytest
+
+from gaitsim_walker import machine
 
 
 @pytest.fixture
@@ -23,7 +26,9 @@ def change_history(run):
 
 
 def test_an_identical_run_exits_with_0(gaitsim, run):
-    assert gaitsim("verify", "puppet").stdout.splitlines() == [
+    *lines, portability, versions = gaitsim("verify", "puppet").stdout.splitlines()
+    assert portability.startswith("not known to be portable")
+    assert [*lines, versions] == [
         "runs/puppet: identical",
         "reproduced in full: 1, 5 (last generation: 5)",
         "best individual reproduced: 2 to 4",
@@ -115,11 +120,48 @@ def test_a_run_without_checksums_is_reported(gaitsim, run):
     (run / "checksums.bin").unlink()
     (run / "provenance.json").unlink()
     lines = gaitsim("verify", "puppet").stdout.splitlines()
-    assert lines[-2:] == [
-        "5 of 5 generations have no checksum: "
-        "only their history and best individuals were compared",
-        "the run does not record the software versions",
-    ]
+    assert lines[-3] == (
+        "5 of 5 generations have no checksum: only their history and best individuals were compared"
+    )
+    assert lines[-1] == "the run does not record the software versions"
+
+
+def test_another_processor_is_named_before_the_verdict_and_the_difference_after_it(
+    gaitsim, monkeypatch
+):
+    options = ("--set", "evolution.generations=2", "--set", "evolution.population=4")
+    with monkeypatch.context() as patch:
+        patch.setattr(machine, "ITERATIONS", 19)  # as if the engine rounded differently
+        gaitsim("run", "walker", *options, "--workers", 1)
+    lines = gaitsim("verify", "walker", code=1).stdout.splitlines()
+    assert lines[0] == "runs/walker: different, first in generation 1"
+    path = Path("runs/walker/provenance.json")
+    path.write_text(path.read_text().replace('"processor": "', '"processor": "an older '))
+    lines = gaitsim("verify", "walker", code=1).stdout.splitlines()
+    assert lines[0].startswith(
+        "computed on another kind of processor; the results are engine-bound"
+    )
+    assert lines[1] == "runs/walker: different, first in generation 1"
+    [difference] = [line for line in lines if "largest difference of a best score" in line]
+    assert float(difference.split()[-1]) > 0
+    found = json.loads(gaitsim("verify", "walker", "--json", code=1).stdout)
+    assert found["results"].startswith("engine-bound: ")
+    assert found["score_difference"] > 0
+
+
+def test_another_processor_does_not_matter_to_portable_results(gaitsim):
+    gaitsim("run", "millipede", "--set", "evolution.generations=3")
+    path = Path("runs/millipede/provenance.json")
+    path.write_text(path.read_text().replace('"processor": "', '"processor": "an older '))
+    lines = gaitsim("verify", "millipede").stdout.splitlines()
+    assert lines[0] == "runs/millipede: identical"
+    assert lines[-2].startswith("portable: ")
+    assert lines[-1] == "same versions as on this machine"
+    assert "results portable: " in gaitsim("show", "millipede").stdout
+    assert json.loads(gaitsim("show", "millipede", "--json").stdout)["results"].startswith(
+        "portable"
+    )
+    assert "The score is portable" in gaitsim("share", "millipede").stderr
 
 
 @pytest.mark.parametrize(

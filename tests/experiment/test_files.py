@@ -244,7 +244,7 @@ def test_a_file_that_is_not_text_is_an_error(here, content, what):
         ("./..", "Is a directory"),
         (f"{'x' * 300}.toml", "name too long"),
         ("file.toml/x", "Not a directory"),
-        ("nul\0.toml", "null byte"),
+        ("nul\0.toml", "null (byte|character)"),
         ("/dev/zero", "not a regular file"),
     ],
 )

@@ -59,7 +59,12 @@ def test_a_code_holds_its_experiment_genome_and_score_to_the_bit(name):
 
 
 def test_codes_are_short_enough_for_chats():
-    lengths = {name: len(challenge(name).code) for name in ("millipede", "spider", "walker")}
+    lengths = {}
+    for name in ("millipede", "spider", "walker"):
+        found = challenge(name)
+        # NumPy before 2.4 lists the processor's features one by one.
+        versions = {**found.versions, "processor": "X86_V3 X86_V4"}
+        lengths[name] = len(replace(found, versions=versions).code)
     assert lengths["millipede"] < 140
     assert lengths["walker"] < 280
     assert lengths["spider"] < 500

@@ -164,6 +164,10 @@ class TestPlot:
         other = Series("other", one.x, one.y[::-1], stages)
         plot([one, other], 40, 10, "generation", [3], view, 2.0)
 
+    def test_a_constant_too_small_for_a_logarithmic_axis_has_a_linear_one(self):
+        codes, _ = plot([series([5e-324])], 40, 10, view=View(log_y=True))
+        assert (codes != curves.SPACE).any()
+
     def test_a_run_far_below_is_shown_in_full(self):
         weak = Series("weak", np.arange(1.0, 21), np.linspace(-9, -8, 20))
         strong = series(np.linspace(1, 2, 1000), "strong")

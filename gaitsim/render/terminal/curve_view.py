@@ -176,12 +176,12 @@ def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
     usual = float(np.quantile(seen, MAX_OUTLIERS))
     cut = not view.whole and top - low > (1 + MIN_OUTLIER_DISTANCE) * (top - usual) > 0
     low, below = (usual, True) if cut and view.bottom is None else (low, False)
-    log_y = view.log_y and (low if view.bottom is None else view.bottom) > 0
     if top - low <= max(1e-9 * max(abs(top), abs(low)), 1e-300):
         # Centre a constant curve on an axis of some height.
         half = 0.1 * abs(top) or 1.0
         low, top = low - half, top + half
     low = low if view.bottom is None else view.bottom
+    log_y = view.log_y and low > 0
     top = top if view.top is None else view.top
     return Frame(across, Scale(low, top if top > low else low + 1.0, log_y), below)
 
