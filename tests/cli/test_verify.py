@@ -134,14 +134,14 @@ def test_another_processor_is_named_before_the_verdict_and_the_difference_after_
         patch.setattr(machine, "ITERATIONS", 19)  # as if the engine rounded differently
         gaitsim("run", "walker", *options, "--workers", 1)
     lines = gaitsim("verify", "walker", code=1).stdout.splitlines()
-    assert lines[0] == "runs/walker: different, first in generation 1"
+    assert lines[0].startswith("runs/walker: different, first in generation 1")
     path = Path("runs/walker/provenance.json")
     path.write_text(path.read_text().replace('"processor": "', '"processor": "an older '))
     lines = gaitsim("verify", "walker", code=1).stdout.splitlines()
     assert lines[0].startswith(
         "computed on another kind of processor; the results are engine-bound"
     )
-    assert lines[1] == "runs/walker: different, first in generation 1"
+    assert lines[1].startswith("runs/walker: different, first in generation 1")
     [difference] = [line for line in lines if "largest difference of a best score" in line]
     assert float(difference.split()[-1]) > 0
     found = json.loads(gaitsim("verify", "walker", "--json", code=1).stdout)
