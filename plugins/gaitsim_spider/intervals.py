@@ -28,6 +28,12 @@ _FIELDS = {
     **dict.fromkeys(("forward", "sideways", "turn", "slip"), _BY_INTERVAL),
 }
 # `feet` holds the three feet that the body rests on, i < j < k, as 64 i + 8 j + k; −1 for none.
+# The heading of the body in the middle of the interval, rad, and its cosine and sine, are doubles.
 BLOCK = np.dtype(
-    [("feet", np.int32, _BY_INTERVAL), *((name, np.float32, s) for name, s in _FIELDS.items())]
+    [
+        ("feet", np.int32, _BY_INTERVAL),
+        *((name, np.float32, s) for name, s in _FIELDS.items()),
+        *((name, np.float64, _BY_INTERVAL) for name in ("heading", "ahead_x", "ahead_y")),
+    ],
+    align=True,
 )

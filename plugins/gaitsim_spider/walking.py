@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.portable.compiled import cos, sin
+from gaitsim.portable.compiled import scalar
 from gaitsim_spider.damage import Legs
 from gaitsim_spider.intervals import BLOCK, SIZE
 from gaitsim_spider.kinematics import place_feet
@@ -120,6 +120,15 @@ def _twist(block: Any) -> None:
         block.turn[n], block.slip[n] = turn, slid * share
 
 
+@njit(error_model="numpy")
+def _find_directions(block: Any) -> None:
+    """Compute the cosines and sines of the headings."""
+    for n in range(SIZE):
+        block.ahead_x[n] = scalar.cos(block.heading[n])
+    for n in range(SIZE):
+        block.ahead_y[n] = scalar.sin(block.heading[n])
+
+
 @njit(inline="always", error_model="numpy")
 def travel(
     feet: Any, centre: Any, block: Any, pose: Any, stance: Any, slip: Any, margin: Any, slope: Any
@@ -148,10 +157,15 @@ def travel(
         _project_feet(block)
         _twist(block)
         find_margin(block)
+        before = yaw
         for n in range(count):
-            heading = yaw + 0.5 * block.turn[n]
-            x += block.forward[n] * cos(heading) - block.sideways[n] * sin(heading)
-            y += block.forward[n] * sin(heading) + block.sideways[n] * cos(heading)
+            block.heading[n] = yaw + 0.5 * block.turn[n]
+            yaw += block.turn[n]
+        _find_directions(block)
+        yaw = before
+        for n in range(count):
+            x += block.forward[n] * block.ahead_x[n] - block.sideways[n] * block.ahead_y[n]
+            y += block.forward[n] * block.ahead_y[n] + block.sideways[n] * block.ahead_x[n]
             yaw += block.turn[n]
             pose[0, first + n + 1], pose[1, first + n + 1], pose[2, first + n + 1] = x, y, yaw
             slip[first + n] = block.slip[n]
