@@ -8,6 +8,8 @@ from numba.extending import register_jitable
 
 from gaitsim.portable import scalar
 
+__all__ = ["cos", "exp", "log", "loop", "scalar", "sin", "tanh"]
+
 # Helpers that LLVM inlines by itself; Numba's own inlining takes seconds of compile time.
 _SMALL = {
     getattr(scalar, f"_{name}")

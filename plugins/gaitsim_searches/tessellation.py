@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree  # noqa: TID251 (see `_nearest`)
+from scipy.spatial import cKDTree  # noqa: TID251 (see `_rounded`)
 
 _ROUNDING = 1e-9
 """Tolerance at a border, as a share of a cell: of ten cells between 0 and 1, the value 0.3 belongs
@@ -62,19 +62,8 @@ class Tessellation:
             steps = np.floor(shares * self.counts + _ROUNDING).astype(np.int64)
             found = np.ravel_multi_index(tuple(np.minimum(steps, self.counts - 1).T), self.counts)
         else:
-            found = self._nearest(shares)
+            _, found = _tree(self.centroids.tobytes(), len(self.ranges)).query(_rounded(shares))
         return np.where(known, found, -1)
-
-    def _nearest(self, shares: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the number of the nearest centroid of each point, (points, axes) -> (points,)."""
-        tree = _tree(self.centroids.tobytes(), len(self.ranges))
-        if len(self.centroids) == 1:
-            return np.zeros(len(shares), np.int64)
-        # The compiled tree may round distances differently on another processor: of its two
-        # nearest centroids, take the nearer by portable arithmetic, or the first of equals.
-        pairs = np.sort(tree.query(shares, 2)[1], axis=1)
-        one, other = (np.square(self.centroids[at] - shares).sum(axis=1) for at in pairs.T)
-        return np.where(other < one, pairs[:, 1], pairs[:, 0])
 
     def indices(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the indices of cells along the axes of a grid, or the numbers of Voronoi cells.
@@ -89,7 +78,16 @@ class Tessellation:
 @lru_cache(maxsize=4)
 def _tree(centroids: bytes, axes: int) -> cKDTree:
     """Return a k-d tree, cached because 10,000 points take longer than a generation."""
-    return cKDTree(np.frombuffer(centroids).reshape(-1, axes))
+    return cKDTree(_rounded(np.frombuffer(centroids).reshape(-1, axes)))
+
+
+def _rounded(shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return shares of ranges in whole steps of 2⁻²².
+
+    The sum of 500 squares of their differences is exact, so that the compiled tree finds the same
+    centroids on every processor.
+    """
+    return np.asarray(np.rint(shares * 2.0**22))
 
 
 def even_centroids(cells: int, axes: int, rng: np.random.Generator) -> NDArray[np.float64]:

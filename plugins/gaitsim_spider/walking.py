@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.portable.compiled import scalar
+from gaitsim.portable.compiled import scalar as portable
 from gaitsim_spider.damage import Legs
 from gaitsim_spider.intervals import BLOCK, SIZE
 from gaitsim_spider.kinematics import place_feet
@@ -124,9 +124,9 @@ def _twist(block: Any) -> None:
 def _find_directions(block: Any) -> None:
     """Compute the cosines and sines of the headings."""
     for n in range(SIZE):
-        block.ahead_x[n] = scalar.cos(block.heading[n])
+        block.ahead_x[n] = portable.cos(block.heading[n])
     for n in range(SIZE):
-        block.ahead_y[n] = scalar.sin(block.heading[n])
+        block.ahead_y[n] = portable.sin(block.heading[n])
 
 
 @njit(inline="always", error_model="numpy")
