@@ -18,6 +18,7 @@ from typing import Any
 
 _LOCATORS = "NUMBA_CACHE_LOCATOR_CLASSES"
 _REMEDY = "set NUMBA_CACHE_DIR to a writable folder"
+_PORTABLE = Path(__file__).parents[1] / "portable"
 _problems: list[str] = []
 
 
@@ -43,11 +44,15 @@ class KernelCache:
 
 
 def _stamp(folder: Path) -> list[tuple[str, int, int]]:
-    """Return a stamp that changes with any source file beside a kernel.
+    """Return a stamp that changes with any source file beside a kernel and of `gaitsim.portable`.
 
     Numba checks only the kernel's own file, and would keep a kernel whose helpers have changed.
     """
-    files = [(path.name, path.stat()) for path in sorted(folder.glob("*.py"))]
+    files = [
+        (path.name, path.stat())
+        for sources in (folder, _PORTABLE)
+        for path in sorted(sources.glob("*.py"))
+    ]
     return [(name, found.st_mtime_ns, found.st_size) for name, found in files]
 
 

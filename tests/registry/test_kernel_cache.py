@@ -11,6 +11,7 @@ import pytest
 from numba import config
 from numba.core.caching import CacheImpl, IndexDataCacheFile
 
+from gaitsim.registry import kernel_cache
 from gaitsim.registry.kernel_cache import allow_missing_cache, missing_cache
 
 KERNEL = """
@@ -69,6 +70,14 @@ def test_a_cache_that_is_full_or_damaged_is_left_alone(nowhere, install, tmp_pat
     index.write_bytes(b"")
     assert import_module("kernels_e").double(3.0) == 6.0
     assert str(index.parent) in missing_cache()
+
+
+def test_the_stamp_of_a_kernel_changes_with_portable_arithmetic(tmp_path, monkeypatch):
+    (tmp_path / "scalar.py").write_text("")
+    monkeypatch.setattr(kernel_cache, "_PORTABLE", tmp_path)
+    before = kernel_cache._stamp(tmp_path / "elsewhere")
+    (tmp_path / "scalar.py").write_text("changed")
+    assert kernel_cache._stamp(tmp_path / "elsewhere") != before
 
 
 def test_a_kernel_is_recompiled_when_a_file_beside_it_changes(nowhere, install, tmp_path):
