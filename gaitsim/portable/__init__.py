@@ -210,19 +210,23 @@ def uniform(
 
 
 def _mapped(name: str, *arguments: ArrayLike) -> Floats:
-    """Apply a function of `scalar` to each number."""
+    """Apply a function of `scalar` to each number; a scalar gives a scalar."""
+    arrays = [np.asarray(one, np.float64) for one in arguments]
+    if not any(one.ndim for one in arrays):
+        # Plain Python gives the same bits, without loading or compiling the loop.
+        with np.errstate(all="ignore"):
+            number: Any = np.float64(getattr(scalar, name)(*map(float, arrays)))
+        return np.asarray(number)[()]
     from gaitsim.portable.compiled import loop
 
     # The result has the memory layout of NumPy's, since the order of sums over it depends on that.
     # `itviews` are the arrays broadcast, in the order of that layout.
-    arrays = [np.asarray(one, np.float64) for one in arguments]
     flags: Any = [["readonly"]] * len(arrays) + [["writeonly", "allocate"]]
     iterator = np.nditer([*arrays, None], ["zerosize_ok"], flags)
     *inputs, flat = iterator.itviews
     loop(name)(*(np.ascontiguousarray(one).reshape(-1) for one in inputs), flat.reshape(-1))
-    out: Any = iterator.operands[-1]
-    found: Floats = out[()]  # a scalar for scalars
-    return found
+    out: Floats = iterator.operands[-1]
+    return out
 
 
 def _of_any_angle(name: str, x: ArrayLike) -> Floats:
