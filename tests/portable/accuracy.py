@@ -27,7 +27,16 @@ FUNCTIONS = {
     "arcsin": mpmath.asin,
     "arccos": mpmath.acos,
 }
-BOUNDS = dict.fromkeys(FUNCTIONS, 0.8) | {"arcsin": 1.5, "arccos": 1.5}
+BOUNDS = dict.fromkeys(FUNCTIONS, 0.8) | {
+    "exp": 0.7,
+    "log": 0.51,
+    "power": 0.7,
+    "tan": 1.0,
+    "arctan2": 0.7,
+    "arctan": 0.7,
+    "arcsin": 2.0,
+    "arccos": 2.0,
+}
 """Errors that the docstrings promise to stay below, ulp."""
 
 
