@@ -10,6 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 DRAWS = {
+    "dirichlet", "f", "multinomial", "negative_binomial", "noncentral_chisquare",
     "beta", "binomial", "chisquare", "exponential", "gamma", "geometric", "gumbel", "laplace",
     "logistic", "lognormal", "multivariate_normal", "normal", "pareto", "poisson", "power",
     "rayleigh", "standard_cauchy", "standard_exponential", "standard_gamma", "standard_normal",
@@ -35,18 +36,28 @@ def offences(text):
         operator = getattr(node, "op", None)
         if isinstance(operator, ast.MatMult):
             yield node.lineno, "@"
-        # Powers of a whole number are exact.
-        base = getattr(node, "left", None)
-        if isinstance(operator, ast.Pow) and not isinstance(base, (ast.Constant, ast.UnaryOp)):
+        if isinstance(operator, ast.Pow) and not _exact(getattr(node, "left", None)):
             yield node.lineno, "**"
-        if isinstance(node, ast.Call) and getattr(node.func, "attr", None) in DRAWS:
-            yield node.lineno, node.func.attr
+        if getattr(node, "id", None) == "pow":
+            yield node.lineno, "pow"
+        if isinstance(node, ast.Attribute) and node.attr in DRAWS:
+            yield node.lineno, node.attr
 
 
-@pytest.mark.parametrize(
-    "planted",
-    ["x @ y", "x ** 2", "x **= 0.5", "rng.normal(0, 1)", "self.rng.uniform(a, b)", "x.dot(y)"],
-)
+def _exact(base):
+    """Return whether powers of a constant are exact: of whole numbers and of ±1."""
+    if isinstance(base, ast.UnaryOp):
+        base = base.operand
+    return isinstance(base, ast.Constant) and base.value in (1, 2, 2.0, 10)
+
+
+PLANTED = [
+    "x @ y", "x ** 2", "x **= 0.5", "0.9 ** x", "(-x) ** 0.5", "pow(x, 2)", "x.dot(y)",
+    "rng.normal(0, 1)", "self.rng.uniform(a, b)", "draw = rng.standard_normal",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("planted", PLANTED)
 def test_the_rule_finds_operators_and_draws(planted):
     assert [*offences(planted)]
 

@@ -73,7 +73,8 @@ def _print_json(run: RunSnapshot) -> None:
             "failure": failure.to_dict() if (failure := last_failure(run.path)) else None,
             "experiment": experiment.name,
             "seed": experiment.seed,
-            "results": experiment.portability,
+            "results": run.portability.partition(":")[0],
+            "portability": run.portability,
             "plugins": {kind: entry.name for kind, entry in experiment.entries.items()},
             "generation": len(history["best"]) if history else 0,
             "generations": experiment.evolution.generations,
@@ -116,7 +117,7 @@ def _print(run: RunSnapshot) -> None:
         console.print(f"Failed in the background: {failure}", style="red")
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
     console.print(f"seed {experiment.seed}  {parts}")
-    console.print(f"results {experiment.portability}")
+    console.print(f"results: {run.portability}")
     for entry in run.outside:
         console.print(f"{entry.notice}.")
     islands = experiment.islands

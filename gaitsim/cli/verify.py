@@ -18,7 +18,7 @@ from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import PORTABLE
 from gaitsim.runs.files.folder import EXPERIMENT, find_run
-from gaitsim.runs.files.provenance import PROCESSOR
+from gaitsim.runs.files.provenance import MACHINE
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.verify.verify import Verdict
 from gaitsim.runs.verify.verify import verify as verify_generations
@@ -122,7 +122,8 @@ def _verify_code(challenge: Challenge, json: bool) -> None:
                 "failure": checked.failure or None,
                 "versions": dict(challenge.versions),
                 "version_differences": list(checked.version_differences),
-                "results": challenge.experiment.portability,
+                "results": challenge.experiment.portability.partition(":")[0],
+                "portability": challenge.experiment.portability,
             }
         )
     else:
@@ -180,7 +181,8 @@ def _print_json(path: str, verdict: Verdict) -> None:
             ],
             "provenance": [{"first": origin.first, **origin.parts} for origin in verdict.origins],
             "version_differences": list(verdict.version_differences),
-            "results": verdict.portability,
+            "results": verdict.portability.partition(":")[0],
+            "portability": verdict.portability,
             "score_difference": verdict.score_difference,
         }
     )
@@ -213,9 +215,9 @@ def _print(path: str, verdict: Verdict) -> None:
 def _warn_of_other_machine(portability: str, version_differences: Sequence[str]) -> None:
     """Say before the verdict that results may differ here, unless they are portable."""
     name, _, meaning = portability.partition(": ")
-    machine = (f"{PROCESSOR}: ", "system: ")
+    machine = tuple(f"{part}: " for part in MACHINE)
     if name != PORTABLE and any(text.startswith(machine) for text in version_differences):
-        echo(f"computed on another kind of processor; the results are {name} ({meaning})")
+        echo(f"computed on another kind of machine; the results are {name} ({meaning})")
 
 
 def _changed_options(verdict: Verdict) -> list[str]:

@@ -8,7 +8,6 @@ from gaitsim.experiment.loading import (
     with_overrides,
 )
 from gaitsim.experiment.model import (
-    ENGINE_BOUND,
     PORTABLE,
     SCHEMA,
     Evolution,
@@ -27,7 +26,6 @@ from gaitsim.experiment.transferability import (
 from gaitsim.experiment.worlds import OWN_WORLD, WORLD, Worlds
 
 __all__ = [
-    "ENGINE_BOUND",
     "FEATURES",
     "NO_REALITY",
     "OWN_WORLD",

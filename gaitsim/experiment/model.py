@@ -30,8 +30,8 @@ MOST_GENERATIONS = 100_000_000
 DEFAULT_SEARCH = "genetic"
 """The search of an experiment file that does not choose one."""
 
-PORTABLE, ENGINE_BOUND, UNDECLARED = "portable", "engine-bound", "not known to be portable"
-"""Classes of results: those of which machine have the same bits."""
+PORTABLE = "portable"
+"""The class of results that have the same bits on every processor."""
 
 
 class Evolution(BaseModel):
@@ -180,12 +180,12 @@ class Experiment(ReprMixin):
         """
         if self.engine:
             return (
-                f"{ENGINE_BOUND}: the same bits with one version of {self.engine} on one kind of "
+                f"engine-bound: the same bits with one version of {self.engine} on one kind of "
                 "processor"
             )
         if self.undeclared:
             names = ", ".join(str(entry) for entry in self.undeclared)
-            return f"{UNDECLARED}: not declared by the {names}"
+            return f"not known to be portable: not declared by the {names}"
         return f"{PORTABLE}: the same bits with the same versions on any x86-64 or ARM64 processor"
 
     def check_functions(self) -> None:

@@ -176,12 +176,17 @@ def standard_normal(rng: np.random.Generator, size: int | tuple[int, ...]) -> Fl
     Args:
         rng: a generator of 64-bit numbers, such as that of `np.random.default_rng`.
         size: shape of the result.
+
+    Raises:
+        ValueError: the generator's numbers have 32 bits.
     """
     from gaitsim.portable.normal import fill, strips
 
     out = np.empty(size)
     flat = out.reshape(-1)
     source, state = rng.bit_generator, rng.bit_generator.state
+    if isinstance(source, np.random.MT19937):
+        raise ValueError("MT19937 gives numbers of 32 bits; use np.random.default_rng")
     numbers = len(flat) + len(flat) // 16 + 64  # 1.02 numbers a draw on average
     while True:
         used = fill(source.random_raw(numbers), *strips(), flat)

@@ -110,7 +110,8 @@ def _accepted(v: float, y: int, n: int, p: float, mode: int) -> bool:
         + (n - mode + 0.5) * log(beyond_mode / beyond_y)
         + (y - mode) * log(beyond_y * p / (at_y * q))
     )
-    exact += sum(map(_stirling, (at_mode, beyond_mode, at_y, beyond_y)))
+    # Not `sum`, which differs between versions of Python.
+    exact += _stirling(at_mode) + _stirling(beyond_mode) + _stirling(at_y) + _stirling(beyond_y)
     return bool(level <= exact)
 
 

@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from gaitsim.contracts.search import Members
 from gaitsim.errors import ExperimentError, RunError, unknown
 from gaitsim.evolution.searching import members, state_mismatch
-from gaitsim.experiment import Experiment, ExperimentOutline, Overrides, parse_experiment
+from gaitsim.experiment import (
+    PORTABLE,
+    Experiment,
+    ExperimentOutline,
+    Overrides,
+    parse_experiment,
+)
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.individual import NEAR_TOLERANCE, Choice, Individual, Member, Near
 from gaitsim.registry.python_entries import PythonEntry, find_registered, is_outside
@@ -105,6 +111,17 @@ class RunSnapshot(RunFiles):
                 missing = missing_packages(stage.versions)
                 raise ExperimentError([*error.problems, *missing]) from None
         return self._parsed[text]
+
+    @property
+    def portability(self) -> str:
+        """The class of the results and its meaning; of several stages, the least portable one.
+
+        Raises:
+            ExperimentError: the experiment of a stage has problems.
+        """
+        experiments = [self.experiment_at(stage.last) for stage in self.stages]
+        found = [one.portability for one in experiments or [self.experiment]]
+        return next((text for text in found if not text.startswith(PORTABLE)), found[-1])
 
     @cached_property
     def _parsed(self) -> dict[str, Experiment]:

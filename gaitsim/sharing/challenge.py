@@ -14,7 +14,7 @@ from pydantic import AfterValidator, Field, StrictStr, TypeAdapter, ValidationEr
 
 from gaitsim import toml
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment import Experiment, Overrides, parse_experiment
+from gaitsim.experiment import PORTABLE, Experiment, Overrides, parse_experiment
 from gaitsim.experiment.loading import LARGEST
 from gaitsim.experiment.model import MOST_GENERATIONS
 from gaitsim.experiment.problems import COMMAND_LINE
@@ -22,7 +22,12 @@ from gaitsim.individual import Individual, Member
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch, missing_packages
 from gaitsim.runs.files.checkpoint import Champion
 from gaitsim.runs.files.folder import holds_run
-from gaitsim.runs.files.provenance import current_versions, read_provenance
+from gaitsim.runs.files.provenance import (
+    MACHINE,
+    RESULTS,
+    current_versions,
+    read_provenance,
+)
 from gaitsim.runs.files.schema import Name
 from gaitsim.sharing.code import WHERE, decode, encode, invalid
 
@@ -193,8 +198,10 @@ def _versions_of(individual: Individual) -> dict[str, str]:
         origins = read_provenance(individual.source)
         before = [one.parts for one in origins if one.first <= individual.generation]
         parts = before[-1] if before else {}
-    # The code holds the long texts, so it does not need their checksums.
-    return {name: one for name, one in parts.items() if one != "SHA-256"}
+    # The code holds the long texts, so it does not need their checksums; nor the machine, if it
+    # does not affect the score.
+    left_out = MACHINE if parts.get(RESULTS) == PORTABLE else ()
+    return {name: one for name, one in parts.items() if one != "SHA-256" and name not in left_out}
 
 
 def _compact(text: str) -> str:

@@ -43,24 +43,15 @@ def verify_challenge(challenge: Challenge) -> Checked:
     """
     individual = challenge.individual
     experiment = individual.experiment
+    made = Provenance(challenge.generation, dict(challenge.versions))
     found = evaluate(experiment, challenge.genome[None], challenge.generation)
     return Checked(
         challenge,
         float(found.scores[0]),
         found.terms_of(0),
         found.reasons.get(0, ""),
-        _version_differences(challenge, current_versions(experiment)),
+        tuple(differences([made], current_versions(experiment))),
     )
-
-
-def _version_differences(challenge: Challenge, now: dict[str, str]) -> tuple[str, ...]:
-    """Return the differences between the versions in a code and those installed."""
-    made = dict(challenge.versions)
-    if ("numba" in made) != ("numba" in now):  # only Numba adds the processor's model name
-        for parts in (made, now):
-            if "processor" in parts:
-                parts["processor"] = parts["processor"].rpartition(", ")[2]
-    return tuple(differences([Provenance(challenge.generation, made)], now))
 
 
 def verify_code(code: str) -> Checked:

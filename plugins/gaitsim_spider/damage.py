@@ -93,11 +93,12 @@ def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
 
 
 def _legs(lost: NDArray[np.bool_], leg_mass: float) -> Legs:
-    masses = [leg_mass * mass for mass in _MASSES]
-    mass = body.BODY_MASS + int((~lost).sum()) * sum(masses)
+    coxa, femur, tibia = masses = [leg_mass * mass for mass in _MASSES]
+    whole = coxa + femur + tibia  # `sum` of floats differs between versions of Python
+    mass = body.BODY_MASS + int((~lost).sum()) * whole
     lengths, shares = np.zeros((2, len(lost), 3), np.float32)
     lengths[~lost] = (body.COXA, body.FEMUR, body.TIBIA)
     shares[~lost] = np.divide(masses, mass)
     hips = np.stack([body.HIP_X, body.SIDE * body.HIP_Y, np.zeros(len(lost))], axis=1)
-    moment = hips[~lost].sum(axis=0) * sum(masses) / mass
+    moment = hips[~lost].sum(axis=0) * whole / mass
     return Legs(lengths, shares, moment.astype(np.float32))

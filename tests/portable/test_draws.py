@@ -20,6 +20,11 @@ def test_normal_draws_are_those_of_numpy(seed, size):
     assert one.bit_generator.state == other.bit_generator.state
 
 
+def test_a_generator_of_32_bits_is_refused():
+    with pytest.raises(ValueError, match="MT19937"):
+        portable.standard_normal(np.random.Generator(np.random.MT19937(0)), 3)
+
+
 def test_the_tails_are_normal():
     drawn = portable.standard_normal(np.random.default_rng(0), 2_000_000)
     beyond = np.abs(drawn[np.abs(drawn) > 3.654152885361009])  # where the last strip ends

@@ -11,7 +11,6 @@ import gaitsim as gs
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.runs.files.provenance import read_provenance
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.sharing import checking
 from gaitsim.sharing.challenge import Challenge, code_of
 from gaitsim.sharing.checking import verify_challenge
 
@@ -84,17 +83,6 @@ def test_other_versions_are_named(gaitsim, code):
     assert "processor: abacus then" in shown
     assert ": reproduced" in gaitsim("verify", forged(code, versions=versions)).stdout
     assert "does not record" in gaitsim("verify", forged(code, versions={})).stdout
-
-
-def test_a_processor_that_numba_names_is_the_same_without_numba(code, monkeypatch):
-    bare = Challenge.read(code).versions | {"processor": "AVX2 FMA3"}
-    bare = {name: one for name, one in bare.items() if "umba" not in name.casefold()}
-    named = bare | {"processor": "zen, AVX2 FMA3", "numba": "0.6"}
-    for made, now in ((bare, named), (named, bare)):
-        monkeypatch.setattr(checking, "current_versions", lambda _, now=now: dict(now))
-        assert gs.verify_code(forged(code, versions=made)).version_differences == ()
-    monkeypatch.setattr(checking, "current_versions", lambda _: {**bare, "processor": "AVX"})
-    assert len(gs.verify_code(forged(code, versions=named)).version_differences) == 1
 
 
 def test_damaged_codes_and_options_of_runs_end_with_2(gaitsim, code, tmp_path):

@@ -32,8 +32,14 @@ LARGEST = 10_000_000  # bytes
 
 RESULTS = "results"
 """Name of the part that holds the class of the results, such as 'portable'."""
-PROCESSOR = "processor"
-_MACHINE = ("blas", "system", PROCESSOR, *(f"NUMBA_{name}" for name in _SETTINGS[1:]))
+MACHINE = (
+    "blas",
+    "system",
+    "libc",
+    "processor",
+    "compiled for",
+    *(f"NUMBA_{name}" for name in _SETTINGS[1:]),
+)
 """Parts that do not affect portable results."""
 
 
@@ -64,19 +70,19 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
     found = {
         **versions(experiment),
         RESULTS: experiment.portability.partition(":")[0],
+        "numba": version("numba"),
         "python": platform.python_version(),
         "blas": f"{blas.get('name', '?')} {blas.get('version', '')}".strip(),
         "system": f"{platform.system()} {platform.machine()}",
-        PROCESSOR: " ".join(config.get("SIMD Extensions", {}).get("found", [])) or "plain",
+        "libc": " ".join(platform.libc_ver()) or "?",
+        "processor": " ".join(config.get("SIMD Extensions", {}).get("found", [])) or "plain",
     }
     if "numba" in sys.modules:
         from llvmlite.binding import get_host_cpu_name  # comes with Numba
 
         settings: Any = sys.modules["numba"].config
         found |= {f"NUMBA_{name}": str(getattr(settings, name, None)) for name in _SETTINGS}
-        found["numba"] = version("numba")
-        # The processor that compiled code is optimised for.
-        found[PROCESSOR] = f"{get_host_cpu_name()}, {found[PROCESSOR]}"
+        found["compiled for"] = get_host_cpu_name()
     for kind in experiment.kinds:
         for name, value in options.values(experiment.plugin(kind)).items():
             if is_long(value):  # the checksum is in the key, as another text starts a stage
@@ -134,6 +140,6 @@ def differences(origins: Sequence[Provenance], now: Mapping[str, str]) -> list[s
             f"{name}: {then} then, {now[name]} now{since}"
             for name, then in origin.parts.items()
             if now.get(name, then) != then
-            and not (origin.parts.get(RESULTS) == PORTABLE and name in _MACHINE)
+            and not (origin.parts.get(RESULTS) == PORTABLE and name in MACHINE)
         ]
     return found

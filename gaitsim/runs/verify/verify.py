@@ -141,6 +141,6 @@ def verify(
         edited=edited_options(run),
         origins=tuple(origins),
         version_differences=tuple(differences(origins, current_versions(experiment))),
-        portability=experiment.portability,
+        portability=run.portability,
         score_difference=farthest,
     )
