@@ -1,4 +1,4 @@
-"""What decides a result uses portable arithmetic: ruff bans functions, and this test the rest."""
+"""Portable arithmetic where results are decided: ruff bans functions, this test the rest."""
 
 import ast
 import subprocess

@@ -22,7 +22,7 @@ def test_codes_of_portable_bodies_hold_on_every_processor(name):
     checked = gs.verify_code((CODES / f"{name}.txt").read_text())
     assert checked.score == checked.challenge.score
     assert checked.challenge.experiment.portability.startswith("portable")
-    # Another processor is no difference; other versions may be.
+    # Versions may differ, but another processor does not count.
     assert not [text for text in checked.version_differences if "processor" in text]
 
 
