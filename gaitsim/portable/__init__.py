@@ -238,8 +238,9 @@ def _of_any_angle(name: str, x: ArrayLike) -> Floats:
     """Apply a trigonometric function to each angle, rad, even if it is large."""
     angles = np.asarray(x, np.float64)
     out = np.asarray(_mapped(name, angles))
-    large = (np.abs(angles) > scalar.MODERATE) & np.isfinite(angles)
+    large = np.abs(angles) > scalar.MODERATE
     if large.any():
+        large &= np.isfinite(angles)
         out[large] = [_of_large_angle(name, angle) for angle in angles[large].tolist()]
     found: Floats = out[()]
     return found

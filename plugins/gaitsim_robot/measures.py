@@ -25,7 +25,7 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
     moved = motion["torso"][:, -1] - motion["torso"][:, 0]
     displacement = norm(moved[:, :2])
     steps = np.diff(motion["torso"][..., :2], axis=1)
-    path = total(norm(steps[..., :2]))
+    path = total(norm(steps))
     lasted, energy = motion["lasted"], motion["energy"][:, -1]
     upright = np.arange(motion["height"].shape[1]) <= np.round(lasted * motion.frame_rate)[:, None]
     roll, pitch, yaw = np.moveaxis(motion["orientation"], -1, 0)

@@ -129,7 +129,7 @@ def verify(
             found.setdefault(again.number, []).extend(again.differences)
             if everything:
                 break
-    origins, experiment = read_provenance(run.path), run.experiment_at(last)
+    origins = read_provenance(run.path)
     return Verdict(
         last=last,
         reproduced=tuple(reproduced[True]),
@@ -140,7 +140,7 @@ def verify(
         damaged=run.damaged,
         edited=edited_options(run),
         origins=tuple(origins),
-        version_differences=tuple(differences(origins, current_versions(experiment))),
+        version_differences=tuple(differences(origins, current_versions(run.experiment_at(last)))),
         portability=run.portability,
         score_difference=farthest,
     )
