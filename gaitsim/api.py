@@ -3,7 +3,7 @@
 `import gaitsim as gs` provides all of it. The command line calls the same functions.
 """
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -93,7 +93,8 @@ def evolve(
     if out is None:
         return Search(experiment, None, _unrecorded(experiment, workers))
     path = create_run(experiment, Path(out))
-    return Search(experiment, path, _recorded(path, workers))
+    writers: list[RunWriter] = []
+    return Search(experiment, path, _recorded(path, writers, workers), writers)
 
 
 def load(
@@ -125,7 +126,7 @@ class Search(ReprMixin, Iterator[Generation]):
 
     After leaving a loop early, continue with `next(search)` or another loop. `close()`, the end
     of a `with` block or the deletion of the search stops the workers and unlocks the run. A
-    recorded search saves each generation before yielding it.
+    recorded search saves the generations at the end, and every half second of computing.
 
     Attributes:
         experiment: experiment being evolved.
@@ -134,12 +135,18 @@ class Search(ReprMixin, Iterator[Generation]):
         champion: best individual yielded; None while all have failed.
     """
 
-    def __init__(self, experiment: Experiment, path: Path | None, generations: Generations) -> None:
+    def __init__(
+        self,
+        experiment: Experiment,
+        path: Path | None,
+        generations: Generations,
+        writers: Sequence[RunWriter] = (),
+    ) -> None:
         self.experiment = experiment
         self.path = path
         self.last: Generation | None = None
         self.champion: Individual | None = None
-        self._generations = generations
+        self._generations, self._writers = generations, writers
 
     def __next__(self) -> Generation:
         self.last = generation = next(self._generations)
@@ -160,16 +167,18 @@ class Search(ReprMixin, Iterator[Generation]):
 
     @property
     def run(self) -> "Run":
-        """The recorded run.
+        """The recorded run, with all generations yielded so far.
 
         Raises:
-            RunError: nothing is recorded.
+            RunError: nothing is recorded, or it cannot be saved.
         """
         if self.path is None:
             raise RunError(
                 "this search is not recorded on disk",
                 remedy="give evolve() a folder for the run, such as out='runs/mine'",
             )
+        for writer in self._writers:
+            writer.save()
         return Run(self.path)
 
     def close(self) -> None:
@@ -371,7 +380,9 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         given = as_overrides(set, resumed_options(sections, self.snapshot.outline))
         further = {} if generations is None else {"evolution.generations": generations}
         experiment = self.snapshot.experiment_with(further | given, ARGUMENTS)
-        return Search(experiment, self.path, _recorded(self.path, workers, given, generations))
+        writers: list[RunWriter] = []
+        steps = _recorded(self.path, writers, workers, given, generations)
+        return Search(experiment, self.path, steps, writers)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         found = self.snapshot.checkpoint
@@ -398,11 +409,13 @@ def _unrecorded(experiment: Experiment, workers: int | None) -> Generations:
 
 def _recorded(
     path: Path,
+    writers: list[RunWriter],
     workers: int | None,
     overrides: Overrides | None = None,
     generations: int | None = None,
 ) -> Generations:
     writer = RunWriter.open(path, overrides=overrides, generations=generations)
+    writers.append(writer)
     with Session(writer, workers=workers, on_warning=warn) as session:
         if writer.warning:
             warn(writer.warning)

@@ -30,7 +30,8 @@ those after `generations_per_second` appear only if they have changed:
     state         preparing, running or paused; with `--listen` also queued, while one run per
                   core is evolving; at the end finished, stopped or failed
     reason        reason why the run is finished; '' otherwise
-    generation    last generation on disk; 0 before the first
+    generation    last finished generation; 0 before the first. It is on disk when a pause
+                  or the end is reported, and otherwise half a second later at the latest
     generations   number of planned generations
     stage         number of the stage, counted from 1
     scored_from   first generation whose scores are comparable with the current ones

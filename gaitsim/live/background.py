@@ -185,7 +185,7 @@ def send(run: Path, *commands: Command) -> None:
 
 
 def kill(run: Path) -> None:
-    """Kill the background process of a run; the current generation is lost."""
+    """Kill the background process of a run; its unsaved generations are lost."""
     found = background_process(run)
     if found is not None and sys.platform != "win32":
         _signal(found.pid, signal.SIGKILL)

@@ -126,7 +126,7 @@ class RunProcess:
         background.request_stop(self.run)
 
     def kill(self) -> None:
-        """Kill the process; the run loses at most the current generation."""
+        """Kill the process; the run loses its unsaved generations."""
         background.kill(self.run)
 
     def disconnect(self) -> None:

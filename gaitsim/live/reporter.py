@@ -107,7 +107,7 @@ class Reporter:
         self._wake.set()
 
     def generation_finished(self, generation: Generation) -> None:
-        """Report a generation that is on disk."""
+        """Report a finished generation, which is on disk half a second later at the latest."""
         number, progress = generation.number, generation.progress
         improved = progress.stagnation == 0 and math.isfinite(progress.best_score)
         values = row(generation)

@@ -80,8 +80,14 @@ def _evolve(session: Session, commands: CommandQueue, reporter: Reporter) -> str
     session.reevaluate()
     reporter.evolution_starts(writer.last, _champion(writer))
     generations = session.evolve()
+
+    def report(state: State) -> None:
+        if state != "running":
+            writer.save()  # before waiting
+        reporter.state(state)
+
     while True:
-        command = commands.next(reporter.state)
+        command = commands.next(report)
         if command is not None:
             return command
         generation = next(generations)

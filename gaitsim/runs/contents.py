@@ -111,7 +111,7 @@ class RunFiles:
 
     @cached_property
     def _previous(self) -> tuple[Checkpoint | None, str]:
-        """The checkpoint of the generation before the last, and why it cannot be read."""
+        """The checkpoint saved before the last one, and why it cannot be read."""
         path = self.path / PREVIOUS
         # A run of one generation and a copy by `gaitsim fork` have none. If the last checkpoint
         # is damaged, the previous one already replaces it.
@@ -119,7 +119,8 @@ class RunFiles:
             return None, ""
         try:
             found = read_checkpoint(path)
-            if found.generation != self.generation - 1:
+            # Every stage is saved at its end, so that an earlier checkpoint comes from elsewhere.
+            if not self.stages[-1].first - 1 <= found.generation < self.generation:
                 return None, ""
             wrong = self._previous_mismatch(found)
         except GaitsimError as error:
@@ -140,7 +141,7 @@ class RunFiles:
 
     @property
     def previous(self) -> Checkpoint | None:
-        """The checkpoint of the generation before the last; None if missing or unreadable."""
+        """The checkpoint saved before the last one; None if missing or unreadable."""
         return self._previous[0]
 
     @property

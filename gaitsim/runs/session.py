@@ -61,11 +61,11 @@ class Session(ExitStack):
         self.writer.reevaluate(self.prepare().evaluate)
 
     def evolve(self) -> Iterator[Generation]:
-        """Evolve until a stop condition holds; each generation is saved before it is yielded.
+        """Evolve until a stop condition holds; each generation is recorded before it is yielded.
 
         Raises:
             PluginError: a plugin fails or breaks its contract.
-            RunError: a generation cannot be written.
+            RunError: generations cannot be saved.
         """
         if self.writer.done:
             return iter(())

@@ -1,10 +1,13 @@
-"""Write a run to disk, generation by generation."""
+"""Write a run to disk: generations are recorded one by one, and saved together."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
+import math
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
+from types import TracebackType
 from typing import Any, Self
 
 from gaitsim.errors import RunError
@@ -37,6 +40,12 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 REASONS_KEPT = 1000
 """Maximum number of failure reasons in a checkpoint."""
+PERIOD = 0.5
+"""Longest time of computing that a killed process loses, besides the current generation, seconds.
+
+Saving takes as long as evolving several generations of a quick body. A run is a function of its
+folder, so that lost generations are evolved again, to the same bits.
+"""
 
 
 class RunWriter:
@@ -63,6 +72,8 @@ class RunWriter:
         self._start, self._stages = plan.start, plan.stages
         self._files, self._resources = files, resources
         self._provenance_written = False
+        self._unsaved: Generation | None = None
+        self._recorded, self._saved = -math.inf, time.monotonic()
 
     @classmethod
     def open(
@@ -108,8 +119,18 @@ class RunWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._resources.close()
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        with self._resources:
+            try:
+                self.save()
+            except RunError:
+                if error is None:  # otherwise, the first error says why the run ends
+                    raise
 
     @property
     def done(self) -> str:
@@ -138,7 +159,7 @@ class RunWriter:
     def evolve(
         self, evaluate: Evaluate, parallel_map: ParallelMap | None = None
     ) -> Iterator[Generation]:
-        """Evolve from the last generation; each generation is saved before it is yielded.
+        """Evolve from the last generation; each generation is recorded before it is yielded.
 
         Args:
             evaluate: function that scores a population with `experiment`.
@@ -154,40 +175,64 @@ class RunWriter:
             yield generation
 
     def record(self, generation: Generation) -> None:
-        """Write a finished generation: history and best first, the checkpoint last.
+        """Record a finished generation, and save it unless another one fits into the `PERIOD`.
 
-        A process killed in between leaves records after the checkpoint, which are dropped when
-        the run resumes.
+        A champion, the last generation and the first one of this writer are always saved at once.
 
         Raises:
-            RunError: the generation cannot be written; the run remains at the previous one.
+            RunError: the generations cannot be saved; the run remains at the last saved one.
         """
         if self.reevaluates:
             raise ValueError("call reevaluate() before recording the first generation of a stage")
         values = history.row(generation)
-        terms = generation.evaluation.terms
-        for name in terms:
+        for name in generation.evaluation.terms:
             if not history.is_term(name):
                 what = f"names a term {name!r}, which is a column of the history"
                 allowed = f"other names than {', '.join(history.COLUMNS)}"
                 raise contract_error(self.experiment.entries["fitness"], what, allowed)
+        with self._explained():
+            self._files.append(generation, values)
+        self._unsaved = generation
+        now = time.monotonic()
+        seconds, self._recorded = now - self._recorded, now
+        due = now + seconds > self._saved + PERIOD
+        if due or generation.is_champion or generation.stop:
+            self.save()
+
+    def save(self) -> None:
+        """Write the recorded generations: their records first, the checkpoint last.
+
+        A process killed in between leaves records after the checkpoint, which are dropped when
+        the run resumes. A save that failed or was interrupted is not repeated.
+
+        Raises:
+            RunError: the generations cannot be written; the run remains at the last saved one.
+        """
+        generation, self._unsaved = self._unsaved, None
+        if generation is None:
+            return
+        with self._explained():
+            self._files.flush()
+            if not self._provenance_written:
+                used = current_versions(self.experiment)
+                write_provenance(self.path, generation.number, used)
+                self._provenance_written = True
+            if generation.is_champion:
+                self._write_champion(generation)
+            checkpoint = self._checkpoint(generation)
+            write_checkpoint(self.path / CHECKPOINT, checkpoint, self.path / PREVIOUS)
+        self._saved = time.monotonic()
+
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        """Convert errors in the block to those of a run whose folder may have been deleted."""
         try:
-            self._write(generation, values)
+            with writing(self.path):
+                yield
         except RunError:
             if (self.path / EXPERIMENT).exists():
                 raise
             raise deleted_or_moved(self.path) from None
-
-    def _write(self, generation: Generation, values: Mapping[str, float]) -> None:
-        with writing(self.path):
-            self._files.append(generation, values)
-        if not self._provenance_written:
-            used = current_versions(self.experiment)
-            write_provenance(self.path, generation.number, used)
-            self._provenance_written = True
-        if generation.is_champion:
-            self._write_champion(generation)
-        write_checkpoint(self.path / CHECKPOINT, self._checkpoint(generation), self.path / PREVIOUS)
 
     def _write_champion(self, generation: Generation) -> None:
         best = generation.best

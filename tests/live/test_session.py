@@ -221,6 +221,7 @@ def test_a_full_disk_is_reported_and_the_run_resumes(new_run, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(writing, "write_checkpoint", write)
+        patch.setattr(writing, "PERIOD", 0.0)
         snapshot = steer(path)[-1]
     assert (snapshot.state, snapshot.generation) == ("failed", 3)
     assert "No space left" in snapshot.error.what

@@ -68,7 +68,8 @@ def test_a_champion_is_reported_once_its_checkpoint_is_written(new_run):
     assert numbers == [n for n in saved_champions(path) if n > 2]
 
 
-def test_a_growing_run_is_followed(new_run):
+def test_a_growing_run_is_followed(new_run, monkeypatch):
+    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 0.0)
     path = new_run()
 
     async def follow():

@@ -59,6 +59,12 @@ def _champion(**changes):
 
 
 @pytest.fixture
+def gathering(monkeypatch):
+    """Saves generations only where they must be, however slow the machine is."""
+    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 1e9)
+
+
+@pytest.fixture
 def here(tmp_path, monkeypatch, puppets):
     """Works in the test's folder, puppets installed."""
     monkeypatch.chdir(tmp_path)

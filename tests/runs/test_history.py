@@ -198,18 +198,24 @@ def test_a_file_grows_and_is_cut_back(tmp_path):
     path.write_bytes(b"onetwo")
     file = AppendOnlyFile(path, 3)
     assert path.read_bytes() == b"one"
-    file.append(b"three")
+    file.append(b"thr")
+    file.append(b"ee")
+    file.flush()
+    file.flush()
     assert path.read_bytes() == b"onethree"
     file.close()
 
 
-def test_a_record_is_on_the_disk_when_it_is_added(tmp_path, monkeypatch):
+def test_records_are_on_the_disk_when_they_are_flushed(tmp_path, monkeypatch):
     synced, real = [], os.fsync
     monkeypatch.setattr(
         os, "fsync", lambda fd: (synced.append((tmp_path / "f").read_bytes()), real(fd))
     )
     file = AppendOnlyFile(tmp_path / "f", 0)
-    file.append(b"one")
+    file.append(b"on")
+    file.append(b"e")
+    assert synced == []
+    file.flush()
     assert synced == [b"one"]
     file.close()
 
@@ -219,6 +225,7 @@ def test_a_record_is_written_on_when_the_system_takes_it_in_parts(tmp_path, monk
     monkeypatch.setattr(os, "write", lambda fd, data: real(fd, data[:2]))
     file = AppendOnlyFile(tmp_path / "f", 0)
     file.append(b"12345")
+    file.flush()
     file.close()
     assert (tmp_path / "f").read_bytes() == b"12345"
 
@@ -229,6 +236,7 @@ def test_a_full_disk_has_the_message_of_the_system(tmp_path, monkeypatch):
 
     file = AppendOnlyFile(tmp_path / "f", 0)
     monkeypatch.setattr(os, "write", full)
+    file.append(b"1")
     with pytest.raises(OSError, match="full"):
-        file.append(b"1")
+        file.flush()
     file.close()

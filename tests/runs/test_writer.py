@@ -1,10 +1,13 @@
-"""A run is written generation by generation, whatever happens in the meantime."""
+"""A run is written as it evolves, whatever happens in the meantime."""
 
 import errno
 import math
 import os
 import shutil
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -116,7 +119,60 @@ def test_a_generation_that_is_not_there_is_refused(half):
         assert error.value.allowed == "1 to 4"
 
 
-# The steps that write a generation, in order.
+def saved(path):
+    """Return the generations after which a run in `path` was saved, as it grows."""
+    return RunSnapshot(path).generation
+
+
+@pytest.mark.parametrize(
+    ("seconds", "expected"),
+    [
+        (0.125, [1, 1, 1, 1, 5, 5, 5, 8]),
+        (0.25, [1, 1, 3, 3, 5, 5, 7, 8]),
+        (0.26, [1, 2, 3, 4, 5, 6, 7, 8]),  # two of them take more than half a second
+        (60.0, [1, 2, 3, 4, 5, 6, 7, 8]),
+        (1e-9, [1, 1, 1, 1, 1, 1, 1, 8]),
+    ],
+)
+def test_generations_are_saved_at_least_every_half_second_and_at_the_end(
+    puppet, whole, monkeypatch, seconds, expected
+):
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr("gaitsim.runs.writer.time", SimpleNamespace(monotonic=lambda: clock.now))
+    path, found = create_run(puppet(LONG)), []
+    with RunWriter.open(path) as writer:
+        for event in events(writer):
+            clock.now += seconds
+            writer.record(event)
+            found.append(saved(path))
+    assert found == expected
+    assert RunSnapshot(path).history["best"].tolist() == whole.history["best"].tolist()
+
+
+@pytest.mark.usefixtures("gathering")
+def test_a_champion_is_saved_with_all_generations_before_it(puppet):
+    path, found = create_run(puppet(LONG, THRESHOLD)), []
+    with RunWriter.open(path) as writer:
+        for event in events(writer):
+            writer.record(event)
+            assert not event.is_champion or saved(path) == event.number
+            found.append(saved(path))
+    assert len({*found}) < len(found)  # the other generations are gathered
+
+
+@pytest.mark.usefixtures("gathering")
+@pytest.mark.parametrize("end", [KeyboardInterrupt, PluginError("it fails")])
+def test_the_gathered_generations_are_saved_however_the_loop_ends(puppet, end):
+    path = create_run(puppet(LONG))
+    with suppress(KeyboardInterrupt, PluginError), RunWriter.open(path) as writer:
+        for event in islice(events(writer), 3):
+            writer.record(event)
+        assert saved(path) == 1
+        raise end
+    assert saved(path) == 3
+
+
+# The steps that save generations, in order.
 STEPS = [
     (os, "write", 0),
     (os, "write", 1),
@@ -131,26 +187,32 @@ STEPS = [
 
 @pytest.mark.parametrize(("owner", "step", "number"), STEPS)
 @pytest.mark.parametrize("begun", [0, 3])
+@pytest.mark.parametrize(("gathered", "options"), [(1, [THRESHOLD]), (3, [])])
 def test_a_run_killed_at_any_step_resumes_identically(
-    whole, puppet, monkeypatch, begun, owner, step, number
+    puppet, monkeypatch, begun, gathered, options, owner, step, number
 ):
-    path = create_run(puppet(LONG, "evolution.fitness_threshold=0"))
+    path, whole = create_run(puppet(LONG, *options)), create_run(puppet(LONG, *options))
+    continue_run(whole)
     if begun:
         continue_run(path, begun)
-    before = begun and RunSnapshot(path).fingerprint()
+    unchanged = begun and RunSnapshot(path).fingerprint()
     with RunWriter.open(path) as writer, monkeypatch.context() as patch:
-        event = next(events(writer))
-        kill_at(patch, owner, step, number)
-        with pytest.raises(Killed):
+        *before, last = islice(events(writer), gathered)
+        for event in before:
             writer.record(event)
+            patch.setattr("gaitsim.runs.writer.PERIOD", math.inf)
+        kill_at(patch, owner, step, number)
+        with pytest.raises(Killed):  # noqa: PT012
+            writer.record(last)
+            writer.save()
     # Until the new checkpoint is written, the run is unchanged.
     run = RunSnapshot(path)
     if run.generation == begun:
         assert len(run.history.get("best", [])) == begun
         assert len(run.bests) == begun
-        assert (begun and run.fingerprint()) == before
+        assert (begun and run.fingerprint()) == unchanged
     continue_run(path)
-    assert_same(run, whole)
+    assert_same(run, RunSnapshot(whole))
     assert not [name for name in names(path) if name.endswith(".partial")]
 
 
@@ -210,8 +272,9 @@ def test_a_file_that_is_deleted_or_replaced_stops_the_run(half, name, change):
         generations = events(writer)
         writer.record(next(generations))
         change(half.path / name)
+        writer.record(next(generations))
         with pytest.raises(RunError, match=f"{name} was deleted or replaced"):
-            writer.record(next(generations))
+            writer.save()
         assert reopen(half).generation == 5
 
 

@@ -26,6 +26,8 @@ WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 class AppendOnlyFile:
     """A file that grows by whole records, and is truncated when opened.
 
+    Records are gathered in memory until `flush`.
+
     Args:
         path: path of the file.
         keep: number of bytes to keep; a shorter file is extended with zeros, from its last whole
@@ -34,7 +36,7 @@ class AppendOnlyFile:
     """
 
     def __init__(self, path: Path, keep: int, size: int = 1) -> None:
-        self._path = path
+        self._path, self._gathered = path, bytearray()
         with writing(path):
             self._descriptor = open_descriptor(path, os.O_RDWR | os.O_CREAT)
         whole = os.fstat(self._descriptor).st_size // size * size
@@ -42,8 +44,12 @@ class AppendOnlyFile:
         os.ftruncate(self._descriptor, keep)
         os.lseek(self._descriptor, 0, os.SEEK_END)
 
-    def append(self, data: bytes, *, force: bool = True) -> None:
-        """Add a record, and flush it to disk if `force` is true.
+    def append(self, data: bytes) -> None:
+        """Add a record."""
+        self._gathered += data
+
+    def flush(self, *, force: bool = True) -> None:
+        """Write the gathered records, and flush them to disk if `force` is true.
 
         Raises:
             RunError: the file was deleted or replaced since it was opened.
@@ -62,9 +68,11 @@ class AppendOnlyFile:
                 where=str(self._path),
                 remedy="do not change the files of a run before it has ended; copy them instead",
             )
-        view = memoryview(data)
-        while view:
-            view = view[os.write(self._descriptor, view) :]
+        data, self._gathered = self._gathered, bytearray()
+        with memoryview(data) as view:
+            written = 0
+            while written < len(view):
+                written += os.write(self._descriptor, view[written:])
         if force:
             os.fsync(self._descriptor)
 
@@ -104,7 +112,7 @@ class AppendOnlyHistory:
         self._columns: tuple[str, ...] = ()
 
     def append(self, values: Mapping[str, float]) -> None:
-        """Add a generation's row, as returned by `history.row`, and flush it to disk.
+        """Add a generation's row, as returned by `history.row`.
 
         Raises:
             RunError: the existing rows cannot be read, or rewritten with more columns.
@@ -116,6 +124,14 @@ class AppendOnlyHistory:
         row = line([values.get(name, math.nan) for name in self._columns])
         self._file.append((head + row).encode())
         self._terms = terms
+
+    def flush(self) -> None:
+        """Write the gathered rows, and flush them to disk.
+
+        Raises:
+            RunError: the file was deleted or replaced since it was opened.
+        """
+        self._file.flush()
 
     def close(self) -> None:
         """Close the file."""

@@ -71,7 +71,7 @@ class RecordFiles:
         self._held.close()
 
     def append(self, generation: Generation, row: Mapping[str, float]) -> None:
-        """Add the records of a generation, whose row in the history is `row`."""
+        """Add the records of a generation, whose row in the history is `row`, until `flush`."""
         best = generation.best
         record = np.zeros((), self._layout)
         record["score"], record["genome"] = generation.scores[best], generation.genomes[best]
@@ -82,10 +82,22 @@ class RecordFiles:
         if self._number > 1:
             row_of_islands = line([generation.number, *islands.tolist()])
             self._islands.append(row_of_islands.encode())
-        # Not flushed to disk, which would double the time of this method. If a power failure loses
-        # a checksum, only `gaitsim verify` misses it.
         record_of_checksums = checksums(
             generation.genomes, generation.evaluation, row, bests, self._chain
         )
-        self._checksums.append(record_of_checksums, force=False)
+        self._checksums.append(record_of_checksums)
         self._chain = record_of_checksums[-SIZE:]
+
+    def flush(self) -> None:
+        """Write the records added since the last call, and flush them to disk.
+
+        Raises:
+            RunError: a file was deleted or replaced since it was opened.
+        """
+        self._history.flush()
+        self._bests.flush()
+        if self._number > 1:
+            self._islands.flush()
+        # Not forced to the disk: if a power failure loses a checksum, only `gaitsim verify`
+        # misses it.
+        self._checksums.flush(force=False)

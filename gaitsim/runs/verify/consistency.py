@@ -185,16 +185,18 @@ def _check_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 
 
 def _threshold(run: RunSnapshot) -> float | None:
-    """Return the threshold after the last generation, computed from the previous one."""
+    """Return the threshold after the last generation, computed from the previous checkpoint."""
     evolution = run.stages[-1].outline.evolution
     before = Progress(0, -np.inf, -1, evolution.fitness_threshold)
     if run.previous is not None:
         previous = read_outline(run.previous.experiment, PREVIOUS)
         before = next_progress(run.previous, evolution, changes(previous, run.stages[-1].outline))
-    if run.stages[-1].outline.worlds.redrawn(run.generation):
-        before = before.reset_scores(evolution, 0)
-    best = float(run.history["best"][-1])
-    return advance(before, best, len(run.finished.genomes), evolution)[0].threshold
+    done, worlds = run.previous.generation if run.previous else 0, run.stages[-1].outline.worlds
+    for number, best in enumerate(run.history["best"][done:].tolist(), start=done + 1):
+        if worlds.redrawn(number):
+            before = before.reset_scores(evolution, 0)
+        before, _ = advance(before, best, len(run.finished.genomes), evolution)
+    return before.threshold
 
 
 def _check_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:

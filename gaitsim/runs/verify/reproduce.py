@@ -62,9 +62,9 @@ def reproduce_some(
 ) -> Iterator[Reproduced]:
     """Reproduce some generations, in full if the previous population is stored.
 
-    The first generation needs no previous population. The population before the last generation is
-    in the previous checkpoint, if that exists. In all other generations, only the best individual
-    is re-evaluated.
+    The first generation needs no previous population. The last one is reproduced from the previous
+    checkpoint, if that exists, which is at most half a second of computing before it. In all other
+    generations, only the best individual is re-evaluated.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
@@ -75,7 +75,7 @@ def reproduce_some(
         if previous is not None and not population_out_of_bounds(run, previous):
             before = restore_generation(previous)
         if number == 1 or before is not None:
-            (generation,) = _evolve(run, before, number, new_evaluator)
+            *_, generation = _evolve(run, before, number, new_evaluator)
             yield _reproduced(run, generation)
             continue
         with new_evaluator(run.experiment_at(number)) as evaluator:
