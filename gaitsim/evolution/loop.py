@@ -16,7 +16,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
-from gaitsim.contracts import Array, State
+from gaitsim.contracts import Array, GenomeSpace, State
 from gaitsim.evaluation.scoring import Evaluate, check_terms
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import (
@@ -68,7 +68,9 @@ def evolve(
         evolution, after.number, after.progress, len(after.genomes)
     ):
         start = time.perf_counter()
-        state, evaluated = _next_generations(experiment, evaluate, after, warm_start, parallel_map)
+        state, evaluated = _next_generations(
+            experiment, space, evaluate, after, warm_start, parallel_map
+        )
         seconds = (time.perf_counter() - start) / len(evaluated)
         for genomes, evaluation in evaluated:
             start = time.perf_counter()
@@ -105,6 +107,7 @@ def evolve(
 
 def _next_generations(
     experiment: Experiment,
+    space: GenomeSpace,
     evaluate: Evaluate,
     after: Generation | None,
     warm_start: Array | None,
@@ -114,7 +117,7 @@ def _next_generations(
 
     With `parallel_map`, these are all generations up to the next migration.
     """
-    space, number = experiment.space(), after.number + 1 if after else 1
+    number = after.number + 1 if after else 1
     if experiment.islands.number > 1:  # only searches with an empty state support islands
         if after is None:
             genomes = initial_islands(experiment, space, warm_start)
