@@ -36,6 +36,11 @@ from gaitsim.registry.kernel_cache import missing_cache
 # recurrence spiders take 2.4 ms in chunks of 50, 3.0 ms in a single chunk.
 IN_CACHE = 50
 
+# The C library of Linux returns memory to the system that exceeds twice the largest block that was
+# ever freed. One large block, never touched, makes it keep the memory of a chunk for the next one:
+# without it, 100 recurrence spiders on one core cause 1,430 page faults, which take half the time.
+KEPT = 2**24  # bytes
+
 
 class Evaluator:
     """Scores populations of one experiment; a context manager that stops its workers on exit.
@@ -115,6 +120,7 @@ class Evaluator:
             PluginError: the body or the fitness fails or breaks its contract.
             GaitsimError: remote workers lack a package, or have a different version of it.
         """
+        np.empty(KEPT, np.uint8)
         prepare(self.experiment)
         if warning := missing_cache():
             self._on_warning(warning)

@@ -239,12 +239,16 @@ def _motion(commands: Angles, angles: Angles, legs: Legs) -> Motion:
         return {"feet": time_second(feet), "centre_of_mass": time_second(centre)}
 
     def travel() -> dict[str, Array]:
+        from gaitsim_spider.intervals import BLOCK
         from gaitsim_spider.walking import walk
 
+        feet = np.empty((1, 3, 8, frames), dtype=np.float32)
+        centre = np.empty((1, 3, frames), dtype=np.float32)
         pose = np.empty((population, 3, frames), dtype=np.float32)
         stance = np.empty((population, 8, frames), dtype=np.bool_)
         slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
-        walk(angles, legs, pose, stance, slip, margin, slope)
+        blocks = np.zeros(1, BLOCK)
+        walk(angles, legs, feet, centre, blocks, pose, stance, slip, margin, slope)
         return {
             "pose": time_second(pose),
             "stance": time_second(stance),

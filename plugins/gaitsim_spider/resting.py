@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba.extending import register_jitable
 
 from gaitsim_spider.intervals import SIZE
 
@@ -13,7 +13,7 @@ _ZERO, _ONE = _f(0.0), _f(1.0)
 _FAR = _f(1e9)
 
 
-@njit(error_model="numpy")
+@register_jitable(error_model="numpy")
 def find_feet(block: Any) -> None:
     """Find the three feet on which the body rests in each interval.
 
@@ -41,8 +41,8 @@ def find_feet(block: Any) -> None:
                     feet[n] = code if lower else feet[n]
 
 
-@njit(error_model="numpy")
-def find_normal(block: Any, nx: Any, ny: Any, nz: Any, i: int) -> Any:
+@register_jitable(error_model="numpy")
+def find_normal(block: Any, nx: Any, ny: Any, nz: Any, i: Any) -> Any:
     """Compute the upward unit normal n of the plane, and its height n·p for a foot p on it.
 
     A body that no three feet support tips over: its plane keeps the normal of the previous

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba.extending import register_jitable
 
 from gaitsim_spider.intervals import SIZE
 
@@ -13,7 +13,7 @@ _ONE, _FAR = _f(1.0), _f(1e9)
 _ROUNDING = _f(1e-8)  # m²
 
 
-@njit(error_model="numpy")
+@register_jitable(error_model="numpy")
 def find_margin(block: Any) -> None:
     """Compute the distance of the centre of mass from the nearest side of the support polygon.
 

@@ -3,7 +3,6 @@
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, Fitness, Motion, option
 from gaitsim_spider.layout import time_last
@@ -41,26 +40,25 @@ class SpiderWalk(Fitness):
 
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Return forward, slip, drift, yaw, slope, support, vibration and jerk, in metres."""
-        from gaitsim_spider.roughness import high_pass, roughness
+        from gaitsim_spider.sums import STATE, high_pass, sum_frames
 
-        pose, angles = motion["pose"].astype(np.float64), motion["joint_angles"]
-        rate = motion.frame_rate
-        vibration, jerk = np.empty(motion.population), np.empty(motion.population)
-        roughness(time_last(angles), *high_pass(rate), vibration, jerk)
-        return {
-            "forward": pose[:, -1, 0],
-            "slip": -self.slip_weight * motion["slip"][:, :-1].sum(axis=1, dtype=np.float64),
-            "drift": -self.drift_weight * np.abs(pose[:, :, 1]).mean(axis=1),
-            "yaw": -self.yaw_weight * _rms(pose[:, :, 2]),
-            "slope": -self.slope_weight * _rms(motion["slope"]),
-            "support": -self.support_weight * np.mean(motion["margin"] < self.safe_margin, axis=1),
-            "vibration": -self.vibration_weight * vibration,
-            "jerk": -self.jerk_weight * jerk * (rate * rate * rate),
+        # One type, so that the kernel is compiled once for the motion of any body.
+        pose, slip, margin, slope, angles = (
+            time_last(motion[name].astype(np.float32, copy=False))
+            for name in ("pose", "slip", "margin", "slope", "joint_angles")
+        )
+        rate, sums = motion.frame_rate, np.empty((motion.population, 8))
+        safe_margin = np.float32(self.safe_margin)
+        states = np.empty(1, STATE)
+        sum_frames(pose, slip, margin, slope, angles, safe_margin, *high_pass(rate), states, sums)
+        weights = {
+            "forward": 1.0,
+            "slip": -self.slip_weight,
+            "drift": -self.drift_weight,
+            "yaw": -self.yaw_weight,
+            "slope": -self.slope_weight,
+            "support": -self.support_weight,
+            "vibration": -self.vibration_weight,
+            "jerk": -self.jerk_weight * (rate * rate * rate),
         }
-
-
-def _rms(values: Array) -> NDArray[np.float64]:
-    """Return the root mean square of each individual's values, in double precision."""
-    axes = tuple(range(1, values.ndim))
-    result: NDArray[np.float64] = np.sqrt(np.mean(np.square(values), axis=axes, dtype=np.float64))
-    return result
+        return {name: weight * sums[:, n] for n, (name, weight) in enumerate(weights.items())}

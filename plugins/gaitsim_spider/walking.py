@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from gaitsim.portable.compiled import scalar as portable
 from gaitsim_spider.damage import Legs
-from gaitsim_spider.intervals import BLOCK, SIZE
+from gaitsim_spider.intervals import SIZE
 from gaitsim_spider.kinematics import place_feet
 from gaitsim_spider.resting import find_feet, find_normal
 from gaitsim_spider.support import find_margin
@@ -36,7 +37,7 @@ def _atan(x: Any) -> Any:
     return x * (_ONE + y * (_A3 + y * (_A5 + y * (_A7 + y * tail))))
 
 
-@njit(error_model="numpy")
+@register_jitable(error_model="numpy")
 def _fill_block(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
     """Fill a block with midpoints and travel in `count` intervals from frame `first`."""
     cx, cy, cz, x, y, z = block.cx, block.cy, block.cz, block.x, block.y, block.z
@@ -56,7 +57,7 @@ def _fill_block(block: Any, feet: Any, centre: Any, first: int, count: int) -> N
             block.dz[leg, n] = feet[2, leg, at + 1] - feet[2, leg, at]
 
 
-@njit(error_model="numpy")
+@register_jitable(error_model="numpy")
 def _project_feet(block: Any) -> None:
     """Find the feet on the resting plane; project all feet and their travel onto it.
 
@@ -80,7 +81,7 @@ def _project_feet(block: Any) -> None:
             block.dv[leg, n] = dy[leg, n] - ny * shift
 
 
-@njit(error_model="numpy")
+@register_jitable(error_model="numpy")
 def _twist(block: Any) -> None:
     """Compute the slip, and the rigid motion of the body that best keeps stance feet in place.
 
@@ -120,7 +121,7 @@ def _twist(block: Any) -> None:
         block.turn[n], block.slip[n] = turn, slid * share
 
 
-@njit(error_model="numpy")
+@register_jitable(error_model="numpy")
 def _find_directions(block: Any) -> None:
     """Compute the cosines and sines of the headings."""
     for n in range(SIZE):
@@ -147,7 +148,7 @@ def travel(
     """
     last = feet.shape[2] - 1
     x = y = yaw = 0.0
-    nx, ny, nz, foot = _ZERO, _ZERO, _ONE, 0
+    nx, ny, nz, foot = _ZERO, _ZERO, _ONE, np.int64(0)  # the type of later feet
     pose[0, 0], pose[1, 0], pose[2, 0] = _ZERO, _ZERO, _ZERO
     for first in range(0, last, SIZE):
         count = min(SIZE, last - first)
@@ -183,6 +184,9 @@ def travel(
 def walk(
     angles: NDArray[np.float32],
     legs: Legs,
+    feet: NDArray[np.float32],
+    centre: NDArray[np.float32],
+    blocks: NDArray[np.void],
     pose: NDArray[np.float32],
     stance: NDArray[np.bool_],
     slip: NDArray[np.float32],
@@ -195,6 +199,10 @@ def walk(
         angles: joint angles from the pose at rest, (population, 24, frames) float32, radians, each
             within ±30°.
         legs: data of the legs.
+        feet: working memory, (1, 3, 8, frames) float32. That of one individual, 76 kB for 300
+            frames, fits into the cache.
+        centre: working memory, (1, 3, frames) float32.
+        blocks: working memory, (1,) of dtype `BLOCK`; zeros at first.
         pose: output, (population, 3, frames) float32: x, y in metres and yaw in radians of the
             body in the world, starting from zero.
         stance: output, (population, 8, frames) bool: whether a foot is on the ground in the
@@ -204,12 +212,6 @@ def walk(
         margin: output, (population, frames) float32, metres: static stability margin.
         slope: output, (population, frames) float32, radians: tilt of the resting plane.
     """
-    population, _, frames = angles.shape
-    # The working memory of one individual, 67 kB for 300 frames, fits into the cache.
-    feet, centre = np.empty((1, 3, 8, frames), _f), np.empty((1, 3, frames), _f)
-    blocks = np.zeros(1, BLOCK)
-    for n in range(population):
-        # A record does not keep its array alive: Numba frees an array after its last use.
-        block = blocks[0]
+    for n in range(len(angles)):
         place_feet(angles[n : n + 1], legs, feet, centre)
-        travel(feet[0], centre[0], block, pose[n], stance[n], slip[n], margin[n], slope[n])
+        travel(feet[0], centre[0], blocks[0], pose[n], stance[n], slip[n], margin[n], slope[n])

@@ -4,8 +4,8 @@ from scipy.signal import butter, sosfilt
 
 from gaitsim.contracts import Motion
 from gaitsim_spider.classic import SpiderClassic
+from gaitsim_spider.layout import time_second
 from gaitsim_spider.organism import Spider
-from gaitsim_spider.roughness import high_pass, roughness
 from gaitsim_spider.walk import SpiderWalk
 
 SPIDER = Spider()
@@ -51,8 +51,9 @@ def test_every_weight_scales_its_term_and_no_other(weight: str, term: str) -> No
 
 def test_vibration_and_jerk_agree_with_scipy() -> None:
     angles = np.random.default_rng(1).normal(0, 0.1, (4, 24, 300)).astype(np.float32)
-    vibration, jerk = np.empty(4), np.empty(4)
-    roughness(angles, *high_pass(30.0), vibration, jerk)
+    channels = {**moved(count=4), "joint_angles": time_second(angles)}
+    terms = SpiderWalk(vibration_weight=1, jerk_weight=1).terms(Motion(30.0, channels))
+    vibration, jerk = -terms["vibration"], -terms["jerk"] / 30**3
     reference = sosfilt(butter(4, 5.0, "high", fs=30.0, output="sos"), angles - angles[:, :, :1])
     np.testing.assert_allclose(vibration, np.sqrt((reference**2).mean(axis=(1, 2))), rtol=1e-5)
     third = np.diff(angles.astype(float), 3, axis=2)

@@ -1,0 +1,143 @@
+"""Sums over the frames of a gait, for `spider-walk`; compiled code."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from gaitsim.portable.scalar import sin, tan
+
+_f = np.float32
+_ZERO, _ONE = _f(0.0), _f(1.0)
+CUTOFF = 5.0  # Hz; no gait of a body of this size needs faster joint motion
+# Quality factors of the two sections of a fourth-order Butterworth filter.
+_QUALITIES = tuple(1 / (2 * sin(math.pi * k / 8)) for k in (1, 3))
+
+# Working memory of one individual, by joint, so that loops over joints vectorise: the joint angles
+# of some frames, one row per frame; the differences in the previous frame; the outputs of both
+# sections in the last two frames; and sums of squares.
+_FRAMES, _JOINTS = 64, 24
+_OUTPUTS = ("y1", "y2", "z1", "z2")
+STATE = np.dtype(
+    [
+        ("angles", np.float32, (_FRAMES, _JOINTS)),
+        *(
+            (name, np.float32, (_JOINTS,))
+            for name in ("angle", "first", "second", "third", *_OUTPUTS, "vibration", "jerk")
+        ),
+    ]
+)
+
+
+def high_pass(frame_rate: float) -> tuple[float, NDArray[np.float32]]:
+    """Design a fourth-order Butterworth high-pass at 5 Hz with the bilinear transform.
+
+    Both of its second-order sections take the second difference of their input.
+
+    Returns:
+        The gain, and the coefficients a1, a2 of each section in a row, (2, 2) float32.
+    """
+    warped = float(tan(math.pi * CUTOFF / frame_rate))
+    square = warped * warped
+    gain, poles = 1.0, []
+    for quality in _QUALITIES:
+        scale = 1 / (1 + warped / quality + square)
+        gain *= scale
+        poles.append((2 * (square - 1) * scale, (1 - warped / quality + square) * scale))
+    return gain, np.array(poles, dtype=np.float32)
+
+
+@register_jitable(error_model="numpy")
+def _roughness(angles: Any, gain: float, poles: Any, state: Any) -> tuple[float, float]:
+    """Return vibration and jerk of one individual, whose angles are (24, frames) float32."""
+    joints, frames = angles.shape
+    a1, a2, b1, b2 = poles[0, 0], poles[0, 1], poles[1, 0], poles[1, 1]
+    angle, first, second, third = state.angle, state.first, state.second, state.third
+    y1, y2, z1, z2 = state.y1, state.y2, state.z1, state.z2
+    frame_angles, squares, jerks = state.angles, state.vibration, state.jerk
+    for joint in range(_JOINTS):
+        angle[joint] = angles[joint, 0]
+        first[joint] = second[joint] = third[joint] = _ZERO
+        y1[joint] = y2[joint] = z1[joint] = z2[joint] = _ZERO
+        squares[joint] = jerks[joint] = _ZERO
+    for start in range(1, frames, _FRAMES):
+        count = min(_FRAMES, frames - start)
+        for n in range(count):
+            for joint in range(_JOINTS):
+                frame_angles[n, joint] = angles[joint, start + n]
+        for n in range(count):
+            whole = _ONE if start + n >= 3 else _ZERO  # four frames are needed
+            for joint in range(_JOINTS):
+                velocity = frame_angles[n, joint] - angle[joint]
+                acceleration = velocity - first[joint]
+                change = acceleration - second[joint]
+                y = change - third[joint] - a1 * y1[joint] - a2 * y2[joint]
+                z = y - b1 * z1[joint] - b2 * z2[joint]
+                angle[joint] = frame_angles[n, joint]
+                first[joint], second[joint], third[joint] = velocity, acceleration, change
+                y2[joint], y1[joint] = y1[joint], y
+                z2[joint], z1[joint] = z1[joint], z
+                squares[joint] += z * z
+                jerks[joint] += whole * (change * change)
+    smooth = rough = 0.0
+    for joint in range(_JOINTS):
+        smooth += squares[joint]
+        rough += jerks[joint]
+    smooth, rough = smooth / (frames * joints), rough / ((frames - 3) * joints)
+    return gain * math.sqrt(smooth), math.sqrt(rough)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def sum_frames(
+    pose: NDArray[np.float32],
+    slip: NDArray[np.float32],
+    margin: NDArray[np.float32],
+    slope: NDArray[np.float32],
+    angles: NDArray[np.float32],
+    safe_margin: np.float32,
+    gain: float,
+    poles: NDArray[np.float32],
+    states: NDArray[np.void],
+    sums: NDArray[np.float64],
+) -> None:
+    """Compute the eight quantities that `spider-walk` weights, in double precision.
+
+    Args:
+        pose: x, y and yaw of the body, (population, 3, frames), metres and radians.
+        slip: slide of the stance feet until the next frame, (population, frames), metres.
+        margin: static stability margin, (population, frames), metres.
+        slope: tilt of the resting plane, (population, frames), radians.
+        angles: joint angles, (population, 24, frames), radians.
+        safe_margin: margin below which a frame counts as unsupported, metres.
+        gain: gain from `high_pass`.
+        poles: coefficients from `high_pass`, (2, 2) float32.
+        states: working memory, (1,) of dtype `STATE`.
+        sums: output, (population, 8): distance ahead in metres; slide in metres; mean distance
+            from the straight line ahead in metres; RMS yaw and RMS slope in radians; share of
+            unsupported frames; vibration in radians, the RMS over frames and joints of the motion
+            above 5 Hz, starting at rest in the first pose; and jerk in radians per frame³, the RMS
+            third difference.
+    """
+    population, _, frames = pose.shape
+    for individual in range(population):
+        slid = aside = turned = tilted = 0.0
+        unsupported = 0
+        for frame in range(frames):
+            # The last frame repeats the slip of the one before.
+            slid += slip[individual, frame] if frame < frames - 1 else 0.0
+            aside += abs(pose[individual, 1, frame])
+            yaw, tilt = float(pose[individual, 2, frame]), float(slope[individual, frame])
+            turned += yaw * yaw
+            tilted += tilt * tilt
+            unsupported += margin[individual, frame] < safe_margin
+        sums[individual, 0] = pose[individual, 0, frames - 1]
+        sums[individual, 1] = slid
+        sums[individual, 2] = aside / frames
+        sums[individual, 3] = math.sqrt(turned / frames)
+        sums[individual, 4] = math.sqrt(tilted / frames)
+        sums[individual, 5] = unsupported / frames
+        vibration, jerk = _roughness(angles[individual], gain, poles, states[0])
+        sums[individual, 6], sums[individual, 7] = vibration, jerk
