@@ -48,7 +48,7 @@ def run():
 
 
 def resume():
-    evolve(RUN, "evolution.generations=2", "search.elites=1")
+    evolve(RUN, "evolution.generations=6", "search.elites=1")
 
 
 def fork():
@@ -134,7 +134,7 @@ def main(stride):
     print(json.dumps({"cases": len(cases[::stride]), "wrong": wrong}))
 
 
-TEXT, LENGTH = Path("puppet.toml").read_text(), ["evolution.generations=1"]
+TEXT, LENGTH = Path("puppet.toml").read_text(), ["evolution.generations=3"]
 os.fsync = lambda descriptor: None  # which takes most of the time
 in_child(run)
 Path("runs").rename("seed")
