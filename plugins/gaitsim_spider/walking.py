@@ -38,23 +38,26 @@ def _atan(x: Any) -> Any:
 
 
 @register_jitable(error_model="numpy")
+def _fill_axis(
+    feet: Any, centre: Any, middle: Any, relative: Any, travelled: Any, first: int, count: int
+) -> None:
+    """Fill midpoints and travel along one axis; a loop over all axes would not vectorise."""
+    for n in range(count):
+        middle[n] = _HALF * (centre[first + n] + centre[first + n + 1])
+    for leg in range(8):
+        here, there = feet[leg, first : first + count], feet[leg, first + 1 : first + count + 1]
+        for n in range(count):
+            relative[leg, n] = _HALF * (here[n] + there[n]) - middle[n]
+        for n in range(count):
+            travelled[leg, n] = there[n] - here[n]
+
+
+@register_jitable(error_model="numpy")
 def _fill_block(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
     """Fill a block with midpoints and travel in `count` intervals from frame `first`."""
-    cx, cy, cz, x, y, z = block.cx, block.cy, block.cz, block.x, block.y, block.z
-    for n in range(count):
-        at = first + n
-        cx[n] = _HALF * (centre[0, at] + centre[0, at + 1])
-        cy[n] = _HALF * (centre[1, at] + centre[1, at + 1])
-        cz[n] = _HALF * (centre[2, at] + centre[2, at + 1])
-    for leg in range(8):
-        for n in range(count):
-            at = first + n
-            x[leg, n] = _HALF * (feet[0, leg, at] + feet[0, leg, at + 1]) - cx[n]
-            y[leg, n] = _HALF * (feet[1, leg, at] + feet[1, leg, at + 1]) - cy[n]
-            z[leg, n] = _HALF * (feet[2, leg, at] + feet[2, leg, at + 1]) - cz[n]
-            block.dx[leg, n] = feet[0, leg, at + 1] - feet[0, leg, at]
-            block.dy[leg, n] = feet[1, leg, at + 1] - feet[1, leg, at]
-            block.dz[leg, n] = feet[2, leg, at + 1] - feet[2, leg, at]
+    _fill_axis(feet[0], centre[0], block.cx, block.x, block.dx, first, count)
+    _fill_axis(feet[1], centre[1], block.cy, block.y, block.dy, first, count)
+    _fill_axis(feet[2], centre[2], block.cz, block.z, block.dz, first, count)
 
 
 @register_jitable(error_model="numpy")
@@ -173,8 +176,9 @@ def travel(
             margin[first + n] = block.margin[n]
             slope[first + n] = block.slope[n]
         for leg in range(8):
+            row = stance[leg, first : first + count]  # a slice, as in `_fill_axis`
             for n in range(count):
-                stance[leg, first + n] = block.on[leg, n] > _ZERO
+                row[n] = block.on[leg, n] > _ZERO
     for leg in range(8):
         stance[leg, last] = stance[leg, last - 1]
     slip[last], margin[last], slope[last] = slip[last - 1], margin[last - 1], slope[last - 1]
