@@ -1,4 +1,4 @@
-"""The time to record a generation of the default spider, excluding `fsync`."""
+"""The time to record a generation of the default spider, and to save gathered generations."""
 
 import os
 import statistics
@@ -12,11 +12,11 @@ from timing import milliseconds, print_figure, print_machine
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
+from gaitsim.runs import writer as writing
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.writer import RunWriter
 
-BUDGET = 0.0005  # seconds per generation without a champion
-RUNS, GENERATIONS = 10, 40
+BUDGET = 0.0005  # seconds per generation, without a save
+RUNS, GENERATIONS, TOGETHER = 10, 40, 20
 
 
 class CountedSync:
@@ -36,28 +36,33 @@ class CountedSync:
 def main() -> None:
     """Print the figures."""
     print_machine()
-    experiment = load_experiment("spider", {"evolution.generations": GENERATIONS})
+    options = {"evolution.generations": GENERATIONS, "evolution.fitness_threshold": "none"}
+    experiment = load_experiment("spider", options)
     generations = list(evolve(experiment, partial(evaluate, experiment)))
     sync = os.fsync = CountedSync()
-    taken: dict[bool, list[tuple[float, float, int]]] = {True: [], False: []}
+    writing.PERIOD = 1e9  # saved by this script
+    recording, saving, forced = [], [], []
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
         for run in range(RUNS):
-            with RunWriter.open(create_run(experiment, Path(folder) / str(run))) as writer:
-                for generation in generations:
-                    forced, calls, start = sync.seconds, sync.calls, time.perf_counter()
+            path = create_run(experiment, Path(folder) / str(run))
+            with writing.RunWriter.open(path) as writer:
+                writer.record(generations[0])  # saved at once
+                for generation in generations[1:-1]:
+                    start = time.perf_counter()
                     writer.record(generation)
-                    seconds, forced = time.perf_counter() - start, sync.seconds - forced
-                    taken[generation.is_champion].append(
-                        (seconds - forced, forced, sync.calls - calls)
-                    )
-    for is_champion, every in taken.items():
-        own, forced, calls = map(statistics.median, zip(*every, strict=True))
-        print_figure(
-            "a generation with a champion" if is_champion else "a generation",
-            milliseconds(own),
-            f"excluding {calls:g} calls of fsync, {milliseconds(forced)}"
-            + ("" if is_champion else f"; budget {milliseconds(BUDGET)}"),
-        )
+                    recording.append(time.perf_counter() - start)
+                    if generation.number % TOGETHER == 0:
+                        before, start = sync.seconds, time.perf_counter()
+                        writer.save()
+                        forced.append(sync.seconds - before)
+                        saving.append(time.perf_counter() - start - forced[-1])
+    seconds = statistics.median(recording)
+    print_figure("recording a generation", milliseconds(seconds), f"budget {milliseconds(BUDGET)}")
+    print_figure(
+        f"saving {TOGETHER} generations, at most every half second",
+        milliseconds(statistics.median(saving)),
+        f"excluding fsync, {milliseconds(statistics.median(forced))}",
+    )
 
 
 if __name__ == "__main__":
