@@ -7,7 +7,7 @@ import time
 from functools import partial
 from pathlib import Path
 
-from timing import milliseconds, print_figure, print_machine
+from timing import milliseconds, print_budget, print_figure, print_machine
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
@@ -57,7 +57,7 @@ def main() -> None:
                         forced.append(sync.seconds - before)
                         saving.append(time.perf_counter() - start - forced[-1])
     seconds = statistics.median(recording)
-    print_figure("recording a generation", milliseconds(seconds), f"budget {milliseconds(BUDGET)}")
+    print_budget("recording a generation", seconds, BUDGET, milliseconds)
     print_figure(
         f"saving {TOGETHER} generations, at most every half second",
         milliseconds(statistics.median(saving)),
