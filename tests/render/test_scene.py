@@ -7,13 +7,16 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextPath
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, captions, draw
 from gaitsim.render.scene.anatomy import anatomy
 from gaitsim.render.scene.camera import Camera, axes, smooth_path
 from gaitsim.render.scene.ground import grid
-from gaitsim.render.scene.labels import DPI, Labels
+from gaitsim.render.scene.kernels import rule
+from gaitsim.render.scene.labels import DPI, FONT, Labels, text_path
 from gaitsim.render.scene.race import Race
 from gaitsim.render.scene.shapes import hull
 
@@ -241,9 +244,8 @@ def test_a_flying_body_has_an_altitude_scale_and_the_ground_below():
     falling = Clip(cuboid(at=(0.0, 0.0, -0.5)))
     assert falling.floor == -10.0
     assert falling.at(2.0).segments[..., 2].min() == 0.0
-    texts = [Scene([falling], (640, 480), "iso", "dark")]
-    texts[0].draw(2.0)
-    assert texts[0].world.labels.clock.get_text() == ("2.00 s   distance 0.00 m   altitude −9.50 m")
+    moment = captions.format_moment(falling, falling.at(2.0), 2.0)
+    assert moment == "2.00 s   distance 0.00 m   altitude −9.50 m"
 
 
 @pytest.mark.slow
@@ -369,7 +371,9 @@ def test_texts_stay_inside_the_picture(name, size):
     clip = Clip(walker(), name, f"generation 1000000   score −0.0001   {name}")
     heading = (clip.title, clip.details)
     made = Labels(figure, size, [clip], THEMES["light"], ["#009e73"], 0.05, heading)
-    boxes = [text.get_window_extent(canvas.get_renderer()) for text in (*made.still, made.clock)]
+    boxes = [text.get_window_extent(canvas.get_renderer()) for text in made.still]
+    made.set_clock([clip.at(2.0)], 2.0)
+    boxes.append(made.clock.get_paths()[0].get_extents())
     for box in boxes:
         assert box.x0 >= 0
         assert box.y0 >= 0
@@ -377,6 +381,45 @@ def test_texts_stay_inside_the_picture(name, size):
         assert box.y1 <= size[1]
     title, clock = boxes[0], boxes[-1]
     assert title.y0 > clock.y1
+
+
+@pytest.mark.parametrize(
+    "words", ["0.33 s   distance 11.2 m   altitude −3.71 m", "→AV1 2", "", " "]
+)
+def test_text_laid_out_in_parts_equals_text_laid_out_as_a_whole(words):
+    path = text_path(words, 100, (0.0, 0.0))
+    if not words.strip():
+        assert not len(path.vertices)
+        return
+    whole = TextPath((0, 0), words, size=100, prop=FontProperties(family=FONT))
+    assert path.vertices == pytest.approx(whole.vertices, abs=1e-9)
+    assert np.array_equal(path.codes, whole.codes)
+
+
+def coverage(*lines, width=1.0, size=(40, 30)):
+    """Return the share of black in each pixel of black lines on white, from the lowest row up."""
+    picture = np.full((size[1], size[0], 4), 255, dtype=np.uint8)
+    rule(picture, np.array(lines, dtype=float), np.zeros((len(lines), 3), np.float32), width)
+    assert (picture[..., 3] == 255).all()
+    return 1 - picture[::-1, :, 0] / 255
+
+
+@pytest.mark.parametrize(
+    "end", [(30.0, 5.0), (30.0, 20.0), (12.0, 25.0), (5.0, 25.0), (-9.0, 14.0)]
+)
+@pytest.mark.parametrize("width", [0.6, 1.0, 2.5])
+def test_a_line_covers_its_area(end, width):
+    start = np.array([10.2, 5.3])
+    clipped = np.clip(end, 0, None)  # the part inside the picture
+    share = (clipped[0] - start[0]) / (end[0] - start[0]) if end[0] < 0 else 1.0
+    length = share * np.hypot(*(end - start))
+    assert coverage((start, end), width=width).sum() == pytest.approx(width * length, rel=0.07)
+
+
+def test_lines_that_continue_one_another_look_like_one():
+    one, middle, other = (2.0, 3.0), (17.3, 12.18), (37.0, 24.0)
+    whole, parts = coverage((one, other)), coverage((one, middle), (middle, other))
+    assert np.abs(whole - parts).max() < 0.02
 
 
 def test_the_users_matplotlib_settings_have_no_effect():

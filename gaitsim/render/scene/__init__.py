@@ -79,18 +79,15 @@ class Scene:
         """Yield the labels that never change as overlays, which saves 1 to 3 ms for each label."""
         figure, height = self._canvas.figure, self._canvas.get_width_height()[1]
         figure.patch.set_alpha(0)
-        labels = self.world.labels
-        labels.clock.set_visible(False)
         self._canvas.draw()
         drawn = np.array(self._canvas.buffer_rgba())
-        for artist in labels.still:
+        for artist in self.world.labels.still:
             box = artist.get_window_extent(self._canvas.get_renderer())
             top, bottom = (max(height - int(y), 0) for y in (box.y1 + 3, box.y0 - 2))
             place = (slice(top, bottom), slice(max(int(box.x0) - 2, 0), int(box.x1) + 3))
             artist.remove()
             opacity = drawn[place][..., 3:].astype(np.uint16)
             yield place, drawn[place][..., :3] * opacity, 255 - opacity
-        labels.clock.set_visible(True)
         figure.patch.set_alpha(1)
 
     def draw(self, seconds: float, turned: float = 0.0) -> Picture:

@@ -1,5 +1,6 @@
 """The labels of a picture, fitted to its width."""
 
+import re
 from bisect import bisect_left
 from collections.abc import Sequence
 from functools import cache, lru_cache
@@ -41,7 +42,6 @@ class Labels:
     Attributes:
         still: artists that never change.
         clock: artist of the clock, which changes.
-        progress: artist and position of the distance of each of several bodies, which changes.
     """
 
     def __init__(
@@ -69,32 +69,38 @@ class Labels:
         longest = captions.format_time(max(clip.seconds for clip in clips))
         if not several:
             longest = captions.widest_moment(clips[0])
-        self.clock = self._text(pad, pad, longest, big)
-        self._fit(self.clock, room)
-        self.still.remove(self.clock)
-        used = self._box(self.clock).width + 2 * pad
+        clock = self._text(pad, pad, longest, big)
+        self._fit(clock, room)
+        used = self._box(clock).width + 2 * pad
+        self.clock, self._clock_size = self._changing(), _size(clock)
+        self.still.pop().remove()
         self._legend(width - pad, pad, room - used, self._small, grid)
-        self.progress: list[tuple[Any, tuple[float, float]]] = []
+        self._progress: list[tuple[Any, tuple[float, float]]] = []
         if several:
             self._rows(under - 1.9 * self._small, room, colours)
 
     def set_clock(self, poses: Sequence[Pose], seconds: float) -> None:
         """Set the clock, and the rows of several bodies, to a moment."""
-        if not self.progress:
-            self.clock.set_text(captions.format_moment(self._clips[0], poses[0], seconds))
-            return
-        self.clock.set_text(
-            captions.format_time(min(seconds, max(one.seconds for one in self._clips)))
-        )
-        for clip, pose, (artist, at) in zip(self._clips, poses, self.progress, strict=True):
+        if self._progress:
+            now = captions.format_time(min(seconds, max(one.seconds for one in self._clips)))
+        else:
+            now = captions.format_moment(self._clips[0], poses[0], seconds)
+        self.clock.set_paths([text_path(now, self._clock_size, (self._pad, self._pad))])
+        for clip, pose, (artist, at) in zip(self._clips, poses, self._progress, strict=False):
             progress_text = captions.format_progress(clip, pose, seconds)
             artist.set_paths([text_path(progress_text, self._small, at)])
 
-    def _rows(self, top: float, room: float, colours: Sequence[str]) -> None:
-        """Write the colour and the name of each body, and leave space for its distance."""
+    def _changing(self) -> Any:
+        """Add an artist for text that changes."""
         from matplotlib.collections import PathCollection
         from matplotlib.transforms import IdentityTransform
 
+        artist = PathCollection([], facecolors=self._theme.ink, edgecolors="none", zorder=9)
+        artist.set_transform(IdentityTransform())
+        return self._figure.add_artist(artist, clip=False)
+
+    def _rows(self, top: float, room: float, colours: Sequence[str]) -> None:
+        """Write the colour and the name of each body, and leave space for its distance."""
         size = self._small
         bottoms = [top - ROW * size * (number + 0.5) for number in range(len(self._clips))]
         for bottom, colour in zip(bottoms, colours, strict=True):
@@ -108,11 +114,7 @@ class Labels:
                 self._fit(text, max(rest, size))
                 written.append(float(self._box(text).x1))
             left = max(written) + size
-        for bottom in bottoms:
-            artist = PathCollection([], facecolors=self._theme.ink, edgecolors="none", zorder=9)
-            artist.set_transform(IdentityTransform())
-            self._figure.add_artist(artist, clip=False)
-            self.progress.append((artist, (left, bottom)))
+        self._progress = [(self._changing(), (left, bottom)) for bottom in bottoms]
 
     def _legend(self, right: float, bottom: float, room: float, size: float, grid: float) -> None:
         """Write the meaning of the markers and the step of the grid, as far as they fit.
@@ -258,14 +260,31 @@ def text_path(words: str, size: float, at: tuple[float, float], share: float = 0
     return Path(size / 100 * large + np.array([left, at[1]]), codes)
 
 
-@lru_cache(1024)
 def _large_glyphs(words: str) -> tuple[NDArray[np.float64], Any]:
-    """Return the vertices and the codes of text with a font size of 100 pixels."""
+    """Return the vertices and the codes of text with a font size of 100 pixels.
+
+    Digits are laid out one by one, as texts that change differ only in them.
+    """
+    at, vertices, codes = 0.0, [np.empty((0, 2))], [np.empty(0, dtype=np.uint8)]
+    for piece in re.findall(r"\d|\D+", _printable(words)):
+        outline, kinds, advance = _layout(piece)
+        vertices.append(outline + np.array([at, 0.0]))
+        codes.append(kinds)
+        at += advance
+    return np.concatenate(vertices), np.concatenate(codes)
+
+
+@lru_cache(1024)
+def _layout(words: str) -> tuple[NDArray[np.float64], Any, float]:
+    """Return a part of a text with a font size of 100 pixels, and the distance to the next."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
-    path = TextPath((0, 0), _printable(words), size=100, prop=FontProperties(family=FONT))
-    return np.asarray(path.vertices, dtype=np.float64), path.codes
+    font = FontProperties(family=FONT)
+    zero, longer = (TextPath((0, 0), text, size=100, prop=font) for text in ("0", words + "0"))
+    vertices, digit = np.asarray(longer.vertices), np.asarray(zero.vertices)
+    own = len(vertices) - len(digit)
+    return vertices[:own], np.asarray(longer.codes)[:own], float((vertices[own:] - digit)[0, 0])
 
 
 def _size(text: Any) -> float:

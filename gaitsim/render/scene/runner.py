@@ -11,6 +11,7 @@ from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES
 from gaitsim.render.scene.labels import MIN_LETTERS, POINT, text_path
+from gaitsim.render.scene.lines import shaded
 from gaitsim.render.scene.pixels import Pixels
 from gaitsim.render.scene.shapes import discs, hull
 from gaitsim.render.scene.themes import Theme, mix, rgb
@@ -140,7 +141,7 @@ class Runner:
         trail = trail[every]
         pieces = np.stack([trail[:-1], trail[1:]], axis=1)
         away = np.linalg.norm(pieces.mean(axis=1) - camera.target, axis=1) * camera.scale / reach
-        self.trail.set_paths(paths_by_shade(camera, pieces, 1 - away))
+        self.trail.set_paths(_paths_by_shade(camera, pieces, 1 - away))
 
     def _show_feet(self, camera: Camera, pose: Pose) -> None:
         clip, touching = self.clip, pose.touching
@@ -163,12 +164,11 @@ class Runner:
         self.lost.set_segments([*(hips[:, None, None] + arms).reshape(-1, 2, 2)])
 
 
-def paths_by_shade(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
+def _paths_by_shade(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
     """Return pieces of lines (pieces, 2, 3) as one path per shade."""
     from matplotlib.path import Path
 
-    ends, depth = camera.project(pieces)
-    shade = np.round(np.clip(strength, 0, 1) * SHADES) * camera.in_front(depth).all(axis=1)
+    ends, shade = shaded(camera, pieces, strength)
     paths = []
     for wanted in range(1, SHADES + 1):
         points = ends[shade == wanted].reshape(-1, 2)

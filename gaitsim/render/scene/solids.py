@@ -1,6 +1,7 @@
 """The surfaces of a skeleton's solids: polygons of boxes and meshes, quadrics of round shapes."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -97,6 +98,34 @@ _RING = _ring_at(0.0)
 _BALL = np.concatenate([_ring_at(height) for height in (-1, -0.7, 0, 0.7, 1)])
 
 
+class Pieces(NamedTuple):
+    """The flat faces and round pieces of all solids.
+
+    Attributes:
+        creased: whether the edges between the pieces of each solid are visible, (solids,).
+        faces: index of each solid's first face, and the number of faces, (solids + 1,).
+        places: a point on each face in the frame of its solid, (faces, 3) m.
+        normals: outward normal of each face, unit vectors (faces, 3).
+        corners: index of each face's first corner, and the number of corners, (faces + 1,).
+        points: index of the point at each corner, (corners,).
+        rounds: index of each solid's first round piece, and their number, (solids + 1,).
+        centres, inverses, halves: see `Round`.
+        spans: first and last + 1 of the points that span each round piece, (rounds, 2).
+    """
+
+    creased: NDArray[np.bool_]
+    faces: NDArray[np.int64]
+    places: Points
+    normals: Points
+    corners: NDArray[np.int64]
+    points: NDArray[np.int64]
+    rounds: NDArray[np.int64]
+    centres: Points
+    inverses: Points
+    halves: Points
+    spans: NDArray[np.int64]
+
+
 class Surfaces:
     """The surfaces of all solids of a body.
 
@@ -114,6 +143,32 @@ class Surfaces:
         counts = [len(one.points) for one in self.each]
         self.points = np.concatenate([np.empty((0, 3)), *(one.points for one in self.each)])
         self.owner: NDArray[np.intp] = np.repeat(np.arange(len(counts)), counts)
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The faces and round pieces of all solids."""
+        starts = np.cumsum([0, *(len(one.points) for one in self.each)]).tolist()
+        numbered = list(zip(starts, self.each, strict=False))
+        faces = [start + face for start, one in numbered for face in one.faces]
+        rounds = [piece for one in self.each for piece in one.rounds]
+        spans = [
+            [start + end for end in piece.own.indices(len(one.points))[:2]]
+            for start, one in numbered
+            for piece in one.rounds
+        ]
+        return Pieces(
+            np.array([one.creased for one in self.each]),
+            np.cumsum([0, *(len(one.faces) for one in self.each)]),
+            np.concatenate([one.places for one in self.each]),
+            np.concatenate([one.normals for one in self.each]),
+            np.cumsum([0, *map(len, faces)]),
+            np.concatenate([np.empty(0, dtype=np.int64), *faces]),
+            np.cumsum([0, *(len(one.rounds) for one in self.each)]),
+            np.array([piece.centre for piece in rounds]).reshape(-1, 3),
+            np.array([piece.inverse for piece in rounds]).reshape(-1, 3),
+            np.array([piece.half for piece in rounds]),
+            np.array(spans, dtype=np.int64).reshape(-1, 2),
+        )
 
     def points_at(self, poses: Points) -> Points:
         """Return the points (…, points, 3) in the world at poses (…, solids, 7), m."""

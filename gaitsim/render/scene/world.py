@@ -8,11 +8,12 @@ import numpy as np
 from gaitsim.render.scene.altitude_scale import AltitudeScale
 from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, axes, fit_box
 from gaitsim.render.scene.clip import Pose
-from gaitsim.render.scene.ground import SHADES, fine_step, grid
-from gaitsim.render.scene.labels import POINT, ROW, Labels, relative_size, small_letters
+from gaitsim.render.scene.ground import fine_step, grid
+from gaitsim.render.scene.labels import ROW, Labels, relative_size, small_letters
+from gaitsim.render.scene.lines import Lines
 from gaitsim.render.scene.race import Race
-from gaitsim.render.scene.runner import Runner, paths_by_shade
-from gaitsim.render.scene.themes import Theme, mix, rgb
+from gaitsim.render.scene.runner import Runner
+from gaitsim.render.scene.themes import Theme
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +46,6 @@ class World:
         view: str,
         heading: tuple[str, str],
     ) -> None:
-        from matplotlib.collections import PathCollection
         from matplotlib.transforms import IdentityTransform
 
         width, height = size
@@ -70,10 +70,7 @@ class World:
             race.room = MAX_LEAD * height / self.scale
             self.middle = np.zeros(3)
             self._extent = height / self.scale
-        ground = rgb(theme.ground)
-        shades = mix(ground, rgb(theme.grid), np.arange(1, SHADES + 1) / SHADES)
-        self.grid = self._add(PathCollection([], facecolors="none", edgecolors=shades), 2)
-        self.grid.set_linewidths([0.8 * 1.3 * self._unit * POINT])
+        self.grid = self._add(Lines(theme, 0.8 * 1.3 * self._unit), 2)
         colours = [theme.body(number) for number in range(len(self.clips))]
         self.runners = [
             Runner(self._add, clip, theme, colour, self._unit, size)
@@ -111,7 +108,7 @@ class World:
         )
         lead = self.clips[self.race.leader]
         ends, strength = grid(camera, self._extent, self._reach, self._unit, lead.corners)
-        self.grid.set_paths(paths_by_shade(camera, lead.on_ground(ends), strength))
+        self.grid.show(camera, lead.on_ground(ends), strength)
         self._show_runners(camera, poses)
         if self.altitude_scale:
             altitudes = [
