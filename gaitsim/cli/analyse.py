@@ -1,12 +1,11 @@
 """`gaitsim analyse`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitsim.cli.console import echo, output, print_json, report_files
-from gaitsim.cli.gait_view import print_gait
+from gaitsim.cli.console import echo, output, print_json, report_files, status
 from gaitsim.cli.options import (
     BestOf,
     Damage,
@@ -18,23 +17,13 @@ from gaitsim.cli.options import (
     Worlds,
     WorldSeed,
 )
-from gaitsim.cli.parsing import not_combinable, parse_body_changes, parse_individual
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
-from gaitsim.cli.unseen import check_worlds, evaluate_with_progress
-from gaitsim.gait import analyse_individual, play_on_twin
-from gaitsim.gait.changed import in_engine
-from gaitsim.gait.files.reader import play_gait, read_gait
-from gaitsim.gait.robustness import measure_robustness
-from gaitsim.gait.to_dict import analysis_to_dict
-from gaitsim.individual import Choice, Individual, Member
-from gaitsim.render.plots.gait import plot_gait
-from gaitsim.render.plots.style import check_target, save
-from gaitsim.render.plots.worlds import heading_of_worlds, worlds_figure
-from gaitsim.render.terminal.explanation import compare_engines, compare_with_twin
-from gaitsim.render.terminal.unseen_results import world_results
-from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.snapshot import RunSnapshot
+
+if TYPE_CHECKING:
+    from gaitsim.gait import GaitAnalysis
+    from gaitsim.gait.unseen_results import UnseenResults
+    from gaitsim.individual import Choice, Individual
+    from gaitsim.runs.snapshot import RunSnapshot
 
 
 def analyse(
@@ -108,24 +97,37 @@ def analyse(
 
     gaitsim analyse spider --gait my-gait.csv --json
     """
-    if figure is not None:
-        check_target(figure)
-    changed = parse_body_changes(damage, world)
-    check_worlds(worlds, world_seed)
-    opened = RunSnapshot(find_run(run))
-    individual = changed(_individual(opened, parse_individual(generation, member), gait))
-    history = opened.history
-    found = analyse_individual(individual)
+    with status("Simulating the champion …" if gait is None else f"Playing {gait} …"):
+        # These imports take most of the start-up time.
+        from gaitsim.cli.gait_view import print_gait
+        from gaitsim.cli.parsing import parse_body_changes, parse_individual
+        from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
+        from gaitsim.cli.unseen import check_worlds, evaluate_with_progress
+        from gaitsim.gait import analyse_individual
+        from gaitsim.gait.robustness import measure_robustness
+        from gaitsim.gait.to_dict import analysis_to_dict
+        from gaitsim.render.plots.style import check_target
+        from gaitsim.render.terminal.explanation import compare_engines, compare_with_twin
+        from gaitsim.render.terminal.unseen_results import world_results
+        from gaitsim.runs.files.folder import find_run
+        from gaitsim.runs.snapshot import RunSnapshot
+
+        if figure is not None:
+            check_target(figure)
+        changed = parse_body_changes(damage, world)
+        check_worlds(worlds, world_seed)
+        opened = RunSnapshot(find_run(run))
+        individual = changed(_individual(opened, parse_individual(generation, member), gait))
+        history = opened.history
+        found = analyse_individual(individual)
     unseen = None
     if worlds is not None:
         unseen = evaluate_with_progress(individual, worlds, world_seed, workers=workers)
     if figure is not None:
-        if unseen is None:
-            plot_gait(found, individual.title, figure)
-        else:
-            save(worlds_figure(unseen, heading_of_worlds(unseen, individual.title)), figure)
+        _plot(individual, found, unseen, figure)
         report_files(figure)
-    twin, elsewhere = _other_simulations(individual, physics, engine)
+    with status("Simulating other physics …"):
+        twin, elsewhere = _other_simulations(individual, physics, engine)
     robustness = None
     if perturb:
         with Progress("perturbing the gait", "kinds") as progress:
@@ -154,20 +156,41 @@ def analyse(
         echo(f"\n{figure}")
 
 
+def _plot(
+    individual: "Individual", found: "GaitAnalysis", unseen: "UnseenResults | None", path: Path
+) -> None:
+    with status(f"Plotting {path.name} …"):
+        from gaitsim.render.plots.gait import plot_gait
+        from gaitsim.render.plots.style import save
+        from gaitsim.render.plots.worlds import heading_of_worlds, worlds_figure
+
+        if unseen is None:
+            plot_gait(found, individual.title, path)
+        else:
+            save(worlds_figure(unseen, heading_of_worlds(unseen, individual.title)), path)
+
+
 def _other_simulations(
-    individual: Individual, physics: bool, engine: str | None
-) -> tuple[Individual | None, Individual | None]:
+    individual: "Individual", physics: bool, engine: str | None
+) -> "tuple[Individual | None, Individual | None]":
     """Return the gait on the twin, and the gait in an engine without a twin.
 
     Each is None if it is not requested.
     """
+    from gaitsim.gait import play_on_twin
+    from gaitsim.gait.changed import in_engine
+
     if not physics:
         return None, in_engine(individual, engine) if engine else None
     twin = play_on_twin(individual)
     return in_engine(twin, engine) if engine else twin, None
 
 
-def _individual(run: RunSnapshot, choice: Choice, gait: Path | None) -> Individual:
+def _individual(run: "RunSnapshot", choice: "Choice", gait: Path | None) -> "Individual":
+    from gaitsim.cli.parsing import not_combinable
+    from gaitsim.gait.files.reader import play_gait, read_gait
+    from gaitsim.individual import Member
+
     if gait is None:
         return run.individual(choice)
     if choice is not None:

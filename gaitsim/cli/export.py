@@ -1,6 +1,5 @@
 """`gaitsim export`."""
 
-from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -8,23 +7,11 @@ from typing import Annotated
 import typer
 
 from gaitsim.choices import ExportFormat
-from gaitsim.cli.console import echo, notice, report_files
+from gaitsim.cli.console import echo, notice, report_files, status
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, RunName, World
-from gaitsim.cli.parsing import (
-    choose_format,
-    parse_body_changes,
-    parse_individual,
-    parse_individuals,
-)
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.exporting import BY_ENDING, FORMATS, Subject, check_flags, default_name
-from gaitsim.gait.files.writer import check_folder
-from gaitsim.hardware.exporting import export_template
-from gaitsim.hardware.options import Options
-from gaitsim.runs.files.folder import exports_folder, find_run
-from gaitsim.runs.snapshot import RunSnapshot
 
 _robot = partial(typer.Option, rich_help_panel="For robots")
 _servo = partial(typer.Option, rich_help_panel="For --format servo")
@@ -126,7 +113,17 @@ def export(
 
     gaitsim export spider-atlas --format atlas
     """
-    opened = RunSnapshot(find_run(run))
+    with status("Reading the run …"):
+        # These imports take most of the start-up time.
+        from gaitsim.cli.parsing import parse_body_changes, parse_individual, parse_individuals
+        from gaitsim.exporting import FORMATS, Subject, check_flags, default_name
+        from gaitsim.gait.files.writer import check_folder
+        from gaitsim.hardware.exporting import export_template
+        from gaitsim.hardware.options import Options
+        from gaitsim.runs.files.folder import exports_folder, find_run
+        from gaitsim.runs.snapshot import RunSnapshot
+
+        opened = RunSnapshot(find_run(run))
     options = Options(calibration, keyframe_ms, speed, clip, centre, low, high)
     if out is not None and format is None:
         check_folder(out)
@@ -150,9 +147,9 @@ def export(
                 where="--calibration-template",
                 allowed="--format arduino, dynamixel or feetech; also --generation or --member",
             )
-        export_template(
-            opened.individual(parse_individual(generation, member)), chosen, calibration_template
-        )
+        with status("Simulating the champion …"):
+            champion = opened.individual(parse_individual(generation, member))
+            export_template(champion, chosen, calibration_template)
         report_files(calibration_template)
         echo(f"{calibration_template}: fill in this calibration, then give it to --calibration")
         return
@@ -164,11 +161,11 @@ def export(
     if FORMATS[chosen].input == "run":
         subject = Subject(opened, begin=progress.expect, advance=progress.advance)
     else:
-        subject = Subject(
-            opened, tuple(changed(opened.individual(one)) for one in individuals or (None,))
-        )
+        with status("Simulating the champion …"):
+            shown = tuple(changed(opened.individual(one)) for one in individuals or (None,))
+            subject = Subject(opened, shown)
     path = out or exports_folder(opened.path) / default_name(chosen, subject)
-    with all_or_nothing(), progress if items else nullcontext():
+    with all_or_nothing(), progress if items else status(f"Writing {path.name} …"):
         done = FORMATS[chosen].write(subject, path, options)
     report_files(path)
     for text in done.notices:
@@ -178,6 +175,9 @@ def export(
 
 def _format(format: ExportFormat | None, out: Path | None) -> str:
     """Return the format given by `--format`, or by the extension of `--out`."""
+    from gaitsim.cli.parsing import choose_format
+    from gaitsim.exporting import BY_ENDING, FORMATS
+
     if format is None:
         return choose_format(format, out, BY_ENDING, "mat", "gaits")
     ending = FORMATS[format].ending.rpartition(".")[2]

@@ -1,32 +1,13 @@
 """`gaitsim plot`."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from gaitsim.choices import PlotFormat, PlotKind, Theme
-from gaitsim.cli.console import echo, notice, report_files
+from gaitsim.cli.console import status
 from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName, World
-from gaitsim.cli.parsing import (
-    BodyChange,
-    choose_format,
-    parse_body_changes,
-    parse_individuals,
-    parse_window,
-)
-from gaitsim.cli.progress_bar import Progress
-from gaitsim.errors import GaitsimError, unsupported_flags
-from gaitsim.individual import Choice
-from gaitsim.render.plots.channel import KINDS_OF_CHANNELS, default_channel
-from gaitsim.render.plots.kinds import ALL_OPTIONS, KINDS, file_stem
-from gaitsim.render.plots.request import NothingToPlotError, Request
-from gaitsim.render.plots.style import FORMATS, THEMES, check_target, save
-from gaitsim.runs.files.atomic import writing
-from gaitsim.runs.files.folder import exports_folder, find_run
-from gaitsim.runs.snapshot import RunSnapshot
 
 Kind = Literal[PlotKind, "all"]
 
@@ -134,119 +115,42 @@ def plot(
 
     gaitsim plot spider --kind all --format svg --theme dark
     """
-    numbers = parse_individuals(generation, generations, member)
-    _check_options(
-        kind,
-        {
-            "--generation": generation,
-            "--member": member,
-            "--damage": damage,
-            "--world": world,
-            "--generations": generations,
-            "--channel": channel,
-            "--component": component,
-            "--window": window,
-            "--beside": beside,
-            "--axes": axes,
-        },
-    )
-    request = Request(
-        run=RunSnapshot(find_run(run)),
-        channel=channel,
-        components=tuple(component or ()),
-        window=parse_window(window),
-        theme=THEMES[theme],
-        beside=tuple(RunSnapshot(find_run(one)) for one in beside or ()),
-        axes=axes or (),
-    )
+    with status("Reading the run …"):
+        # These imports take most of the start-up time.
+        from gaitsim.cli.parsing import parse_body_changes, parse_individuals, parse_window
+        from gaitsim.cli.plotting import check_options, plot_all, plot_one
+        from gaitsim.render.plots.request import Request
+        from gaitsim.render.plots.style import THEMES
+        from gaitsim.runs.files.folder import find_run
+        from gaitsim.runs.snapshot import RunSnapshot
+
+        numbers = parse_individuals(generation, generations, member)
+        check_options(
+            kind,
+            {
+                "--generation": generation,
+                "--member": member,
+                "--damage": damage,
+                "--world": world,
+                "--generations": generations,
+                "--channel": channel,
+                "--component": component,
+                "--window": window,
+                "--beside": beside,
+                "--axes": axes,
+            },
+        )
+        request = Request(
+            run=RunSnapshot(find_run(run)),
+            channel=channel,
+            components=tuple(component or ()),
+            window=parse_window(window),
+            theme=THEMES[theme],
+            beside=tuple(RunSnapshot(find_run(one)) for one in beside or ()),
+            axes=axes or (),
+        )
+        changed = parse_body_changes(damage, world)
     if kind == "all":
-        _plot_all(request, numbers, parse_body_changes(damage, world), out, format or "png")
+        plot_all(request, numbers, changed, out, format or "png")
     else:
-        _plot(kind, request, numbers, parse_body_changes(damage, world), out, format)
-
-
-def _plot(
-    kind: PlotKind,
-    request: Request,
-    numbers: Sequence[Choice],
-    changed: BodyChange,
-    out: Path | None,
-    format: PlotFormat | None,
-) -> None:
-    if out is not None:
-        choose_format(format, out, FORMATS, "png", "plots")
-        check_target(out)
-    if KINDS[kind].shows_motion:
-        request = _with_individuals(request, numbers, changed)
-    members = request.run.members if kind == "gaits" else None
-    if members is None:
-        figure = KINDS[kind].draw(request)
-    else:
-        with Progress("naming gaits", "members", len(members.scores)) as progress:
-            figure = KINDS[kind].draw(replace(request, progress=progress.advance))
-    path = out or exports_folder(request.run.path) / f"{file_stem(kind, request)}.{format or 'png'}"
-    save(figure, path, request.theme)
-    report_files(path)
-    echo(path)
-
-
-def _plot_all(
-    request: Request,
-    numbers: Sequence[Choice],
-    changed: BodyChange,
-    out: Path | None,
-    format: PlotFormat,
-) -> None:
-    """Plot every kind that applies; report why the others do not."""
-    if out is not None and out.exists() and not out.is_dir():
-        raise GaitsimError(
-            f"--kind all writes several files, and {out} is a file",
-            where="--out",
-            allowed="a folder, created if missing",
-        )
-    request = _with_individuals(request, numbers, changed)
-    folder = out or exports_folder(request.run.path)
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    with Progress("plots", "kinds", len(KINDS)) as progress:
-        for kind in KINDS:
-            try:
-                if kind == "channel" and request.channel is None:
-                    _check_channel(request)
-                # --channel is only for the kind "channel" here.
-                one = request if kind == "channel" else replace(request, channel=None)
-                figure = KINDS[kind].draw(one)
-            except NothingToPlotError as error:
-                notice(f"No plot of kind {kind!r}: {error.what}")
-            else:
-                path = folder / f"{file_stem(kind, one)}.{format}"
-                save(figure, path, request.theme)
-                report_files(path)
-                echo(path)
-            progress.advance()
-
-
-def _check_channel(request: Request) -> None:
-    """Reject a default channel that a different kind of plot already draws."""
-    name = default_channel(request.individual)
-    if name in KINDS_OF_CHANNELS:
-        raise NothingToPlotError(
-            f"{KINDS_OF_CHANNELS[name]!r} draws the channel {name!r}; choose a different channel "
-            "with --channel"
-        )
-
-
-def _with_individuals(request: Request, numbers: Sequence[Choice], changed: BodyChange) -> Request:
-    """Return the request with its individuals, on their changed bodies."""
-    found = tuple(changed(request.run.individual(number)) for number in numbers or (None,))
-    return replace(request, individuals=found)
-
-
-def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
-    """Check that the kind of plot uses all given options."""
-    supported = ALL_OPTIONS if kind == "all" else KINDS[kind].options
-    unused = [name for name, value in given.items() if value and name not in supported]
-    if unused:
-        kinds = [one for one, known in KINDS.items() if {*unused} <= {*known.options}]
-        subject, allowed = f"a plot of kind {kind!r}", ", ".join(sorted(supported))
-        raise unsupported_flags(subject, unused, "--kind", kinds, allowed=allowed)
+        plot_one(kind, request, numbers, changed, out, format)

@@ -5,17 +5,10 @@ from typing import Annotated
 import typer
 
 from gaitsim.choices import Theme, VideoFormat, VideoView
-from gaitsim.cli.console import echo, notice, report_files
+from gaitsim.cli.console import echo, notice, report_files, status
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, RunName, World
-from gaitsim.cli.parsing import choose_format, parse_body_changes, parse_individuals, parse_size
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.gait.files.writer import check_folder
-from gaitsim.render.settings import FORMATS, RenderSettings
-from gaitsim.render.tempo import format_speed
-from gaitsim.render.video import Video
-from gaitsim.runs.files.folder import exports_folder, find_run
-from gaitsim.runs.snapshot import RunSnapshot
 
 
 def video(
@@ -75,15 +68,30 @@ def video(
 
     gaitsim video spider --out spider.gif --speed 0.5 --theme dark --no-intro
     """
-    chosen = choose_format(format, out, FORMATS, "mp4", "videos")
-    settings = RenderSettings(chosen, parse_size(size), fps, speed, view, theme, intro)
-    individuals = parse_individuals(generation, generations, member)
-    if out is not None:
-        check_folder(out)
-    changed = parse_body_changes(damage, world, engine)
-    opened = RunSnapshot(find_run(run))
     with all_or_nothing():
-        film = Video(opened, individuals, settings, changed)
+        # These imports take most of the start-up time.
+        with status("Simulating the champion …"):
+            from gaitsim.cli.parsing import (
+                choose_format,
+                parse_body_changes,
+                parse_individuals,
+                parse_size,
+            )
+            from gaitsim.gait.files.writer import check_folder
+            from gaitsim.render.settings import FORMATS, RenderSettings
+            from gaitsim.render.tempo import format_speed
+            from gaitsim.render.video import Video
+            from gaitsim.runs.files.folder import exports_folder, find_run
+            from gaitsim.runs.snapshot import RunSnapshot
+
+            chosen = choose_format(format, out, FORMATS, "mp4", "videos")
+            settings = RenderSettings(chosen, parse_size(size), fps, speed, view, theme, intro)
+            individuals = parse_individuals(generation, generations, member)
+            if out is not None:
+                check_folder(out)
+            changed = parse_body_changes(damage, world, engine)
+            opened = RunSnapshot(find_run(run))
+            film = Video(opened, individuals, settings, changed)
         if film.warning:
             notice(f"Warning: {film.warning}")
         path = out or exports_folder(opened.path) / film.name

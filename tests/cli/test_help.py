@@ -155,6 +155,11 @@ def test_help_imports_neither_numpy_nor_pydantic_nor_anything_heavy():
     assert not found & {*HEAVY, "pydantic", "markdown_it", "pygments"}
 
 
+@pytest.mark.parametrize("command", ["analyse", "export", "plot", "video"])
+def test_slow_commands_import_nothing_heavy_before_their_first_line(command):
+    assert not imported(command, "--help") & {*HEAVY, "av"}
+
+
 def test_modules_that_help_skips_can_be_imported_later():
     code = (
         "import sys; sys.argv = ['gaitsim', '--help']\n"
