@@ -12,7 +12,7 @@ from gaitsim.render.scene.themes import Theme, mix, rgb
 
 
 class Lines(Artist):
-    """The lines of the grid, drawn pixel by pixel, in a sixth of the time that Matplotlib takes.
+    """The lines of the grid, drawn pixel by pixel, in a quarter of the time that Matplotlib takes.
 
     Args:
         theme: colours of the picture.
