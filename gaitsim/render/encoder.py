@@ -19,12 +19,13 @@ Picture = NDArray[np.uint8]
 
 COLOURS = 256  # colours of a GIF; one palette for the whole video avoids flicker
 CELLS = 64  # cells along each axis of the colour space; a cell's colours are replaced by one
-# Constant quality. For lines on a plain background, 'ultrafast' with these tools takes 40% of the
-# time of 'veryfast' at crf 22, for a file that is a third larger at the same error.
+# Constant quality. For lines on a plain background, 'ultrafast' with these tools takes half of the
+# time of 'veryfast' at crf 22, for a file two fifths larger at the same error. Without aq-mode,
+# the faintest lines of the grid would break into dashes.
 _H264 = {
     "crf": "24",
     "preset": "ultrafast",
-    "x264-params": "cabac=1:deblock=0,0:8x8dct=1:bframes=3",
+    "x264-params": "cabac=1:deblock=0,0:8x8dct=1:bframes=3:aq-mode=1",
 }
 _AHEAD = 2  # pictures that may wait for the encoder
 _BT709 = 1  # the default of players for high definition
