@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import gaitsim as gs
-from gaitsim.adaptation import Settings
 from gaitsim.adaptation.report import Case, Report, leg_losses
+from gaitsim.adaptation.settings import Settings
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import play_on_twin
 from gaitsim.gait.damaged import damage_body

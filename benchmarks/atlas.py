@@ -24,7 +24,8 @@ from gaitsim.contracts import Context, Genomes, RealSpace, Results, State
 from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evolution import Generation, evolve
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.runs.files.folder import CHECKPOINT, create_run
+from gaitsim.runs.creation import create_run
+from gaitsim.runs.files.folder import CHECKPOINT
 from gaitsim.runs.writer import RunWriter
 
 SIZES = (15_625, 40_000)

@@ -13,7 +13,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 from gaitsim.runs import writer as writing
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 
 BUDGET = 0.0005  # seconds per generation, without a save
 RUNS, GENERATIONS, TOGETHER = 10, 40, 20

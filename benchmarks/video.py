@@ -16,7 +16,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim.render.scene import Clip, Scene
 from gaitsim.render.settings import RenderSettings
 from gaitsim.render.video import Video
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 

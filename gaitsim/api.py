@@ -29,7 +29,8 @@ from gaitsim.live.control import BackgroundControls
 from gaitsim.registry.python_registration import python_options
 from gaitsim.render.notebook import RunViews, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.runs.files.folder import create_run, find_run
+from gaitsim.runs.creation import create_run
+from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.notes import read_note, write_note
 from gaitsim.runs.renaming import rename_run
 from gaitsim.runs.session import Session

@@ -41,3 +41,11 @@ Axis = Literal["generation", "evaluations", "seconds"]
 Activation = Literal["leaky-relu", "relu", "tanh", "sigmoid"]
 OutputActivation = Literal["linear", "same"]
 TrainingPreset = Literal["source", "steady"]
+
+STEERING_PRESET = "fly-steer-hover"
+"""Default experiment of the steering."""
+
+DAMAGE_HELP = (
+    "damage to legs and joints, such as 'L2 lost', 'R1 femur stuck 20' (at 20°), "
+    "'R1 femur weak 0.5' (half its torque) or 'R1 femur slow 0.5' (half its speed)"
+)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import registry
+from gaitsim.choices import STEERING_PRESET
 from gaitsim.contracts import Command, Genomes, Motion, Organism, Skeleton, Steered
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
@@ -15,7 +16,6 @@ from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
 from gaitsim.runs.start import find_individual
 
-PRESET = "fly-steer-hover"  # the default experiment
 RECENT = 3.0  # seconds of recent motion kept in full
 PATH_RATE = 10.0  # rate at which points of the path are kept, Hz
 MOST_PATH_POINTS = 6000  # points of the path, at most
@@ -86,7 +86,7 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
             f"the body {entry.name!r}{options} cannot be steered: it has no steering commands",
             where=f"experiment {experiment.name}",
             allowed=f"a body with steering commands: {', '.join(bodies) or 'none is installed'}",
-            remedy=f"use the preset {PRESET!r}",
+            remedy=f"use the preset {STEERING_PRESET!r}",
         )
     for name in replaced:
         if name not in names:
@@ -135,7 +135,7 @@ def default_drive() -> "Drive":
     Raises:
         GaitsimError: the preset is not installed, or the body fails.
     """
-    return create_drive(load_experiment(PRESET), {})
+    return create_drive(load_experiment(STEERING_PRESET), {})
 
 
 def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":

@@ -429,7 +429,7 @@ def evolved(experiment, path):
     """Evolve an experiment without workers, and return the finished run."""
     from gaitsim.evaluation import evaluate
     from gaitsim.evolution import evolve
-    from gaitsim.runs.files.folder import create_run
+    from gaitsim.runs.creation import create_run
     from gaitsim.runs.snapshot import RunSnapshot
     from gaitsim.runs.writer import RunWriter
 

@@ -17,7 +17,7 @@ from waiting import until
 
 import gaitsim as gs
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.writer import RunWriter
 
 

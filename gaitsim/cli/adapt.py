@@ -1,35 +1,33 @@
 """`gaitsim adapt`."""
 
+from __future__ import annotations
+
 import math
 import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
-from gaitsim.adaptation.performance import DEFAULT_MEASURE
-from gaitsim.adaptation.session import Place, default_name, normalise_damage, session_file
 from gaitsim.adaptation.settings import MOST_TRIALS, Settings
-from gaitsim.adaptation.transfer import count_intact_gaits
-from gaitsim.choices import GaitFormat
+from gaitsim.choices import DAMAGE_HELP, GaitFormat
 from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.adaptation_report import write_report
-from gaitsim.cli.adaptation_view import View
 from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import echo, notice, output, report_files
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json, Workers
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import gait_of, write_gait
-from gaitsim.legged.damage import DAMAGE_HELP, damage_options
-from gaitsim.render.plots.adaptation import adaptation_figure
-from gaitsim.render.plots.style import check_target, save
 from gaitsim.runs.files.folder import command, exports_folder, find_run
-from gaitsim.runs.snapshot import RunSnapshot
+
+if TYPE_CHECKING:
+    from gaitsim.adaptation.adaptation import Adaptation
+    from gaitsim.adaptation.session import Place
+    from gaitsim.cli.adaptation_view import View
+    from gaitsim.runs.snapshot import RunSnapshot
+
 
 _trials = partial(typer.Option, rich_help_panel="How trials are chosen")
 _report = partial(typer.Option, rich_help_panel="Report on every leg loss")
@@ -166,6 +164,15 @@ def adapt(
 
     gaitsim adapt spider-atlas --report losses --pairs --physics
     """
+    from gaitsim.adaptation.performance import DEFAULT_MEASURE
+    from gaitsim.adaptation.session import default_name, normalise_damage
+    from gaitsim.cli.adaptation_report import write_report
+    from gaitsim.cli.adaptation_view import View
+    from gaitsim.legged.damage import damage_options
+    from gaitsim.render.plots.adaptation import adaptation_figure
+    from gaitsim.render.plots.style import check_target, save
+    from gaitsim.runs.snapshot import RunSnapshot
+
     place: Place = "physics" if physics else "simulation" if damage else "robot"
     _check(place, interactive, measured, json)
     value = None if measured is None else _number(measured)
@@ -190,14 +197,14 @@ def adapt(
         write_report(run, report, given, supported=not others, workers=workers, **options)
         return
     adaptation_name = name or default_name(place, damaged)
-    if value is not None and not session_file(run.path, adaptation_name).exists():
-        raise GaitsimError(
-            f"there is no adaptation {adaptation_name!r}, and thus no proposed gait",
-            where="--measured",
-            remedy="check --name, or omit --measured to get the first gait",
-        )
-    words = damage_options(damaged) + ["--physics"] * physics + ["--interactive"] * interactive
-    words += ["--name", name] if name else []
+    if value is not None:
+        _check_proposed(run, adaptation_name)
+    words = [
+        *damage_options(damaged),
+        *["--physics"] * physics,
+        *["--interactive"] * interactive,
+        *(["--name", name] if name else []),
+    ]
     try:
         with interruptible():
             adaptation = _open(
@@ -256,7 +263,26 @@ def _check(place: Place, interactive: bool, measured: str | None, json: bool) ->
         raise GaitsimError(wrong, where=option, remedy=remedy)
 
 
+def _check_proposed(run: RunSnapshot, name: str) -> None:
+    """Check that an adaptation has begun, so that a gait can have been measured.
+
+    Raises:
+        GaitsimError: it has not.
+    """
+    from gaitsim.adaptation.session import session_file
+
+    if not session_file(run.path, name).exists():
+        raise GaitsimError(
+            f"there is no adaptation {name!r}, and thus no proposed gait",
+            where="--measured",
+            remedy="check --name, or omit --measured to get the first gait",
+        )
+
+
 def _open(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any) -> Adaptation:
+    from gaitsim.adaptation.adaptation import open_adaptation
+    from gaitsim.adaptation.transfer import count_intact_gaits
+
     gaits = count_intact_gaits(run, physics=options["place"] == "physics")
     log = "" if json else f"reading the {gaits:,} gaits of the atlas"
     with Progress("evaluating the atlas", "gaits", gaits, log=log) as progress:
@@ -308,6 +334,8 @@ def _number(text: str) -> float:
 
 def _gait_file(adaptation: Adaptation, name: str, format: GaitFormat) -> Path:
     """Write the proposed gait for the robot, and return the file."""
+    from gaitsim.gait.files.writer import gait_of, write_gait
+
     proposal, prior = adaptation.proposal, adaptation.prior
     if proposal is None:
         raise ValueError("the adaptation has ended; there is no gait to export")

@@ -19,8 +19,6 @@ from gaitsim.cli.options import (
     Workers,
 )
 from gaitsim.cli.parsing import parse_axes, parse_cells
-from gaitsim.cli.starting import command_line_options, start_run
-from gaitsim.experiment import load_atlas
 from gaitsim.render.terminal.text import visible
 
 
@@ -67,6 +65,9 @@ def atlas(
 
     gaitsim atlas hexapod --axes 'duty factor,yaw=-90:90' --cells 30x30
     """
+    from gaitsim.cli.starting import command_line_options, start_run
+    from gaitsim.experiment import load_atlas
+
     given = command_line_options(generations, population, seed, set_)
     ends, count = parse_axes(axes), parse_cells(cells)
     with status(f"Reading {visible(body)} …"):

@@ -1,31 +1,12 @@
 """`gaitsim attach`."""
 
 import asyncio
-import signal
 import sys
-from collections.abc import AsyncIterable, Sequence
-from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.console import notice, output
-from gaitsim.cli.detaching import find_run_folder, not_evolving
-from gaitsim.cli.display import RESTING, Display, Row
+from gaitsim.cli.console import notice
 from gaitsim.cli.options import Json, RunName
-from gaitsim.cli.progress import display
-from gaitsim.cli.summary import summarise
-from gaitsim.live.background import background_state
-from gaitsim.live.process import RunProcess
-from gaitsim.live.protocol import Snapshot
-from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.files.folder import command
-from gaitsim.runs.files.lock import is_locked
-from gaitsim.runs.follow import Rows
-from gaitsim.runs.snapshot import RunSnapshot
-
-INTEGER_COLUMNS = ("generation", "stage", "evaluations")
 
 
 def attach(run: RunName, json: Json = False) -> None:
@@ -41,11 +22,17 @@ def attach(run: RunName, json: Json = False) -> None:
 
     gaitsim attach night --json > log.jsonl
     """
+    from gaitsim.cli.detaching import find_run_folder, not_evolving
+    from gaitsim.cli.following import follow_run
+    from gaitsim.cli.summary import summarise
+    from gaitsim.live.background import background_state
+    from gaitsim.runs.files.lock import is_locked
+
     path = find_run_folder(run)
     in_background = background_state(path) is not None
     if not in_background and not is_locked(path):
         raise not_evolving(path)
-    last = asyncio.run(_follow(path, json, in_background=in_background))
+    last = asyncio.run(follow_run(path, json, in_background=in_background))
     match last.state:
         case "finished":
             summarise(path, last.reason, json)
@@ -58,92 +45,3 @@ def attach(run: RunName, json: Json = False) -> None:
             stop = f" Stop it: {command('stop', path)}." if in_background else ""
             notice(f"{path} is still evolving.{stop} Watch it again: {command('attach', path)}")
             sys.exit(INTERRUPTED)
-
-
-async def _follow(path: Path, json: bool, *, in_background: bool) -> Snapshot:
-    """Show a run until it ends or the user stops watching; return the last snapshot."""
-    known = await asyncio.to_thread(RunWatcher(path).poll)
-    process = RunProcess(path, initial=known, launch=False) if in_background else None
-    follower = _Follower(path, display(path, known, json), known)
-    following = asyncio.create_task(follower.follow(process or RunWatcher(path)))
-    loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, following.cancel)
-    await asyncio.wait([following])
-    if process is not None:
-        process.disconnect()
-        await process.wait_ended()
-    if not following.cancelled():
-        following.result()
-    return follower.last
-
-
-class _Follower:
-    """Shows the snapshots of a run, and each generation once.
-
-    Args:
-        path: folder of the run.
-        shown: display that shows them.
-        known: state of the run that the display already shows.
-
-    Attributes:
-        last: last snapshot shown.
-    """
-
-    def __init__(self, path: Path, shown: Display, known: Snapshot) -> None:
-        self._path, self._shown = path, shown
-        self._seen = known.generation
-        self.last = known
-
-    async def follow(self, snapshots: AsyncIterable[Snapshot]) -> None:
-        """Show snapshots until the last one."""
-        with self._shown:
-            async for snapshot in snapshots:
-                self._report(snapshot)
-                rows = await asyncio.to_thread(self._rows, snapshot)
-                self._shown.update(snapshot, rows)
-                self.last = snapshot
-
-    def _report(self, snapshot: Snapshot) -> None:
-        before = self.last
-        resting = snapshot.state != before.state and snapshot.state in RESTING
-        if resting and not output().is_terminal:
-            notice(RESTING[snapshot.state])
-        if snapshot.error is not None and snapshot.state != "failed":
-            self._shown.warn(str(snapshot.error))
-        changes = [event for event in snapshot.events if event.kind == "stage"]
-        if changes and snapshot.stage > before.stage:
-            rescored = snapshot if snapshot.scored_from > before.scored_from else None
-            texts = [event.text for event in changes]
-            self._shown.start_stage(snapshot.stage, changes[0].generation, texts, rescored)
-
-    def _rows(self, snapshot: Snapshot) -> Sequence[Row]:
-        """Return the rows of the history that have not been shown."""
-        rows, first = snapshot.rows, self._seen + 1
-        if not rows or snapshot.generation < first:
-            return ()
-        run = None
-        if rows["generation"][0] > first:  # the snapshot left out earlier rows
-            run = RunSnapshot(self._path)
-            rows = run.history
-        found = _as_dicts(rows, first)
-        self._seen += len(found)
-        if snapshot.islands and len(found) == 1:
-            found[0]["islands"] = list(snapshot.islands)
-        elif snapshot.islands:
-            bests = (run or RunSnapshot(self._path)).islands
-            for one in found:
-                one["islands"] = bests[one["generation"] - 1].tolist()
-        return found
-
-
-def _as_dicts(rows: Rows, first: int) -> list[dict[str, Any]]:
-    """Return the rows from generation `first`; a term that a row lacks is left out."""
-    chosen = np.flatnonzero(rows["generation"] >= first)
-    return [
-        {
-            name: int(values[index]) if name in INTEGER_COLUMNS else float(values[index])
-            for name, values in rows.items()
-        }
-        for index in chosen
-    ]

@@ -1,37 +1,27 @@
 """`gaitsim compare`."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from shutil import rmtree
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitsim.choices import PlotFormat
-from gaitsim.cli.cluster import cluster, warn
-from gaitsim.cli.compare_worlds import rank_runs
 from gaitsim.cli.completion import preset_names
 from gaitsim.cli.console import as_json, notice, output, print_json, print_table, report_files
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers, WorldSeed
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.cli.unseen import check_worlds
-from gaitsim.evaluation import Executor
-from gaitsim.experiment import Experiment, parse_assignments
-from gaitsim.render.plots.comparison import FIGURES
-from gaitsim.render.plots.style import LIGHT, save
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command, create_folder
-from gaitsim.runs.files.lock import RunLock
-from gaitsim.study.comparison import (
-    Findings,
-    Sample,
-    analyse,
-    check_request,
-)
-from gaitsim.study.comparison_files import CURVES, REPORT, TABLE, write_comparison
-from gaitsim.study.comparison_report import methods, remarks, tables, to_dict
-from gaitsim.study.competitors import equal_budgets, load_experiments, warning
-from gaitsim.study.running import repeat_experiment
+
+if TYPE_CHECKING:
+    from gaitsim.evaluation import Executor
+    from gaitsim.experiment import Experiment
+    from gaitsim.study.comparison import Findings, Sample
+
 
 VALUES = "comparison.json"
 
@@ -107,6 +97,14 @@ def compare(
 
     gaitsim compare runs/walker-four runs/walker-worlds --worlds 100
     """
+    from gaitsim.cli.cluster import cluster
+    from gaitsim.cli.compare_worlds import rank_runs
+    from gaitsim.cli.unseen import check_worlds
+    from gaitsim.experiment import parse_assignments
+    from gaitsim.runs.files.lock import RunLock
+    from gaitsim.study.comparison import analyse, check_request
+    from gaitsim.study.competitors import equal_budgets, load_experiments, warning
+
     check_worlds(worlds, world_seed)
     if worlds is not None:
         unused = {
@@ -162,6 +160,47 @@ def compare(
     shown = f"./{folder}" if str(folder).startswith("-") else folder
     files = (f"{shown}/{text}" for text in texts)
     again = command("compare", *files, *options, "--evaluations", budget)
+    _report(folder, findings, again, format, json=json)
+
+
+def _samples(
+    loaded: dict[str, Experiment],
+    repeats: int,
+    workers: int | None,
+    executor: Executor | None,
+    quiet: bool,
+) -> dict[str, Sample]:
+    """Repeat each experiment, with a progress bar or a log."""
+    from gaitsim.cli.cluster import warn
+    from gaitsim.study.comparison import Sample
+    from gaitsim.study.running import repeat_experiment
+
+    found = {}
+    for label, experiment in loaded.items():
+        total = experiment.evolution.generations
+        log = "" if quiet else f"{label}: {repeats} repeats of {total:,} generations"
+        with Progress(label, "generations", total, log=log) as progress:
+            best = repeat_experiment(
+                experiment,
+                repeats,
+                workers=workers,
+                on_generation=progress.advance,
+                on_warning=warn,
+                cluster=executor,
+            )
+            found[label] = Sample(experiment, best)
+    return found
+
+
+def _report(
+    folder: Path, findings: Findings, again: str, format: PlotFormat, *, json: bool
+) -> None:
+    """Write the files of a comparison, and print it."""
+    from gaitsim.render.plots.comparison import FIGURES
+    from gaitsim.render.plots.style import LIGHT, save
+    from gaitsim.study.comparison_files import CURVES, REPORT, TABLE, write_comparison
+    from gaitsim.study.comparison_report import to_dict
+
     figures = [folder / f"{kind}.{format}" for kind in FIGURES]
     for path, draw in zip(figures, FIGURES.values(), strict=True):
         save(draw(findings, LIGHT), path)
@@ -175,32 +214,10 @@ def compare(
         _print(folder, findings, again)
 
 
-def _samples(
-    loaded: dict[str, Experiment],
-    repeats: int,
-    workers: int | None,
-    cluster: Executor | None,
-    quiet: bool,
-) -> dict[str, Sample]:
-    """Repeat each experiment, with a progress bar or a log."""
-    found = {}
-    for label, experiment in loaded.items():
-        total = experiment.evolution.generations
-        log = "" if quiet else f"{label}: {repeats} repeats of {total:,} generations"
-        with Progress(label, "generations", total, log=log) as progress:
-            best = repeat_experiment(
-                experiment,
-                repeats,
-                workers=workers,
-                on_generation=progress.advance,
-                on_warning=warn,
-                cluster=cluster,
-            )
-            found[label] = Sample(experiment, best)
-    return found
-
-
 def _print(folder: Path, findings: Findings, again: str) -> None:
+    from gaitsim.study.comparison_files import REPORT
+    from gaitsim.study.comparison_report import methods, remarks, tables
+
     console = output()
     for heading, text in remarks(findings):
         console.print(f"\n{heading} {text}", style="yellow", markup=False)

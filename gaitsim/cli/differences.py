@@ -1,33 +1,24 @@
 """`gaitsim differences`."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.text import Text
 
 from gaitsim.choices import Axis, Quantity, Theme
-from gaitsim.cli.characters import LINES, lines
 from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
-from gaitsim.render.plots.overlay import plot_overlay
-from gaitsim.render.plots.style import THEMES, check_target
-from gaitsim.render.terminal.curve_view import View, run_curves
-from gaitsim.render.terminal.curves import plot, sample
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import find_run
-from gaitsim.study.compare_runs import (
-    ComparedRun,
-    RunsReader,
-    comparison_table,
-    differing_options,
-    fair_axis,
-    least_evaluations,
-    quantity_label,
-    warning,
-)
+
+if TYPE_CHECKING:
+    from gaitsim.study.compare_runs import ComparedRun
+
 
 ROWS = 14  # lines of the curves in the terminal
 WIDEST = 100  # columns of the curves, at most
@@ -68,6 +59,16 @@ def differences(
 
     gaitsim differences spider spider-2 --by evaluations --plot curves.pdf
     """
+    from gaitsim.render.plots.overlay import plot_overlay
+    from gaitsim.render.plots.style import THEMES, check_target
+    from gaitsim.study.compare_runs import (
+        RunsReader,
+        differing_options,
+        fair_axis,
+        least_evaluations,
+        warning,
+    )
+
     if plot is not None:
         check_target(plot)
     compared_runs = RunsReader([find_run(run) for run in runs]).read()
@@ -100,6 +101,11 @@ def differences(
 
 
 def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
+    from gaitsim.cli.characters import LINES, lines
+    from gaitsim.render.terminal.curve_view import View, run_curves
+    from gaitsim.render.terminal.curves import plot, sample
+    from gaitsim.study.compare_runs import comparison_table, quantity_label
+
     console = output()
     drawn = [one for one in runs if one.history]
     heads: list[Text] = []

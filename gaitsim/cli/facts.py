@@ -1,10 +1,16 @@
 """Print facts about a body: names and values under headings."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from rich.table import Table
 
 from gaitsim.cli.console import output
-from gaitsim.contracts import Facts
 from gaitsim.render.terminal.text import visible
+
+if TYPE_CHECKING:
+    from gaitsim.contracts import Facts
 
 
 def print_facts(facts: Facts) -> None:

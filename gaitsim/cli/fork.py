@@ -7,10 +7,7 @@ import typer
 
 from gaitsim.cli.console import echo, notice, print_json
 from gaitsim.cli.options import Json, RunName, Set
-from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.folder import command, find_run
-from gaitsim.runs.fork import fork_run
-from gaitsim.runs.snapshot import RunSnapshot
 
 
 def fork(
@@ -48,6 +45,10 @@ def fork(
 
     gaitsim fork spider --out runs/bold --set mutation.rate=0.2 --generations 1500
     """
+    from gaitsim.experiment import parse_assignments
+    from gaitsim.runs.fork import fork_run
+    from gaitsim.runs.snapshot import RunSnapshot
+
     source = find_run(run)
     changes = parse_assignments(set_ or ())
     path = fork_run(source, out, changes, generations=generations, any_version=any_version)

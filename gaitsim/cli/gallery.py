@@ -11,7 +11,6 @@ from gaitsim.cli.console import echo, notice, report_files
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.runs import check_root
-from gaitsim.render.gallery.site import write_gallery
 
 
 def gallery(
@@ -36,6 +35,8 @@ def gallery(
 
     gaitsim gallery runs/ --out site/
     """
+    from gaitsim.render.gallery.site import write_gallery
+
     check_root(root)
     try:
         with interruptible(), Progress("gallery", "runs") as progress:

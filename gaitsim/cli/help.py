@@ -72,7 +72,10 @@ class Command(TyperCommand):
         """Run the command, keeping its results apart from the output of plugins."""
         if self.name not in SCREENS:
             streams.isolate_results()
-        gc.enable()  # `main` disabled it for the imports
+        if not gc.isenabled():  # `main` disabled it for the imports
+            # Excludes what is imported so far from collections: 70 of 850 ms of `gaitsim show`.
+            gc.freeze()
+            gc.enable()
         return super().invoke(ctx)
 
 
@@ -187,7 +190,7 @@ def explain_error(error: typer.BadParameter, command: Any) -> GaitsimError | Non
     cause, parameter = error.__cause__, error.param
     if not isinstance(cause, ValidationError) or parameter is None:
         return None
-    declared = inspect.signature(command).parameters[str(parameter.name)].annotation
+    declared = inspect.signature(command, eval_str=True).parameters[str(parameter.name)].annotation
     annotation, info = get_args(declared)
     field = Field(ge=info.min, le=info.max)
     field.annotation = annotation

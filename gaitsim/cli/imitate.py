@@ -1,28 +1,28 @@
 """`gaitsim imitate`."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPreset
 from gaitsim.cli import completion
 from gaitsim.cli.console import notice, print_json, report_files, status
-from gaitsim.cli.imitation_view import print_results
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Json, MemberOf
 from gaitsim.cli.parsing import parse_individual
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.evaluation.playing import require_play
-from gaitsim.imitation.expert import Expert, find_expert
-from gaitsim.imitation.film import imitation_film
-from gaitsim.imitation.imitating import Result, imitate_expert
-from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS, Settings, prepare
-from gaitsim.imitation.results import files_of, to_dict, write_results
 from gaitsim.runs.files.folder import check_out_folder, create_out_folder
+
+if TYPE_CHECKING:
+    from gaitsim.imitation.expert import Expert
+    from gaitsim.imitation.imitating import Result
+    from gaitsim.imitation.learning import Settings
 
 
 def imitate(
@@ -138,6 +138,13 @@ def imitate(
 
     gaitsim imitate bestGait.mat --body spider
     """
+    from gaitsim.cli.imitation_view import print_results
+    from gaitsim.evaluation.playing import require_play
+    from gaitsim.imitation.expert import find_expert
+    from gaitsim.imitation.film import imitation_film
+    from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
+    from gaitsim.imitation.results import files_of, to_dict, write_results
+
     if out is not None:
         check_out_folder(out)
     given: Mapping[str, Any] = {
@@ -184,6 +191,9 @@ def imitate(
 
 def _train(expert: Expert, trainings: list[Settings], quiet: bool) -> list[Result]:
     """Train with each of the settings, with a progress bar."""
+    from gaitsim.imitation.imitating import imitate_expert
+    from gaitsim.imitation.learning import prepare
+
     found: list[Result] = []
     start = time.monotonic()
     with status("Preparing: the first training compiles its kernel …"):

@@ -1,24 +1,27 @@
 """`gaitsim members`."""
 
+from __future__ import annotations
+
 import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gaitsim.cli.console import echo, output, print_json, print_table, report_files
 from gaitsim.cli.options import Json, RunName, Workers
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.gait.files.writer import check_folder
-from gaitsim.individual import Member
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command, find_run
-from gaitsim.runs.snapshot import RunSnapshot
+
+if TYPE_CHECKING:
+    from gaitsim.contracts.search import Members
+    from gaitsim.runs.snapshot import RunSnapshot
+
 
 FREQUENCY = "stride frequency"
 
@@ -77,6 +80,9 @@ def members(
 
     gaitsim run spider --from spider-front#3
     """
+    from gaitsim.gait.files.writer import check_folder
+    from gaitsim.runs.snapshot import RunSnapshot
+
     if axes is not None and not show_map:
         raise GaitsimError("--axes needs --map", where="--axes", remedy="add --map")
     if show_map and (json or gaits or out is not None):
@@ -163,6 +169,8 @@ def _table(members: Members, more: Mapping[str, list[Any]]) -> tuple[list[str], 
 
 
 def _print(run: RunSnapshot, members: Members, columns: list[str], rows: list[list[Any]]) -> None:
+    from gaitsim.individual import Member
+
     console = output()
     count = len(rows)
     what = run.experiment.search.keeps

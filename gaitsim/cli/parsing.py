@@ -1,12 +1,16 @@
 """Parsers of option values shared by several commands."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.worlds import parse_world
-from gaitsim.individual import Choice, Individual, Member, Near
+
+if TYPE_CHECKING:
+    from gaitsim.individual import Choice, Individual, Member, Near
 
 
 def not_combinable(first: str, second: str, allowed: str = "one of the two") -> GaitsimError:
@@ -32,6 +36,8 @@ def parse_individual(generation: int | None, member: str | None) -> Choice:
 
 
 def _member(text: str) -> Member | Near:
+    from gaitsim.individual import Member, Near
+
     allowed = "a number from 1, or NAME=VALUE,…, such as 'duty factor L2=0'"
     if text.isascii() and text.isdecimal() and len(text) < 10 and int(text):
         return Member(int(text))
@@ -66,7 +72,7 @@ def parse_individuals(
     return parse_generations(several)
 
 
-BodyChange = Callable[[Individual], Individual]
+BodyChange = Callable[["Individual"], "Individual"]
 """A function that returns an individual with a changed body."""
 
 
@@ -82,6 +88,7 @@ def parse_body_changes(
     """
     if not (damage or world or engine):
         return lambda individual: individual
+    from gaitsim.evaluation.worlds import parse_world
     from gaitsim.gait.changed import in_engine, with_world
     from gaitsim.gait.damaged import with_damage
 

@@ -1,26 +1,27 @@
 """`gaitsim play`."""
 
+from __future__ import annotations
+
 import time
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Group
-from rich.live import Live
 from rich.text import Text
 
 from gaitsim.choices import TerminalView
-from gaitsim.cli.characters import BODY, lines
-from gaitsim.cli.codes import read_individual
 from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import BestOf, Damage, Engine, MemberOf, RunOrCode, World
 from gaitsim.cli.parsing import parse_body_changes, parse_individual
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Individual
-from gaitsim.render.scene.clip import Clip
-from gaitsim.render.terminal.body import picture
 from gaitsim.render.terminal.text import number, visible
-from gaitsim.render.terminal.view import Viewpoint
+
+if TYPE_CHECKING:
+    from gaitsim.individual import Individual
+    from gaitsim.render.scene.clip import Clip
+    from gaitsim.render.terminal.view import Viewpoint
+
 
 FPS = 20
 SPEEDS = 0.01, 100.0
@@ -71,6 +72,10 @@ def play(
 
     gaitsim play gaitsim1-AAAA-hNh…
     """
+    from gaitsim.cli.codes import read_individual
+    from gaitsim.render.scene.clip import Clip
+    from gaitsim.render.terminal.view import Viewpoint
+
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
             f"invalid speed: {speed:g}",
@@ -100,6 +105,8 @@ def _still(found: Individual, clip: Clip, camera: Viewpoint, at: float) -> None:
 
 
 def _loop(found: Individual, clip: Clip, camera: Viewpoint, speed: float, once: bool) -> None:
+    from rich.live import Live
+
     console = output()
     if not console.is_terminal:
         raise GaitsimError(
@@ -128,6 +135,9 @@ def _picture(
     found: Individual, clip: Clip, camera: Viewpoint, seconds: float, columns: int, rows: int
 ) -> Group:
     """Return a title line and the body."""
+    from gaitsim.cli.characters import BODY, lines
+    from gaitsim.render.terminal.body import picture
+
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.name), "bold")
     title.append(f"  {found.label}  score {number(found.score)}{found.over_worlds}")

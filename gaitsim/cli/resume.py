@@ -4,11 +4,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.cluster import cluster
-from gaitsim.cli.detaching import check_detachable, evolve_detached
-from gaitsim.cli.evolving import evolve_run
 from gaitsim.cli.options import Dask, Detach, Json, RunName, Set, Workers
-from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.folder import find_run
 
 
@@ -48,6 +44,11 @@ def resume(
 
     gaitsim resume spider --detach
     """
+    from gaitsim.cli.cluster import cluster
+    from gaitsim.cli.detaching import check_detachable, evolve_detached
+    from gaitsim.cli.evolving import evolve_run
+    from gaitsim.experiment import parse_assignments
+
     path, overrides = find_run(run), parse_assignments(set_ or ())
     if detach:
         check_detachable(dask)

@@ -4,7 +4,6 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.codes import read_challenge
 from gaitsim.cli.completion import preset_names
 from gaitsim.cli.options import (
     Dask,
@@ -18,9 +17,7 @@ from gaitsim.cli.options import (
     Set,
     Workers,
 )
-from gaitsim.cli.starting import command_line_options, start_run
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import load_experiment
 
 
 def run(
@@ -72,6 +69,10 @@ def run(
 
     gaitsim run walker --dask tcp://host:8786
     """
+    from gaitsim.cli.codes import read_challenge
+    from gaitsim.cli.starting import command_line_options, start_run
+    from gaitsim.experiment import load_experiment
+
     given = command_line_options(generations, population, seed, set_)
     challenge = read_challenge(from_) if from_ is not None else None
     if experiment is not None:

@@ -12,7 +12,6 @@ import typer
 from gaitsim.cli.console import notice
 from gaitsim.cli.tui import Root, ThemeName
 from gaitsim.errors import GaitsimError, not_installed
-from gaitsim.tui.themes import check_theme
 
 
 def serve(
@@ -51,6 +50,8 @@ def serve(
 
     ssh -t -L 8000:127.0.0.1:8000 lab gaitsim serve
     """
+    from gaitsim.tui.themes import check_theme
+
     try:
         from gaitsim.tui.web import WebServer, is_loopback, listening_socket
     except ModuleNotFoundError as error:

@@ -4,8 +4,6 @@ from gaitsim.cli.console import echo, notice
 from gaitsim.cli.options import BestOf, MemberOf, RunName
 from gaitsim.cli.parsing import parse_individual
 from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.sharing.challenge import code_of
 
 LONG = 4000  # characters; chat programs truncate longer messages
 
@@ -29,6 +27,9 @@ def share(run: RunName, generation: BestOf = None, member: MemberOf = None) -> N
 
     gaitsim share spider | gaitsim verify -
     """
+    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.sharing.challenge import code_of
+
     individual = RunSnapshot(find_run(run)).individual(parse_individual(generation, member))
     code = code_of(individual)
     echo(code)

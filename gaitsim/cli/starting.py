@@ -9,7 +9,7 @@ from gaitsim.cli.codes import challenge_as_start, read_challenge
 from gaitsim.cli.detaching import check_detachable, evolve_detached
 from gaitsim.cli.evolving import evolve_run
 from gaitsim.experiment import Experiment, parse_assignments
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.start import check_start, find_individual
 from gaitsim.sharing.challenge import Challenge
 

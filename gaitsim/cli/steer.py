@@ -5,13 +5,12 @@ from typing import Annotated
 
 import typer
 
+from gaitsim.choices import STEERING_PRESET
 from gaitsim.cli.completion import preset_names
 from gaitsim.cli.options import Set
 from gaitsim.cli.tui import check_terminal, run_app
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import load_experiment, parse_assignments
 from gaitsim.runs.files.folder import command
-from gaitsim.steering import PRESET, Drive, controllers_of
 
 ALLOWED = "COMMAND=RUN, COMMAND=RUN@GENERATION or COMMAND=FILE of a champion"
 
@@ -25,7 +24,7 @@ def steer(
             autocompletion=preset_names,
             show_default=True,
         ),
-    ] = PRESET,
+    ] = STEERING_PRESET,
     controller: Annotated[
         list[str] | None,
         typer.Option(
@@ -56,6 +55,9 @@ def steer(
 
     gaitsim steer --out fly.html
     """
+    from gaitsim.experiment import load_experiment, parse_assignments
+    from gaitsim.steering import Drive, controllers_of
+
     if out is None:
         check_terminal("write a web page instead: gaitsim steer --out fly.html")
     loaded = load_experiment(experiment, parse_assignments(set_ or ()))
@@ -75,7 +77,7 @@ def steer(
 
     options = [part for text in controller or () for part in ("--controller", text)]
     options += [part for text in set_ or () for part in ("--set", text)]
-    line = command("steer", *([] if experiment == PRESET else [experiment]), *options)
+    line = command("steer", *([] if experiment == STEERING_PRESET else [experiment]), *options)
     drive = Drive(loaded, controllers)
     run_app(
         GaitsimApp(config=read_config(config_path()), first=lambda: Steering(lambda: drive, line))

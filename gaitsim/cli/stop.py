@@ -9,16 +9,9 @@ import typer
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.completion import run_names
 from gaitsim.cli.console import echo, notice, print_json, status
-from gaitsim.cli.detaching import find_run_folder, not_evolving
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.live.background import background_state, request_stop
-from gaitsim.live.background import stop as stop_run
-from gaitsim.runs.background import background_processes, create_runtime_folder, last_failure
 from gaitsim.runs.files.folder import command
-from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.resume import stop_reason_of
-from gaitsim.runs.snapshot import RunSnapshot
 
 
 def stop(
@@ -47,6 +40,8 @@ def stop(
 
     gaitsim stop --all runs
     """
+    from gaitsim.live.background import request_stop
+
     if not runs and not all_:
         raise GaitsimError(
             "no run is given",
@@ -64,6 +59,8 @@ def stop(
 
 def _in_folders(folders: list[str]) -> list[Path]:
     """Return the background runs, limited to `folders` if there are any."""
+    from gaitsim.runs.background import background_processes, create_runtime_folder
+
     for folder in folders:
         if not Path(folder).is_dir():
             raise GaitsimError(
@@ -87,6 +84,10 @@ def _find_evolving(name: str) -> Path:
     Raises:
         RunError: the run is evolving elsewhere, or is not evolving.
     """
+    from gaitsim.cli.detaching import find_run_folder, not_evolving
+    from gaitsim.live.background import background_state
+    from gaitsim.runs.files.lock import RunLock
+
     path = find_run_folder(name)
     if background_state(path) is None:
         RunLock(path).release()  # raises an error that names the process evolving it elsewhere
@@ -96,6 +97,12 @@ def _find_evolving(name: str) -> Path:
 
 def _wait(path: Path, json: bool) -> GaitsimError | None:
     """Wait until a run has stopped, and report it; return its failure if it failed."""
+    from gaitsim.live.background import background_state
+    from gaitsim.live.background import stop as stop_run
+    from gaitsim.runs.background import last_failure
+    from gaitsim.runs.resume import stop_reason_of
+    from gaitsim.runs.snapshot import RunSnapshot
+
     try:
         with status(f"Stopping {path} after its current generation …"):
             if background_state(path) is not None:

@@ -1,30 +1,29 @@
 """`gaitsim study`."""
 
+from __future__ import annotations
+
 import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.completion import study_names
 from gaitsim.cli.console import notice, output, print_table, report_files
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Dask, Workers
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.evaluation import Executor
-from gaitsim.render.plots.surfaces import plot_surfaces
 from gaitsim.runs.files.folder import check_links, command, create_folder
-from gaitsim.runs.files.lock import RunLock
-from gaitsim.study.confirmation import Reached
-from gaitsim.study.file import STUDY, Cell, Study, cells, experiment_files, read_study
-from gaitsim.study.fresh_repeats import confirm
-from gaitsim.study.results import TABLE, rule, summary, title, write_results
-from gaitsim.study.running import Best, results, run_cells
+
+if TYPE_CHECKING:
+    from gaitsim.evaluation import Executor
+    from gaitsim.study.confirmation import Reached
+    from gaitsim.study.file import Cell, Study
+    from gaitsim.study.running import Best
 
 
 def study(
@@ -64,6 +63,13 @@ def study(
 
     gaitsim study millipede-operators --dask tcp://host:8786
     """
+    from gaitsim.cli.cluster import cluster
+    from gaitsim.render.plots.surfaces import plot_surfaces
+    from gaitsim.runs.files.lock import RunLock
+    from gaitsim.study.file import STUDY, cells, experiment_files, read_study
+    from gaitsim.study.results import TABLE, rule, summary, title, write_results
+    from gaitsim.study.running import results
+
     resumed = os.path.lexists(Path(reference) / STUDY)
     if resumed:
         check_links(Path(reference))
@@ -105,6 +111,9 @@ def _run(
     executor: Executor | None,
 ) -> bool:
     """Run the missing cells with a progress bar; return False if the user stops it."""
+    from gaitsim.cli.cluster import warn
+    from gaitsim.study.running import results, run_cells
+
     _, missing = results(folder, study, all_cells)
     done = len(all_cells) - len(missing)
     log = f"study {folder}: {len(missing)} of {len(all_cells)} cells to run"
@@ -131,6 +140,9 @@ def _confirm(
     executor: Executor | None,
 ) -> list[Reached] | None:
     """Run fresh repeats with a progress bar; return None if the user stops it."""
+    from gaitsim.cli.cluster import warn
+    from gaitsim.study.fresh_repeats import confirm
+
     if study.target is None:
         return []
     log = f"study {folder}: {study.fresh.repeats:,} fresh repeats of each candidate cell"

@@ -1,16 +1,19 @@
 """`gaitsim tui`."""
 
+from __future__ import annotations
+
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.app import GaitsimApp
-from gaitsim.tui.config import config_path, read_config
-from gaitsim.tui.themes import check_theme
+
+if TYPE_CHECKING:
+    from gaitsim.tui.app import GaitsimApp
+
 
 Root = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that holds the runs.")]
 ThemeName = Annotated[
@@ -28,6 +31,10 @@ def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
 
     gaitsim tui experiments/spring --theme gaitsim-okabe-ito
     """
+    from gaitsim.tui.app import GaitsimApp
+    from gaitsim.tui.config import config_path, read_config
+    from gaitsim.tui.themes import check_theme
+
     check_terminal("use 'gaitsim runs' and 'gaitsim run' instead; see 'gaitsim --help'")
     chosen = check_theme(theme, where="--theme") if theme else None
     run_app(GaitsimApp(root, config=read_config(config_path()), theme=chosen))

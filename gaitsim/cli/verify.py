@@ -1,31 +1,30 @@
 """`gaitsim verify`."""
 
+from __future__ import annotations
+
 import math
 import os
 import sys
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from pydantic_core import to_jsonable_python
 
-from gaitsim.cli.codes import read_challenge
 from gaitsim.cli.console import echo, print_json, status
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json, RunOrCode, Workers
 from gaitsim.cli.parsing import not_combinable, parse_generations
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import PORTABLE
 from gaitsim.runs.files.folder import EXPERIMENT, find_run
-from gaitsim.runs.files.provenance import MACHINE
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.verify.verify import Verdict
-from gaitsim.runs.verify.verify import verify as verify_generations
-from gaitsim.sharing.challenge import Challenge
-from gaitsim.sharing.checking import Checked, verify_challenge
 from gaitsim.sharing.code import PREFIX
 from gaitsim.toml import literal
+
+if TYPE_CHECKING:
+    from gaitsim.runs.verify.verify import Verdict
+    from gaitsim.sharing.challenge import Challenge
+    from gaitsim.sharing.checking import Checked
+
 
 DIFFERENT = 1  # exit code
 SHOWN = 5  # generations that differ, and parts of one
@@ -71,6 +70,10 @@ def verify(
 
     gaitsim share spider | gaitsim verify -
     """
+    from gaitsim.cli.codes import read_challenge
+    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.runs.verify.verify import verify as verify_generations
+
     if all_ and generations is not None:
         raise not_combinable("--all", "--generations")
     challenge = read_challenge(run)
@@ -107,6 +110,8 @@ def verify(
 
 def _verify_code(challenge: Challenge, json: bool) -> None:
     """Play the individual of a challenge code, and print whether its score is as claimed."""
+    from gaitsim.sharing.checking import verify_challenge
+
     with interruptible(), status("Playing the individual of the challenge code …"):
         checked = verify_challenge(challenge)
     if json:
@@ -156,6 +161,8 @@ def _print_checked(checked: Checked) -> None:
 
 
 def _print_json(path: str, verdict: Verdict) -> None:
+    from pydantic_core import to_jsonable_python
+
     print_json(
         {
             "run": path,
@@ -214,6 +221,9 @@ def _print(path: str, verdict: Verdict) -> None:
 
 def _warn_of_other_machine(portability: str, version_differences: Sequence[str]) -> None:
     """Say before the verdict that results may differ here, unless they are portable."""
+    from gaitsim.experiment import PORTABLE
+    from gaitsim.runs.files.provenance import MACHINE
+
     name, _, meaning = portability.partition(": ")
     machine = tuple(f"{part}: " for part in MACHINE)
     if name != PORTABLE and any(text.startswith(machine) for text in version_differences):
@@ -264,6 +274,8 @@ def _describe_versions(
     recorded: bool, version_differences: Sequence[str], noun: str, portability: str
 ) -> list[str]:
     """Describe the class of the results, and whether this machine is like the one of the record."""
+    from gaitsim.experiment import PORTABLE
+
     if not recorded:
         return [portability, f"the {noun} does not record the software versions"]
     if version_differences:

@@ -1,5 +1,6 @@
 """Parts shared by legged bodies: damage, conditions, commands, servos and measures of stepping."""
 
+from gaitsim.choices import DAMAGE_HELP
 from gaitsim.legged.commands import commands_at, delay_angles, hold_commands
 from gaitsim.legged.conditions import (
     CONDITIONS,
@@ -9,7 +10,7 @@ from gaitsim.legged.conditions import (
     draw_push,
     world_seed,
 )
-from gaitsim.legged.damage import DAMAGE_HELP, Damage, Kind, parse_damage
+from gaitsim.legged.damage import Damage, Kind, parse_damage
 from gaitsim.legged.servos import SERVOS, Servo
 from gaitsim.legged.stepping import BODY_HEIGHT, stepping_measures
 

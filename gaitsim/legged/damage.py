@@ -12,11 +12,6 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 TOLERANCE = 1e-4  # rad, for limits that a file gives with few digits, such as ±0.5236
 DEFAULT_SHARE = 0.5  # remaining share of torque or speed
 
-DAMAGE_HELP = (
-    "damage to legs and joints, such as 'L2 lost', 'R1 femur stuck 20' (at 20°), "
-    "'R1 femur weak 0.5' (half its torque) or 'R1 femur slow 0.5' (half its speed)"
-)
-
 
 @dataclass(frozen=True)
 class Damage:

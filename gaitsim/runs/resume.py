@@ -22,8 +22,9 @@ from gaitsim.runs.compatibility import (
     genome_mismatch,
     versions,
 )
+from gaitsim.runs.creation import check_size
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
-from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, check_size, command
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, changes, pending_changes
 from gaitsim.runs.start import start_genome

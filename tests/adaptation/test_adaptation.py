@@ -9,10 +9,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitsim.adaptation import Prior, Settings, adapt, best_of, ending, propose, read_prior
+from gaitsim.adaptation.prior import Prior, read_prior
+from gaitsim.adaptation.settings import Settings
 from gaitsim.adaptation.simulation import simulated_robot
 from gaitsim.adaptation.transfer import most_promising, transfer_map
-from gaitsim.adaptation.trials import Trial, create_trial, predict_performance
+from gaitsim.adaptation.trials import (
+    Trial,
+    adapt,
+    best_of,
+    create_trial,
+    ending,
+    predict_performance,
+    propose,
+)
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import play_on_twin

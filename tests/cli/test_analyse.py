@@ -234,7 +234,7 @@ def test_only_the_foremost_of_many_feet_are_shown(gaitsim):
 
 
 def test_missing_runs_are_reported(gaitsim, puppet, tmp_path):
-    from gaitsim.runs.files.folder import create_run
+    from gaitsim.runs.creation import create_run
 
     create_run(puppet(), tmp_path / "runs/unbegun")
     for name, says in (("nobody", "there is no run 'nobody'"), ("unbegun", "no finished gener")):

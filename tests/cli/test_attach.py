@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitsim.cli.attach import _Follower
 from gaitsim.cli.display import Display
+from gaitsim.cli.following import _Follower
 from gaitsim.live.protocol import Event, Snapshot
 from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.snapshot import RunSnapshot

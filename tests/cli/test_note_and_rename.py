@@ -7,7 +7,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.errors import RunError
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.notes import LARGEST, read_note, write_note
 from gaitsim.runs.overview import overview

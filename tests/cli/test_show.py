@@ -24,7 +24,7 @@ def finished(gaitsim, puppet_file, tmp_path):
 @pytest.fixture
 def unstarted(puppet, tmp_path):
     """A run without a generation."""
-    from gaitsim.runs.files.folder import create_run
+    from gaitsim.runs.creation import create_run
 
     return create_run(puppet(), tmp_path / "runs/unstarted")
 

@@ -109,7 +109,8 @@ def test_a_stopped_comparison_keeps_nothing_and_prints_how_to_repeat_it(
     gaitsim, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(
-        "gaitsim.cli.compare.repeat_experiment", lambda *_, **__: signal.raise_signal(signal.SIGINT)
+        "gaitsim.study.running.repeat_experiment",
+        lambda *_, **__: signal.raise_signal(signal.SIGINT),
     )
     given = ("millipede", "millipede", "--repeats", 3, "--set", "seed=7")
     said = gaitsim("compare", *given, code=130).stderr

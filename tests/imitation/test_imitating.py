@@ -15,7 +15,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim.imitation import load_imitator
 from gaitsim.imitation.imitating import imitate
 from gaitsim.imitation.learning import SETTINGS, Settings
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 

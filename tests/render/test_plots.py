@@ -11,7 +11,7 @@ from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.kinds import KINDS
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.style import save
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render import tensorboard
 from gaitsim.render.tensorboard import FILE, write_events
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 SCORES = "best", "mean", "median", "lower quartile", "upper quartile", "worst", "std"

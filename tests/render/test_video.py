@@ -16,7 +16,7 @@ from gaitsim.render.scene import THEMES, Scene
 from gaitsim.render.settings import RenderSettings
 from gaitsim.render.tempo import movement_frequency
 from gaitsim.render.video import Video
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 SMALL = {"size": (128, 96), "intro": False}

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from run_helpers import LONG, THRESHOLD, continue_run
 
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.checkpoint import Champion, Checkpoint
-from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 

@@ -9,8 +9,8 @@ import pytest
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.checkpoint import pack, read_checkpoint
-from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.fork import fork_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import stages_of

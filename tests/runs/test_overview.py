@@ -10,7 +10,7 @@ import pytest
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.overview import POINTS, Curve, RunsWatcher, overview
 from gaitsim.runs.snapshot import RunSnapshot

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from gaitsim.errors import RunError
-from gaitsim.runs.files.folder import create_run, list_runs
+from gaitsim.runs.creation import create_run
+from gaitsim.runs.files.folder import list_runs
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.removal import delete_run
 

@@ -7,8 +7,9 @@ import pytest
 from run_helpers import LONG, THRESHOLD, assert_same, continue_run, names, reopen
 
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.checkpoint import read_checkpoint, write_checkpoint
-from gaitsim.runs.files.folder import create_run, exports_folder
+from gaitsim.runs.files.folder import exports_folder
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import PluginError, RunError
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.session import Session
 from gaitsim.runs.snapshot import RunSnapshot

@@ -15,8 +15,8 @@ from gaitsim.errors import ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import with_overrides
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
-from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.history import COLUMNS, best_terms
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change

@@ -10,6 +10,7 @@ import pytest
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments, with_overrides
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
 from gaitsim.runs.files.checksums import (
     RECORD,
@@ -17,7 +18,6 @@ from gaitsim.runs.files.checksums import (
     genomes_checksum,
     scores_checksum,
 )
-from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.provenance import (
     Provenance,
     current_versions,

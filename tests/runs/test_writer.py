@@ -27,8 +27,8 @@ from run_helpers import (
 from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.runs.compatibility import versions
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint
-from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter

@@ -10,7 +10,7 @@ from textual import _wait
 from waiting import app_until
 
 from gaitsim.evaluation import evaluate
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 

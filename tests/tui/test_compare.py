@@ -15,7 +15,7 @@ from waiting import app_until
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Evolution, ExperimentOutline, Islands, Worlds
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.study.compare_runs import RunsReader, comparison_table, fair_axis

@@ -8,11 +8,11 @@ import pytest
 from textual.widgets import Input, Select
 from waiting import strips
 
-from gaitsim.adaptation import Trial
 from gaitsim.adaptation.session import read_session, session_file
+from gaitsim.adaptation.trials import Trial
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment, parse_assignments
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.damage_choice import damage_texts
 from gaitsim.tui.screens.laboratory import Laboratory

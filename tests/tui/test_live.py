@@ -20,7 +20,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.live.background import background_state
 from gaitsim.live.protocol import Event, RankedIndividual, Snapshot
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.runs.snapshot import RunSnapshot

@@ -19,7 +19,7 @@ from gaitsim.individual import Member
 from gaitsim.render.colours import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, SWING_INK, strip
 from gaitsim.render.terminal.text import visible
-from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp

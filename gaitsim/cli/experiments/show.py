@@ -5,7 +5,6 @@ import io
 from gaitsim.cli.console import echo, notice
 from gaitsim.cli.options import ExperimentName
 from gaitsim.cli.streams import results
-from gaitsim.experiment import load_experiment
 
 
 def show(
@@ -19,6 +18,8 @@ def show(
 
     gaitsim run my-spider.toml
     """
+    from gaitsim.experiment import load_experiment
+
     experiment = load_experiment(name)
     stream = results()
     on_screen = stream.isatty()

@@ -1,7 +1,9 @@
 """`gaitsim plugins check`."""
 
+from __future__ import annotations
+
 import sys
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.text import Text
@@ -11,8 +13,10 @@ from gaitsim.cli.console import output, print_json
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.testing import Report, check_plugins
-from gaitsim.testing.rules.packages import select_plugins
+
+if TYPE_CHECKING:
+    from gaitsim.testing import Report
+
 
 BROKEN = 1  # exit code if a plugin has errors
 
@@ -55,6 +59,9 @@ def check(
 
     gaitsim plugins check --json > findings.jsonl
     """
+    from gaitsim.testing import check_plugins
+    from gaitsim.testing.rules.packages import select_plugins
+
     good = True
     with (
         interruptible(),

@@ -9,10 +9,8 @@ from rich.text import Text
 from gaitsim.cli.completion import plugin_names
 from gaitsim.cli.console import output, print_table
 from gaitsim.cli.facts import print_facts
-from gaitsim.contracts import Organism
 from gaitsim.errors import PluginError, nearest
-from gaitsim.evaluation.worlds import default_conditions
-from gaitsim.registry import KINDS, entries, find, load_class, options
+from gaitsim.registry import KINDS, entries, find, load_class
 
 
 def show(
@@ -48,6 +46,10 @@ def show(
 
 
 def _show(kind: str, name: str) -> None:
+    from gaitsim.contracts import Organism
+    from gaitsim.evaluation.worlds import default_conditions
+    from gaitsim.registry import options
+
     plugin = load_class(kind, name)
     console = output()
     console.print(Text.assemble((name, "bold"), f"  {kind} of {find(kind, name).source}"))

@@ -1,11 +1,12 @@
 """`gaitsim robots check`."""
 
+from __future__ import annotations
+
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from gaitsim.cli.console import echo, errors, print_json, print_record, report_files, status
@@ -13,17 +14,15 @@ from gaitsim.cli.facts import print_facts
 from gaitsim.cli.options import Json
 from gaitsim.cli.parsing import choose_format
 from gaitsim.cli.streams import machine_readable
-from gaitsim.contracts import BodyFile, Facts, RealSpace, Skeleton
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment import Experiment
-from gaitsim.experiment.body_files import is_body_file, reader_of
-from gaitsim.experiment.loading import read_body
-from gaitsim.gait.files.writer import check_folder
-from gaitsim.individual import Individual
 from gaitsim.registry import FILES, entries, plugin_errors
-from gaitsim.render.still import write_still
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
+
+if TYPE_CHECKING:
+    from gaitsim.contracts import BodyFile, Facts, Skeleton
+    from gaitsim.experiment import Experiment
+
 
 UNUSABLE = 1  # exit code
 
@@ -64,6 +63,11 @@ def check(
 
     gaitsim robots check my_robot.urdf --root ../meshes --model-out robot.xml
     """
+    from gaitsim.experiment.body_files import reader_of
+    from gaitsim.experiment.loading import read_body
+    from gaitsim.gait.files.writer import check_folder
+    from gaitsim.render.still import write_still
+
     reader_of(file)
     for folder in root or ():
         if not folder.is_dir():
@@ -116,6 +120,9 @@ def check(
 
 def _check_model_out(path: Path) -> None:
     """Check that the robot can be written to a new file whose extension gaitsim reads."""
+    from gaitsim.experiment.body_files import is_body_file
+    from gaitsim.gait.files.writer import check_folder
+
     if not is_body_file(str(path)):
         raise GaitsimError(
             f"{path} does not have the extension of a robot file",
@@ -138,6 +145,11 @@ def _describe(experiment: Experiment) -> Facts:
 
 def _standing_skeleton(experiment: Experiment) -> Skeleton:
     """Return the skeleton for the central genome, whose motion starts in the standing pose."""
+    import numpy as np
+
+    from gaitsim.contracts import RealSpace
+    from gaitsim.individual import Individual
+
     space = experiment.space()
     middle = (
         (space.lower + space.upper) / 2

@@ -3,8 +3,6 @@
 from gaitsim.cli.console import output, print_json
 from gaitsim.cli.facts import print_facts
 from gaitsim.cli.options import Json
-from gaitsim.contracts import Organism
-from gaitsim.experiment.body_files import readers
 from gaitsim.registry import find, load_class, plugin_errors
 
 
@@ -17,6 +15,9 @@ def list_(json: Json = False) -> None:
 
     gaitsim run robot --set organism.model=hexapod
     """
+    from gaitsim.contracts import Organism
+    from gaitsim.experiment.body_files import readers
+
     for body, formats in readers().items():
         model, entry = load_class("organism", body), find("organism", body)
         assert issubclass(model, Organism)

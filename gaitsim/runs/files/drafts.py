@@ -5,7 +5,6 @@ Each process locks its drafts. The system releases the lock however the process 
 """
 
 import os
-import secrets
 import shutil
 import stat
 import sys
@@ -23,7 +22,7 @@ _OLD = 3600  # seconds after which a draft is abandoned on file systems without 
 
 def draft_name(folder: Path) -> Path:
     """Return a free name for a draft in `folder`."""
-    return folder / f"{_PREFIX}{secrets.token_hex(8)}{_SUFFIX}"
+    return folder / f"{_PREFIX}{os.urandom(8).hex()}{_SUFFIX}"
 
 
 @contextmanager

@@ -11,8 +11,8 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Static
 
-from gaitsim.adaptation import Trial
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
+from gaitsim.adaptation.trials import Trial
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options

@@ -11,9 +11,8 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import DataTable
 
-from gaitsim.adaptation import Trial
 from gaitsim.adaptation.adaptation import Adaptation
-from gaitsim.adaptation.trials import predict_performance
+from gaitsim.adaptation.trials import Trial, predict_performance
 from gaitsim.contracts import Members
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.text import number, visible

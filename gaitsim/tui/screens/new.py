@@ -17,7 +17,8 @@ from textual.widgets import Input, Select, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import RUNS, create_run, free_name
+from gaitsim.runs.creation import create_run
+from gaitsim.runs.files.folder import RUNS, free_name
 from gaitsim.steering import create_drive, offered_commands
 from gaitsim.tui.builder import (
     SECTIONS,
