@@ -12,6 +12,7 @@ import tomli
 
 from gaitsim.errors import GaitsimError
 
+LARGEST = 2_000_000  # bytes of an experiment file, which may include a robot with its meshes
 DEEPEST = 20  # levels of nested tables and lists
 MOST_VALUES = 20_000  # values in all tables and lists together
 LONG = 200  # characters; longer texts are shortened

@@ -15,7 +15,7 @@ from gaitsim.registry.entry_points import PYTHON
 from gaitsim.registry.python_entries import is_outside
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import RUNS, command, find_run, holds_run
-from gaitsim.runs.overview import Overview, RunsWatcher
+from gaitsim.runs.overview import Overview, list_overviews
 from gaitsim.runs.removal import delete_run
 
 
@@ -48,7 +48,7 @@ def runs(
     if delete:
         _delete(root, delete, yes=yes, json=json)
         return
-    found = [_row(run) for run in RunsWatcher(root).poll()]
+    found = [_row(run) for run in list_overviews(root)]
     if json:
         for row in found:
             print_json(row)

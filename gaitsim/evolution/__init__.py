@@ -2,8 +2,9 @@
 
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import ParallelMap, island_map
-from gaitsim.evolution.loop import advance, evolve, reevaluate, stop_reason
+from gaitsim.evolution.loop import advance, evolve, reevaluate
 from gaitsim.evolution.searching import ask, first_population
+from gaitsim.stopping import stop_reason
 
 __all__ = [
     "Generation",

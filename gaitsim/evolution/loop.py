@@ -36,6 +36,7 @@ from gaitsim.evolution.searching import (
 )
 from gaitsim.experiment import Evolution, Experiment
 from gaitsim.registry import plugin_errors
+from gaitsim.stopping import stop_reason
 
 
 def evolve(
@@ -190,18 +191,3 @@ def _raise_threshold(threshold: float, best: float, step: float) -> float:
     raised = threshold + step * math.ceil(steps) if math.isfinite(steps) else best
     # If rounding left the threshold below, the same individual would be a champion twice.
     return raised if best <= raised < math.inf else best
-
-
-def stop_reason(evolution: Evolution, number: int, progress: Progress, individuals: int) -> str:
-    """Return why a search ends after generation `number`; '' if it continues."""
-    if number >= evolution.generations:
-        return f"{number} generations are done"
-    target = evolution.target_score
-    if target is not None and progress.best_score >= target:
-        return f"the target score {target:g} is reached"
-    limit = evolution.max_evaluations
-    if limit is not None and progress.evaluations + individuals > limit:
-        return f"another generation would exceed {limit} evaluations"
-    if evolution.stagnation is not None and progress.stagnation >= evolution.stagnation:
-        return f"no better score for {progress.stagnation} generations"
-    return ""

@@ -13,8 +13,7 @@ from gaitsim.experiment.problems import COMMAND_LINE, Overrides
 from gaitsim.experiment.reader import Reader
 from gaitsim.opening import read_regular
 from gaitsim.registry.presets import read_preset
-
-LARGEST = 2_000_000  # bytes of an experiment file, which may include a robot with its meshes
+from gaitsim.toml import LARGEST
 
 
 def load_experiment(

@@ -7,7 +7,8 @@ from typing import Any
 from gaitsim.errors import GaitsimError
 from gaitsim.live import background
 from gaitsim.runs.background import last_failure
-from gaitsim.runs.overview import State, overview
+from gaitsim.runs.overview import State
+from gaitsim.runs.watcher import overview
 
 
 class BackgroundControls:

@@ -23,8 +23,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from filelock import FileLock, Timeout
-
 from gaitsim.errors import GaitsimError, RunError, error_from_dict
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.folder import command
@@ -113,6 +111,11 @@ def runtime_file(run: Path, kind: str, folder: Path | None = None) -> Path:
     return (folder or runtime_folder()) / (key + kind)
 
 
+def status_names(run: Path) -> frozenset[str]:
+    """Return the names of the files from which the state of a run's background process is read."""
+    return frozenset(runtime_file(run, kind).name for kind in (STATUS, FAILURE))
+
+
 def runtime_names() -> frozenset[str]:
     """Return the names of all files of background processes."""
     try:
@@ -190,6 +193,8 @@ def forget_failure(run: Path) -> None:
     with suppress(OSError):
         runtime_file(run, FAILURE).unlink(missing_ok=True)
         if runtime_file(run, STATUS).exists():
+            from filelock import FileLock
+
             with FileLock(runtime_file(run, LOCK), timeout=0):  # fails if the process is alive
                 for kind in (STATUS, LOG):
                     runtime_file(run, kind).unlink(missing_ok=True)
@@ -241,6 +246,8 @@ def _parse_live_process(data: Mapping[str, Any], lock: Path) -> BackgroundProces
 
 
 def _is_locked(lock: Path) -> bool:
+    from filelock import FileLock, Timeout
+
     probe = FileLock(lock)
     try:
         probe.acquire(timeout=0)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.experiment import ExperimentOutline, read_outline
-from gaitsim.experiment.loading import LARGEST
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.checkpoint import (
     Champion,
@@ -45,6 +44,7 @@ from gaitsim.runs.files.history import (
 from gaitsim.runs.files.tables import damaged_error, line_ends
 from gaitsim.runs.notes import read_note
 from gaitsim.runs.stages import RunStage, changes, stages_of
+from gaitsim.toml import LARGEST
 
 
 @dataclass(frozen=True)

@@ -1,36 +1,30 @@
-"""Overviews of runs, cheap enough to read once a second while other processes write the runs."""
+"""Overviews of runs, and a list of them that is quick to read.
+
+This module imports nothing heavy, so that `gaitsim runs` starts quickly.
+"""
 
 import math
-import os
-import time
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim import toml
+from gaitsim.errors import GaitsimError
+from gaitsim.opening import open_regular, read_regular
+from gaitsim.registry import KINDS
 from gaitsim.runs.background import (
-    FAILURE,
-    STATUS,
     background_process,
     last_failure,
-    runtime_file,
     runtime_names,
+    status_names,
 )
-from gaitsim.runs.files.folder import EXPERIMENT, list_runs
+from gaitsim.runs.files import safe_pickle
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, list_runs
 from gaitsim.runs.files.lock import is_locked
-from gaitsim.runs.files.safe_pickle import NewerVersionError, SchemaVersionError
-from gaitsim.runs.follow import Rows, RunFollower, last_modified
-from gaitsim.runs.notes import read_note
-from gaitsim.runs.resume import stop_reason_of
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.stopping import stop_reason
 
-POINTS = 256
-"""Maximum number of points of a run's curve; a longer run has at least half as many."""
-READ_INTERVAL = 10
-"""Minimum time between two reads of a run, as a multiple of the duration of a read."""
+LARGEST = 2**30  # bytes of a history that is read
 
 State = Literal[
     "running",
@@ -98,166 +92,137 @@ class Overview:
         return self.state in ("running", "paused", "queued")
 
 
-class Curve:
-    """The best score over the generations of a growing history.
+def list_overviews(root: Path) -> list[Overview]:
+    """Return the runs in a folder, oldest first, in a form for lists.
 
-    Attributes:
-        seconds: duration of the generations.
+    Description, seed, seconds, changed, curve and note may be left out. Of a run with an intact
+    checkpoint, neither the arrays nor the values in the history are checked. This takes a fifth of
+    the time of `watcher.overview`, and saves the imports of that, 0.25 s.
+
+    Raises:
+        RunError: `root` is not a folder, or cannot be read.
     """
-
-    def __init__(self) -> None:
-        self._best = np.empty(0)
-        self.seconds = 0.0
-
-    @property
-    def points(self) -> tuple[float, ...]:
-        """The best score of each group of consecutive generations; NaN where all failed."""
-        stride = 1
-        while len(self._best) >= POINTS * stride:
-            stride *= 2
-        return tuple(np.fmax.reduceat(self._best, np.arange(0, len(self._best), stride)).tolist())
-
-    def extend(self, rows: Rows) -> None:
-        """Add rows of the history; rows that start at generation 1 replace all."""
-        if not rows or not len(rows["generation"]):
-            return
-        if rows["generation"][0] == 1:
-            self._best, self.seconds = np.empty(0), 0.0
-        self.seconds += float(rows["seconds"].sum())
-        best = np.where(np.isfinite(rows["best"]), rows["best"], np.nan)
-        self._best = np.concatenate([self._best, best])
+    names = runtime_names()
+    found = (_read_quickly(path, names) or _read_in_full(path) for path in list_runs(root))
+    return [run for run in found if run is not None]
 
 
-class RunsWatcher:
-    """The runs in a folder, each re-read only when it has changed.
+def run_state(run: Path, *, finished: bool, background: bool) -> tuple[State, GaitsimError | None]:
+    """Return the state of a run, and the failure of its background process.
 
     Args:
-        root: path of the folder.
+        run: folder of the run.
+        finished: whether a stop condition holds.
+        background: whether a background process of the run has left files.
     """
-
-    def __init__(self, root: Path) -> None:
-        self._root = root
-        self._watched: dict[Path, _WatchedRun] = {}
-
-    def poll(
-        self, progress: Callable[[Sequence[Overview], int], object] | None = None
-    ) -> list[Overview]:
-        """Return the current runs, oldest first.
-
-        Args:
-            progress: callback after each run, which receives the runs read so far, most recently
-                changed first, and the number of all runs.
-
-        Raises:
-            RunError: `root` is not a folder, or cannot be read.
-        """
-        paths = list_runs(self._root)
-        self._watched = {path: self._watched.get(path) or _WatchedRun(path) for path in paths}
-        names = runtime_names()
-        found: dict[Path, Overview] = {}
-        for path in paths if progress is None else sorted(paths, key=last_modified, reverse=True):
-            run = self._watched[path].poll(names)
-            if run is not None:
-                found[path] = run
-            if progress is not None:
-                progress([*found.values()], len(paths))
-        return [found[path] for path in paths if path in found]
+    process = background_process(run) if background else None
+    if process is not None and process.state in ("queued", "paused"):
+        return process.state, None
+    if process is not None or is_locked(run):
+        return "running", None
+    failure = last_failure(run) if background else None
+    return "failed" if failure else "finished" if finished else "stopped", failure
 
 
-def overview(path: Path) -> Overview | None:
-    """Return the overview of a run; None if it no longer exists."""
-    return _WatchedRun(path).poll(runtime_names())
+def _read_in_full(path: Path) -> Overview | None:
+    from gaitsim.runs.watcher import overview
+
+    return overview(path)
 
 
-class _WatchedRun:
-    """One run with its latest overview."""
+@dataclass(frozen=True)
+class _Limits:
+    """The limits of a search; see `Evolution`."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._follower = RunFollower(path)
-        self._curve = Curve()
-        self._overview: Overview | None = None
-        self._finished = False
-        self._not_before = 0.0
-        self._background = {runtime_file(path, kind).name for kind in (STATUS, FAILURE)}
-
-    def poll(self, names: Collection[str]) -> Overview | None:
-        """Return the current overview, given the names of all files of background processes."""
-        if not os.path.lexists(self._path / EXPERIMENT):
-            return None
-        now = time.monotonic()
-        run = self._follower.poll() if now >= self._not_before else None
-        if run is not None:
-            self._overview = self._read(run)
-            self._not_before = now + READ_INTERVAL * (time.monotonic() - now)
-        found = self._overview
-        if found is None:
-            return None
-        note = self._note()
-        if found.note != note:
-            found = self._overview = replace(found, note=note)
-        if found.problem is not None:
-            return found
-        state, failure = self._state(background=not self._background.isdisjoint(names))
-        if found.state != state or str(found.failure) != str(failure):
-            found = self._overview = replace(found, state=state, failure=failure)
-        return found
-
-    def _note(self) -> str:
-        try:
-            return read_note(self._path)
-        except RunError as error:
-            return f"({error.what})"
-
-    def _state(self, background: bool) -> tuple[State, GaitsimError | None]:
-        """Return the state and failure of a run; `background`: whether it has runtime files."""
-        process = background_process(self._path) if background else None
-        if process is not None and process.state in ("queued", "paused"):
-            return process.state, None
-        if process is not None or is_locked(self._path):
-            return "running", None
-        failure = last_failure(self._path) if background else None
-        state: State = "failed" if failure else "finished" if self._finished else "stopped"
-        return state, failure
-
-    def _read(self, run: RunSnapshot) -> Overview:
-        modified = self._follower.modified
-        known: dict[str, Any] = {"path": self._path, "changed": modified, "plugins": {}}
-        try:
-            outline = run.outline
-            known["plugins"], known["seed"] = outline.plugins, outline.seed
-            known["description"] = outline.description
-            known["generations"] = outline.evolution.generations
-            checkpoint = run.checkpoint
-            if checkpoint is not None:
-                known["generation"] = checkpoint.generation
-                known["stage"] = len(checkpoint.stages) + 1
-                best = checkpoint.best_score
-                known["best"] = best if math.isfinite(best) else None
-                self._finished = bool(stop_reason_of(run))
-            self._curve.extend(self._follower.read_rows(run))
-        except GaitsimError as error:
-            problem = _foreign_format(run) or error
-            return Overview(state=_state_of(problem), problem=problem, **known)
-        known |= {"curve": self._curve.points, "seconds": self._curve.seconds}
-        return Overview(state="stopped", **known)
+    generations: int
+    target_score: float | None = None
+    max_evaluations: int | None = None
+    stagnation: int | None = None
 
 
-def _foreign_format(run: RunSnapshot) -> GaitsimError | None:
-    """Return the error of a checkpoint in another format; None for other checkpoints.
+@dataclass(frozen=True)
+class _Reached:
+    """The progress of a search; see `Progress`."""
 
-    It takes precedence over errors of the experiment, which may be in another format, too.
+    evaluations: int
+    best_score: float
+    stagnation: int
+
+
+def _read_quickly(path: Path, names: frozenset[str]) -> Overview | None:
+    """Return the overview of a run, without its history; None if the run must be read in full.
+
+    This is the case without a checkpoint, if the checkpoint is damaged or of another experiment
+    than `experiment.toml`, or if the history is too short.
     """
     try:
-        _ = run.checkpoint
-    except SchemaVersionError as error:
-        return error
-    except GaitsimError:
-        pass
-    return None
+        text = read_regular(path / EXPERIMENT, toml.LARGEST).decode()
+        stored = safe_pickle.load(path / CHECKPOINT)
+        tables = toml.parse(text, EXPERIMENT)
+    except (OSError, UnicodeDecodeError, GaitsimError):
+        return None
+    plugins = _plugins(tables)
+    limits = _limits(tables)
+    match stored:
+        case {
+            "kind": "population",
+            "experiment": experiment,
+            "generation": int(generation),
+            "evaluations": int(evaluations),
+            "stagnation": int(stagnation),
+            "best_score": float(best),
+            "stages": list(stages),
+            "scores": {"shape": [int(individuals)]},
+        } if experiment == text and best < math.inf and limits and plugins:
+            reached = _Reached(evaluations, best, stagnation)
+        case _:
+            return None
+    if not 0 < generation < _count_lines(path / HISTORY, generation + 1):
+        return None
+    state, failure = run_state(
+        path,
+        finished=bool(stop_reason(limits, generation, reached, individuals)),
+        background=bool(names) and not names.isdisjoint(status_names(path)),
+    )
+    return Overview(
+        path,
+        state,
+        plugins,
+        generation=generation,
+        generations=limits.generations,
+        best=best if math.isfinite(best) else None,
+        stage=len(stages) + 1,
+        failure=failure,
+    )
 
 
-def _state_of(problem: GaitsimError) -> State:
-    if isinstance(problem, NewerVersionError):
-        return "newer format"
-    return "older format" if isinstance(problem, SchemaVersionError) else "damaged"
+def _plugins(tables: Mapping[str, Any]) -> dict[str, str] | None:
+    """Return the name of each plugin by kind; None if the experiment is incomplete."""
+    found: dict[str, str] = {}
+    for kind in KINDS:
+        match tables.get(kind):
+            case {"plugin": str(name)}:
+                found[kind] = name
+    return found if found.keys() >= {"organism", "fitness", "search"} else None
+
+
+def _limits(tables: Mapping[str, Any]) -> _Limits | None:
+    """Return the limits of the search; None if they are not numbers."""
+    table = tables.get("evolution")
+    names = [item.name for item in fields(_Limits)]
+    given = {name: table[name] for name in names if name in table} if type(table) is dict else {}
+    if type(given.get("generations")) is not int:
+        return None
+    return _Limits(**given) if {*map(type, given.values())} <= {int, float} else None
+
+
+def _count_lines(path: Path, most: int) -> int:
+    """Return the number of whole lines of a file, at most about `most`; 0 if it is unreadable."""
+    count = 0
+    try:
+        with open_regular(path, LARGEST) as file:
+            while count < most and (part := file.read(2**20)):
+                count += part.count(b"\n")
+    except OSError:
+        return 0
+    return count

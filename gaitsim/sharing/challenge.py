@@ -15,7 +15,6 @@ from pydantic import AfterValidator, Field, StrictStr, TypeAdapter, ValidationEr
 from gaitsim import toml
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import PORTABLE, Experiment, Overrides, parse_experiment
-from gaitsim.experiment.loading import LARGEST
 from gaitsim.experiment.model import MOST_GENERATIONS
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.individual import Individual, Member
@@ -30,6 +29,7 @@ from gaitsim.runs.files.provenance import (
 )
 from gaitsim.runs.files.schema import Name
 from gaitsim.sharing.code import WHERE, decode, encode, invalid
+from gaitsim.toml import LARGEST
 
 _HEAD = struct.Struct("<IIdcIII")
 """The header: generation, member or 0, score, kind of genes, number of genes, and the sizes in

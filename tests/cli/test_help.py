@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 import typer
@@ -11,9 +12,26 @@ import typer
 from gaitsim import cli
 from gaitsim.cli.app import app
 from gaitsim.cli.help import arrange_help
+from gaitsim.evaluation import evaluate
 from gaitsim.registry import EXPERIMENTS, KINDS, entries
+from gaitsim.runs.creation import create_run
+from gaitsim.runs.writer import RunWriter
 
-HEAVY = ("numpy", "numba", "scipy", "matplotlib", "textual", "tomlkit")
+HEAVY = (
+    *(
+        "numpy",
+        "numba",
+        "scipy",
+        "matplotlib",
+        "textual",
+        "tomlkit",
+        "PIL",
+        "av",
+        "pymunk",
+        "mujoco",
+    ),
+    *("filelock", "multiprocessing"),
+)
 
 
 def commands(command=None, path=()):
@@ -137,7 +155,7 @@ def test_lists_name_everything_installed(gaitsim):
     )
 
 
-def imported(*arguments, path=()):
+def imported(*arguments, path=(), environment=None, folder=None):
     """Return the top-level packages that a command imports, and its standard error."""
     code = (
         f"import sys; sys.path[:0] = {list(map(str, path))}; sys.argv = {['gaitsim', *arguments]}\n"
@@ -145,7 +163,14 @@ def imported(*arguments, path=()):
         "try: main()\n"
         "finally: print(*{m.partition('.')[0] for m in sys.modules}, file=sys.stderr)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **(environment or {})},
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return set(done.stderr.split())
 
 
@@ -155,9 +180,45 @@ def test_help_imports_neither_numpy_nor_pydantic_nor_anything_heavy():
     assert not found & {*HEAVY, "pydantic", "markdown_it", "pygments"}
 
 
-@pytest.mark.parametrize("command", ["analyse", "export", "plot", "video"])
-def test_slow_commands_import_nothing_heavy_before_their_first_line(command):
-    assert not imported(command, "--help") & {*HEAVY, "av"}
+def test_the_help_and_completion_of_a_command_import_nothing_heavy():
+    """Commands declare their options without the modules that do their work."""
+    code = (
+        "import sys\n"
+        "from typer.main import get_command\n"
+        "from gaitsim.cli.app import app\n"
+        f"for path in {[path for path in COMMANDS if path]}:\n"
+        "    command, before = get_command(app), set(sys.modules)\n"
+        "    for name in path: command = command.load(name)\n"
+        "    new = {module.partition('.')[0] for module in {*sys.modules} - before}\n"
+        f"    print(*path, *new.intersection({HEAVY}), sep=',')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == [",".join(path) for path in COMMANDS if path]
+
+
+@pytest.mark.parametrize("words", ["run sp", "show wa", "runs --delete wa", "plugins show sp"])
+def test_completion_of_names_imports_nothing_heavy(tmp_path, words):
+    (tmp_path / "runs/walk").mkdir(parents=True)
+    (tmp_path / "runs/walk/experiment.toml").touch()
+    environment = {
+        "_GAITSIM_COMPLETE": "complete_bash",
+        "COMP_WORDS": f"gaitsim {words}",
+        "COMP_CWORD": str(len(words.split())),
+    }
+    found = imported(environment=environment, folder=tmp_path)
+    assert "typer" in found
+    assert not found & {*HEAVY}
+
+
+def test_the_list_of_runs_imports_nothing_heavy_and_no_plugin(puppet, tmp_path):
+    path = create_run(puppet(), tmp_path / "runs/walk")
+    with RunWriter.open(path) as writer:
+        next(writer.evolve(partial(evaluate, writer.experiment)))
+    for arguments in (["runs"], ["runs", "--json"]):
+        found = imported(*arguments, folder=tmp_path)
+        assert "typer" in found
+        assert not found & {*HEAVY}
+        assert not [name for name in found if name.startswith("gaitsim_")]
 
 
 def test_modules_that_help_skips_can_be_imported_later():

@@ -10,8 +10,8 @@ from gaitsim.errors import RunError
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.notes import LARGEST, read_note, write_note
-from gaitsim.runs.overview import overview
 from gaitsim.runs.renaming import rename_run
+from gaitsim.runs.watcher import overview
 
 
 @pytest.fixture

@@ -32,8 +32,8 @@ from gaitsim.runs.background import (
     last_failure,
     runtime_file,
 )
-from gaitsim.runs.overview import overview
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.watcher import overview
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
 SLOW = ("organism.pause=0.01",)

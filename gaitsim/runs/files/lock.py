@@ -7,8 +7,6 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-from filelock import FileLock, Timeout
-
 from gaitsim.errors import RunError
 from gaitsim.opening import open_descriptor, read_regular
 from gaitsim.runs.background import check_not_in_background
@@ -30,6 +28,8 @@ class RunLock:
     """
 
     def __init__(self, folder: Path) -> None:
+        from filelock import FileLock, Timeout
+
         check_not_in_background(folder, TIMEOUT)
         self._lock = FileLock(folder / ".lock")
         owner = folder / ".lock-owner"
@@ -83,6 +83,8 @@ def is_locked(folder: Path) -> bool:
 
 def _held(lock: Path, descriptor: int) -> bool:
     if sys.platform == "win32":
+        from filelock import FileLock, Timeout
+
         try:
             with FileLock(lock, timeout=0):
                 return False

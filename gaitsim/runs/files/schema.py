@@ -23,8 +23,8 @@ from pydantic import (
 )
 
 from gaitsim.contracts import Array
-from gaitsim.experiment.loading import LARGEST
 from gaitsim.experiment.model import MOST_GENERATIONS
+from gaitsim.toml import LARGEST
 
 EXACT_KEYS = ConfigDict(extra="forbid")
 
