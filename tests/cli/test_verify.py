@@ -10,8 +10,9 @@ from gaitsim_walker import machine
 
 
 @pytest.fixture
-def run(gaitsim, puppet_file, tmp_path):
-    """Evolve a run of five generations."""
+def run(gaitsim, puppet_file, tmp_path, monkeypatch):
+    """Evolve a run of five generations, each saved at once."""
+    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 0.0)
     gaitsim("run", puppet_file)
     return tmp_path / "runs/puppet"
 
