@@ -127,7 +127,8 @@ class Search(ReprMixin, Iterator[Generation]):
 
     After leaving a loop early, continue with `next(search)` or another loop. `close()`, the end
     of a `with` block or the deletion of the search stops the workers and unlocks the run. A
-    recorded search saves the generations at the end, and every half second of computing.
+    recorded search saves its generations then, when `run` is read, and at least every half second
+    of computing.
 
     Attributes:
         experiment: experiment being evolved.

@@ -190,6 +190,18 @@ def test_a_run_resumes_after_an_error_in_the_loop(tmp_path: Path) -> None:
     assert list(search) == []
 
 
+def test_the_run_of_a_search_has_all_its_generations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 1e9)
+    with gs.evolve("spider", generations=9, population=24, out=tmp_path / "run") as search:
+        for _ in range(3):
+            next(search)
+        assert search.run.snapshot.generation == 3
+        next(search)
+    assert search.run.snapshot.generation == 4
+
+
 def test_a_search_continues_after_its_loop() -> None:
     search = gs.evolve("spider", generations=4, population=8)
     for generation in search:

@@ -50,8 +50,8 @@ class Live(GaitScreen):
 
     CSS_PATH = "live.tcss"
     HELP_TEXT = """
-A run as it evolves. The search runs in its own process, which saves every generation and continues
-when you leave this screen or the app. To steer it, open the run again, here, in another window or
+A run as it evolves. The search runs in its own process, which saves the run and continues when you
+leave this screen or the app. To steer it, open the run again, here, in another window or
 with `gaitsim attach`.
 
 - **Space** pauses and continues. **n** evolves one generation. **s** stops and saves.
