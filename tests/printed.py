@@ -3,6 +3,7 @@
 import re
 import shlex
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 import typer
@@ -17,6 +18,10 @@ PRINTED = re.compile(
 )
 PLACEHOLDER = re.compile(r"…|\b[A-Z]+\b")
 """Placeholder that the reader replaces, as in `gaitsim play RUN`."""
+
+
+GAITSIM = typer.main.get_command(app)
+load = cache(LazyGroup.load)
 
 
 class Step(NamedTuple):
@@ -64,11 +69,11 @@ def parse(line: str) -> bool:
     given = False
     for part in re.split(r"\s(?:[|>]|2>|&&)(?:\s|$)", line.partition(" # ")[0]):
         arguments = part.partition("gaitsim ")[2]
-        command, rest = typer.main.get_command(app), shlex.split(arguments)
+        command, rest = GAITSIM, shlex.split(arguments)
         if not rest or rest[0].startswith("-"):
             continue  # another program, or options of gaitsim itself
         while isinstance(command, LazyGroup) and rest:
-            command, rest = command.load(rest[0]), rest[1:]
+            command, rest = load(command, rest[0]), rest[1:]
         given |= bool(rest)
         command.make_context("gaitsim", rest)
     return given

@@ -30,20 +30,20 @@ SHORT = {"duration": 1.0}
 
 
 @pytest.mark.parametrize(
-    ("body", "frames"),
+    ("kind", "options", "frames"),
     [
-        (Spider(), spider_frames),
-        (Spider(damage=("L2 lost", "R1 femur stuck 20")), spider_frames),
-        (Walker(legs=2, **SHORT), walker_frames),
-        (Walker(**SHORT), walker_frames),
-        (Robot(**SHORT), robot_frames),
-        (Robot(model="hexapod", encoding="sine", **SHORT), robot_frames),
-        (Robot(model="spider-physics", **SHORT), robot_frames),
-        (Robot(damage=("L1 lost",), **SHORT), robot_frames),
+        (Spider, {}, spider_frames),
+        (Spider, {"damage": ("L2 lost", "R1 femur stuck 20")}, spider_frames),
+        (Walker, {"legs": 2, **SHORT}, walker_frames),
+        (Walker, SHORT, walker_frames),
+        (Robot, SHORT, robot_frames),
+        (Robot, {"model": "hexapod", "encoding": "sine", **SHORT}, robot_frames),
+        (Robot, {"model": "spider-physics", **SHORT}, robot_frames),
+        (Robot, {"damage": ("L1 lost",), **SHORT}, robot_frames),
     ],
-    ids=lambda one: getattr(one, "model", type(one).__name__),
 )
-def test_a_rig_places_the_skeletons_points(body, frames):
+def test_a_rig_places_the_skeletons_points(kind, options, frames):
+    body = kind(**options)
     genomes = body.genome_space().random(2, np.random.default_rng(1))
     motion = body.move(genomes)
     skeleton, rig = body.skeleton(motion, 1), body.rig()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from textual import _wait
+from textual.css.stylesheet import Stylesheet
 from waiting import app_until
 
 from gaitsim.evaluation import evaluate
@@ -19,6 +20,20 @@ PUPPETS = Path(__file__).parents[1] / "puppets"
 # Waiting for an idle app takes a second while something moves; shorter intervals avoid this.
 _wait.SLEEP_GRANULARITY = 1 / 200
 _wait.SLEEP_IDLE = _wait.SLEEP_GRANULARITY / 20
+
+# Each new app would parse the same style sheets.
+_parse_rules = Stylesheet._parse_rules
+_parsed = {}
+
+
+def _parse_once(sheet, *arguments, **options):
+    key = (tuple(sheet._variables.items()), arguments, tuple(options.items()))
+    if key not in _parsed:
+        _parsed[key] = _parse_rules(sheet, *arguments, **options)
+    return _parsed[key]
+
+
+Stylesheet._parse_rules = _parse_once
 
 
 @pytest.fixture
