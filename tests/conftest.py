@@ -4,6 +4,7 @@ import gc
 import importlib
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -441,6 +442,32 @@ def start(tmp_path):
         for pipe in (process.stdout, process.stderr):
             if pipe is not None:
                 pipe.close()
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    """Return a function that creates a folder once for all tests, and copies it for each test.
+
+    Its arguments are a name for the folder's content, the folder's path, and a function that
+    creates the folder there. A copy of a run takes 2 ms, a run of puppets 20 to 80 ms.
+    """
+    kept = tmp_path_factory.mktemp("once")
+
+    def once(name, path, create):
+        if not (kept / name).exists():
+            create()
+            shutil.copytree(path, kept / name)
+        else:
+            shutil.copytree(kept / name, path)
+        return path
+
+    return once
+
+
+@pytest.fixture
+def finished(gaitsim, puppet_file, tmp_path, once):
+    """Return the folder `runs/puppet` of a finished run of puppets."""
+    return once("puppet", tmp_path / "runs/puppet", lambda: gaitsim("run", puppet_file))
 
 
 def evolved(experiment, path):

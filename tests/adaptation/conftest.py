@@ -38,9 +38,10 @@ cells = 60
 
 
 @pytest.fixture
-def atlas(install, gaitsim, tmp_path):
+def atlas(install, gaitsim, tmp_path, once):
     """The folder of an atlas of a body with three legs."""
     install("limping", LIMPING, {"organism": {"limping": "Limping"}})
     (tmp_path / "atlas.toml").write_text(ATLAS)
-    gaitsim("run", "atlas.toml", "--workers", 1)
-    return tmp_path / "runs/atlas"
+    return once(
+        "atlas", tmp_path / "runs/atlas", lambda: gaitsim("run", "atlas.toml", "--workers", 1)
+    )

@@ -23,10 +23,10 @@ def strict(text):
 
 
 @pytest.fixture
-def spider(gaitsim, tmp_path):
+def spider(gaitsim, tmp_path, once):
     """Evolve ten spiders for three generations, and return the run."""
-    gaitsim("run", "spider", *SMALL)
-    return RunSnapshot(tmp_path / "runs/spider")
+    path = tmp_path / "runs/spider"
+    return RunSnapshot(once("spider", path, lambda: gaitsim("run", "spider", *SMALL)))
 
 
 def test_the_gait_and_its_score_are_explained(gaitsim, spider):

@@ -8,11 +8,6 @@ from gaitsim.choices import ExportFormat
 from gaitsim.exporting import BY_ENDING
 
 
-@pytest.fixture
-def finished(gaitsim, puppet_file):
-    gaitsim("run", puppet_file, "--json")
-
-
 def table(path):
     return [line.split(",") for line in path.read_text().splitlines()]
 

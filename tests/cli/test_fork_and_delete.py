@@ -14,10 +14,13 @@ from gaitsim.runs.writer import RunWriter
 
 
 @pytest.fixture
-def run(gaitsim, puppet_file, tmp_path):
+def run(gaitsim, puppet_file, tmp_path, once):
     """Evolve a run of five generations with champions."""
-    gaitsim("run", puppet_file, "--set", "evolution.fitness_threshold=0")
-    return tmp_path / "runs/puppet"
+    return once(
+        "run with champions",
+        tmp_path / "runs/puppet",
+        lambda: gaitsim("run", puppet_file, "--set", "evolution.fitness_threshold=0"),
+    )
 
 
 def files(path):

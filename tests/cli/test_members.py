@@ -14,10 +14,11 @@ objectives = { price = "max", reach = "max" }
 
 
 @pytest.fixture
-def front(gaitsim, puppet_file):
+def front(gaitsim, puppet_file, tmp_path, once):
     """Evolve a run with a front, and return its members as JSON."""
     puppet_file.write_text(puppet_file.read_text().partition("[search]")[0] + SEARCH)
-    gaitsim("run", puppet_file, "--population", 12)
+    path = tmp_path / "runs/puppet"
+    once("front", path, lambda: gaitsim("run", puppet_file, "--population", 12))
     return [json.loads(line) for line in gaitsim("members", "puppet", "--json").stdout.splitlines()]
 
 

@@ -3,11 +3,6 @@
 import pytest
 
 
-@pytest.fixture
-def finished(gaitsim, puppet_file):
-    gaitsim("run", puppet_file)
-
-
 @pytest.mark.parametrize(
     ("options", "says"),
     [

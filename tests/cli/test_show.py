@@ -15,13 +15,6 @@ def strict(text):
 
 
 @pytest.fixture
-def finished(gaitsim, puppet_file, tmp_path):
-    """A finished run of puppets."""
-    gaitsim("run", puppet_file)
-    return tmp_path / "runs/puppet"
-
-
-@pytest.fixture
 def unstarted(puppet, tmp_path):
     """A run without a generation."""
     from gaitsim.runs.creation import create_run

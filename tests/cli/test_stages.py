@@ -22,10 +22,9 @@ def installed(climb):
 
 
 @pytest.fixture
-def plain_run(gaitsim, puppet_file, tmp_path):
-    """Evolve a run of five generations."""
-    gaitsim("run", puppet_file)
-    return tmp_path / "runs/puppet"
+def plain_run(finished):
+    """A run of five generations."""
+    return finished
 
 
 def test_a_stage_is_shown_in_plain_lines(gaitsim, plain_run):

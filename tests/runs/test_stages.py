@@ -38,17 +38,20 @@ def begin(puppet, *overrides, generations=4, out="run"):
 
 
 @pytest.fixture
-def plain(puppet):
+def plain(puppet, once):
     """A run of four generations."""
-    return begin(puppet, THRESHOLD, out="plain")
+    return once("plain", Path("plain"), lambda: begin(puppet, THRESHOLD, out="plain"))
 
 
 @pytest.fixture
-def staged(puppet):
+def staged(puppet, once):
     """The same run, followed by a stage of four generations with another fitness."""
-    path = begin(puppet, THRESHOLD, out="staged")
-    assert continue_run(path, overrides=CLIMB, generations=8) == ""
-    return RunSnapshot(path)
+
+    def create():
+        path = begin(puppet, THRESHOLD, out="staged")
+        assert continue_run(path, overrides=CLIMB, generations=8) == ""
+
+    return RunSnapshot(once("staged", Path("staged"), create))
 
 
 def edit(path, *replacements):

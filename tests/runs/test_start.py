@@ -34,10 +34,14 @@ def continue_run(path, until=None, **options):
 
 
 @pytest.fixture
-def staged(puppet):
+def staged(puppet, once):
     """A run of two stages, each of which saved champions."""
-    run = continue_run(create_run(puppet(THRESHOLD), Path("staged")))
-    return continue_run(run.path, overrides={"fitness.plugin": "puppet-climb"}, generations=10)
+
+    def create():
+        run = continue_run(create_run(puppet(THRESHOLD), Path("staged")))
+        continue_run(run.path, overrides={"fitness.plugin": "puppet-climb"}, generations=10)
+
+    return RunSnapshot(once("two stages", Path("staged"), create))
 
 
 def test_an_individual_is_named_by_file_run_and_generation(staged):

@@ -53,14 +53,18 @@ def evolve(path, *overrides, generations=None, until=None):
 
 
 @pytest.fixture
-def run(puppet, tmp_path, gathering):
+def run(puppet, tmp_path, gathering, once):
     """A run of three stages, the second with a different fitness; it was also stopped once."""
-    experiment = puppet("evolution.generations=4", "evolution.fitness_threshold=0")
-    path = create_run(experiment, tmp_path / "run")
-    evolve(path, until=2)
-    evolve(path)
-    evolve(path, "fitness.price=0.4", generations=8)
-    return evolve(path, "search.elites=1", generations=LAST)
+    path = tmp_path / "run"
+
+    def create():
+        create_run(puppet("evolution.generations=4", "evolution.fitness_threshold=0"), path)
+        evolve(path, until=2)
+        evolve(path)
+        evolve(path, "fitness.price=0.4", generations=8)
+        evolve(path, "search.elites=1", generations=LAST)
+
+    return RunSnapshot(once("three stages", path, create))
 
 
 def everything(run):

@@ -27,9 +27,8 @@ def test_codes_of_portable_bodies_hold_on_every_processor(name):
 
 
 @pytest.fixture
-def code(gaitsim, puppet_file):
+def code(gaitsim, finished):
     """The code of the champion of a run of five generations."""
-    gaitsim("run", puppet_file)
     return gaitsim("share", "puppet").stdout.strip()
 
 

@@ -30,14 +30,18 @@ target = 2.0
 
 
 @pytest.fixture
-def studies(tmp_path):
+def studies(tmp_path, once):
     """Return a folder with a study that has finished one of two cells."""
     folder = tmp_path / "studies/small"
-    folder.mkdir(parents=True)
-    study = parse_study(STUDY, "small.toml")
-    for name, text in {"study.toml": STUDY, **experiment_files(study)}.items():
-        (folder / name).write_text(text)
-    list(run_cells(folder, study, cells(study)[:1], 1))
+
+    def create():
+        folder.mkdir(parents=True)
+        study = parse_study(STUDY, "small.toml")
+        for name, text in {"study.toml": STUDY, **experiment_files(study)}.items():
+            (folder / name).write_text(text)
+        list(run_cells(folder, study, cells(study)[:1], 1))
+
+    once("study", folder, create)
     return tmp_path / "studies"
 
 

@@ -1,0 +1,183 @@
+"""A reader of the documentation, who runs the commands of a page or a `--help` in order.
+
+The reader of a page begins in a folder without runs; the reader of a `--help` has the runs that
+its examples name.
+"""
+
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from types import SimpleNamespace
+
+from printed import Step, examples, steps
+from terminals import begin_and_end, shell
+
+from gaitsim.registry import EXPERIMENTS, entries
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+HELP = sorted((ROOT / "gaitsim" / "cli").rglob("*.py"))
+FOUND = {path: list(steps(path.read_text())) for path in PAGES}
+FOUND |= {path: list(examples(path.read_text())) for path in HELP}
+# The guide of plugins is run in an environment of its own: tests/conformance/test_plugin_guide.py.
+GUIDE = ROOT / "docs" / "plugins.md"
+FOUND = {path: found for path, found in FOUND.items() if found and path != GUIDE}
+
+NOT_RUN = {
+    r"^(?!(\w+=\w+ )?gaitsim \w)": "another program: sets something up, or has a test of its own",
+    r"tcp://host:8786": "needs a cluster",
+    r"champions/generation-000012": "a file of a run with all its individuals",
+    r"attach .* > ": "ends with the run; without a file it is begun",
+    r" --root \.\./": "needs the folder of a robot's meshes",
+    r"plugins check( --json.*)?$": "takes a minute; tests/conformance checks all plugins",
+    r"--pairs --physics": "takes half a minute; pages have each of the two options alone",
+    r"study millipede-operators": "takes minutes; benchmarks/study.py runs it",
+}
+"""Commands that are only parsed, and why."""
+
+ENDLESS = {
+    r"^gaitsim tui": ("gaitsim", "\x11"),
+    r"^gaitsim steer(?!.*--out)": ("hover", "\x11"),
+    r"^gaitsim serve": ("http://", ""),
+    r"^gaitsim attach": ("generation", ""),
+    r"^gaitsim adapt.*--interactive": ("Enter to quit", "\n"),
+}
+"""Commands that do not end by themselves: what they show, and the key that ends them, or Ctrl-C."""
+
+EXTRAS = {
+    "--engine bullet": "pybullet",
+    "--format tensorboard": "tensorboardX",
+    "--format rosbag2": "rosbags",
+    "--dask": "distributed",
+    "gaitsim serve": "textual_serve",
+}
+"""Modules that some options need."""
+
+LONG = {
+    "spider": {"population": 4},
+    "fly": {"population": 4},
+    "spider-front": {"population": 8},
+    "spider-atlas": {"population": 20, "generations": 300},
+}
+"""Presets that evolve long, since pages name late generations or need an archive with members."""
+
+LESS = {
+    "run": {"--population": "10", "--generations": "2"},
+    "atlas": {"--population": "20", "--generations": "2"},
+    "video": {"--size": "320x180", "--fps": "1", "--speed": "1"},
+    "play": {"--at": "0"},
+    "compare": {"--repeats": "2", "--evaluations": "400"},
+    "imitate": {"--epochs": "20"},
+    "adapt": {"--trials": "2"},
+}
+"""Options for less work, by command."""
+
+
+OWN = {
+    "my-spider.toml": "gaitsim experiments show spider > my-spider.toml",
+    "my-gait.csv": "gaitsim export spider --out my-gait.csv",
+}
+"""Files of a reader that `--help` names, and how they were made."""
+
+
+def does_all(
+    path: Path,
+    folder: Path,
+    runs: Callable[[str], Path],
+    gaitsim: Callable[..., SimpleNamespace],
+) -> None:
+    """Do in a folder what a page or a `--help` says, and fail with all commands that fail."""
+    quadruped = ROOT / "plugins" / "gaitsim_robot" / "models" / "quadruped.xml"
+    shutil.copy(quadruped, folder / "my_robot.urdf")  # the root element tells the format
+    if path in HELP:
+        its_examples_exist(FOUND[path], folder, runs, gaitsim)
+    failed = []
+    for step in FOUND[path]:
+        try:
+            reader_does(step, folder, runs, gaitsim)
+        except AssertionError as error:
+            failed.append(f"{step.text}\n{error}")
+    assert not failed, "\n".join(failed)
+
+
+def its_examples_exist(
+    found: list[Step],
+    folder: Path,
+    runs: Callable[[str], Path],
+    gaitsim: Callable[..., SimpleNamespace],
+) -> None:
+    """Make the runs and files that the examples of a `--help` name, as its reader has them."""
+    named = set(re.findall(r"[\w-]+", " ".join(step.text for step in found)))
+    for preset in sorted(named & {"spider", *entries(EXPERIMENTS)}):
+        shutil.copytree(runs(preset), folder / "runs" / preset)
+    for copied in named & {"spider-2", "spider-3"}:
+        shutil.copytree(runs("spider"), folder / "runs" / copied)
+    if "experiments/spring" in " ".join(step.text for step in found):
+        shutil.copytree(runs("spider"), folder / "experiments" / "spring" / "spider")
+    for file, line in OWN.items():
+        if file in " ".join(step.text for step in found):
+            reader_does(Step(line), folder, runs, gaitsim)
+    studies = [step for step in FOUND[ROOT / "docs" / "studies.md"] if step.file]
+    reader_does(studies[0]._replace(file="my-study.toml"), folder, runs, gaitsim)
+
+
+def reader_does(
+    step: Step,
+    folder: Path,
+    runs: Callable[[str], Path],
+    gaitsim: Callable[..., SimpleNamespace],
+) -> None:
+    """Do in a folder what a page says."""
+    line, file = step
+    if file:
+        less = re.sub(r"(repeats|generations\"?) = \d+", r"\1 = 2", line)
+        (folder / file).write_text(less)
+        return
+    if any(re.search(one, line) for one in NOT_RUN):
+        return
+    if not all(find_spec(needed) for flag, needed in EXTRAS.items() if flag in line):
+        return
+    line = line.partition("  # ")[0].rstrip()
+    for beginning, (shows, key) in ENDLESS.items():
+        if re.match(beginning, line):
+            begin_and_end(line, folder, shows, key)
+            return
+    preset = re.fullmatch(r"gaitsim run (\w[\w-]*)", line)
+    if preset and not (folder / "runs" / preset[1]).exists():
+        shutil.copytree(runs(preset[1]), folder / "runs" / preset[1])
+    elif re.match(r"gaitsim [^|&]*$", line) and "2>" not in line:
+        command, _, out = line.partition(" > ")
+        printed = gaitsim(*quick(shlex.split(command)[1:])).stdout
+        if out:
+            (folder / out).write_text(printed)
+    else:
+        line = re.sub(r"(gaitsim video \S+)", r"\1 --size 320x180 --fps 1", line)
+        done = subprocess.run(**shell(line, folder), capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{line}: {done.stderr}"
+
+
+def quick(arguments: list[str]) -> list[str]:
+    """The same command with less work, but as many generations as it names."""
+    less = LESS.get(arguments[0], {})
+    if "--worlds" in arguments:
+        less = {"--worlds": "10"}
+    elif {"--report", "--detach"} & set(arguments):
+        less = {}  # other options are refused; what runs in the background is stopped
+    elif arguments[0] == "run" and arguments[1].endswith(".urdf"):
+        less = {"--population": "4", "--generations": "2"}  # rigid-body physics is slow
+    elif arguments[0] == "run" and "atlas" in arguments[1]:
+        less = {**less, "--population": "20"}  # two genomes for each emitter
+    if "--delete" in arguments:
+        return [*arguments, "--yes"]
+    for option, value in less.items():
+        if option == "--population" and "millipede" in arguments[1]:
+            continue
+        if option not in arguments:
+            arguments = [*arguments, option, value]
+        elif option != "--generations":
+            arguments[arguments.index(option) + 1] = value
+    return arguments
