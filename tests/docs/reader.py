@@ -59,11 +59,14 @@ EXTRAS = {
 
 LONG = {
     "spider": {"population": 4},
-    "fly": {"population": 4},
+    "fly": {"population": 6},
     "spider-front": {"population": 8},
     "spider-atlas": {"population": 20, "generations": 300},
+    "walker-four": {"population": 4, "generations": 2},
+    "walker-worlds": {"population": 4, "generations": 2},
 }
-"""Presets that evolve long, since pages name late generations or need an archive with members."""
+"""Presets that evolve long, since pages name late generations or need an archive with members, and
+presets that take long for each individual."""
 
 LESS = {
     "run": {"--population": "10", "--generations": "2"},

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from textual import _wait, constants, screen
+from textual import _wait, constants
 from textual.css.stylesheet import Stylesheet
 from waiting import app_until
 
@@ -21,10 +21,7 @@ PUPPETS = Path(__file__).parents[1] / "puppets"
 _wait.SLEEP_GRANULARITY = 1 / 200
 _wait.SLEEP_IDLE = _wait.SLEEP_GRANULARITY / 20
 
-# Screens are drawn less often, and nothing moves slowly into place; each pause of the pilot draws.
-screen.UPDATE_PERIOD = 1 / 10
-constants.MAX_FPS = 10
-constants.TEXTUAL_ANIMATIONS = "none"
+constants.TEXTUAL_ANIMATIONS = "none"  # each step of an animation draws the screen
 
 # Each new app would parse the same style sheets.
 _parse_rules = Stylesheet._parse_rules

