@@ -215,8 +215,7 @@ def move(self, genomes):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="ctypes.CDLL(None)")
-@pytest.mark.parametrize("workers", [1, 2])
-@pytest.mark.parametrize("json_lines", [True, False])
+@pytest.mark.parametrize(("workers", "json_lines"), [(1, True), (2, False)])
 def test_output_of_plugins_goes_to_standard_error(program, puppet_file, odd, workers, json_lines):
     odd("organism", PRINTING, "print('imported')")
     json_option = ["--json"] if json_lines else []
