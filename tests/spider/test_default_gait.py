@@ -11,10 +11,10 @@ from gaitsim.experiment import load_experiment
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module", params=range(2))
-def champion(request: pytest.FixtureRequest) -> tuple[dict[str, float], np.ndarray]:
+@pytest.fixture(scope="module")
+def champion() -> tuple[dict[str, float], np.ndarray]:
     """Return measures and joint angles, (frames, 24), of the best spider of the default run."""
-    experiment = load_experiment("spider", {"seed": request.param})
+    experiment = load_experiment("spider")
     with Evaluator(experiment) as evaluator:
         for generation in evolve(experiment, evaluator.evaluate):
             last = generation
