@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from javascript import CHROMIUM, FLAGS, call
 
+from gaitsim.choices import STEERING_PRESET
 from gaitsim.experiment import load_experiment
-from gaitsim.steering import PRESET
 from gaitsim_fly import assets
 from gaitsim_fly.organism import Fly
 from gaitsim_fly.page import control_data, mechanics_data, page, scripts
@@ -72,7 +72,7 @@ def test_commands_give_the_same_bits_as_in_python(wings):
 
 @pytest.mark.slow
 def test_the_trained_networks_fly_for_a_minute_with_the_same_bits():
-    fly = load_experiment(PRESET).organism
+    fly = load_experiment(STEERING_PRESET).organism
     for expected, found in zip(*commanded(fly, fly.controllers(), 60.0, 7), strict=True):
         assert np.array_equal(expected[0], found[0])
 
@@ -83,7 +83,7 @@ def test_keys_steer_the_trained_fly_in_a_browser(gaitsim, tmp_path):
     playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
     assert "5 commands" in gaitsim("steer", "--out", "fly.html").stdout
     address = (tmp_path / "fly.html").as_uri()
-    fly = load_experiment(PRESET).organism
+    fly = load_experiment(STEERING_PRESET).organism
     steered = fly.steer(fly.controllers())
     steered.advance("hover", 1)  # a page starts with this frame
     flown = 1
