@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Optional
 
 import pytest
 from annotated_types import Ge
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, Field
 
@@ -159,6 +159,7 @@ def test_a_file_is_read_as_it_is_written():
     assert options.convert_value(fields["limit"], "none", None) is None
 
 
+@settings(max_examples=50)
 @given(st.text())
 def test_any_text_is_a_value(text):
     options.parse_value(text)

@@ -150,10 +150,10 @@ def test_commands_of_any_genome_respect_the_limits_and_the_top_speed(
 @pytest.mark.parametrize("robot", ["hexapod", "humanoid"])
 def test_chunks_do_not_change_any_bit(robot, kind):
     coder = encoding(robot, kind)
-    drawn = genomes(coder, 7)
+    drawn = genomes(coder, 4)
     whole = coder.commands(drawn, 80)
     for size in (1, 3):
-        parts = [coder.commands(drawn[at : at + size], 80) for at in range(0, 7, size)]
+        parts = [coder.commands(drawn[at : at + size], 80) for at in range(0, 4, size)]
         assert np.array_equal(np.concatenate(parts), whole)
 
 

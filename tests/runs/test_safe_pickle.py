@@ -31,7 +31,7 @@ def builtins_deep(keys: st.SearchStrategy[str]) -> st.SearchStrategy[object]:
 contents = st.dictionaries(st.text(), builtins_deep(st.text()))
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(contents)
 def test_written_content_is_read(content):
     data = dumps(content)
