@@ -61,7 +61,7 @@ def place_feet(
         for axis in range(3):
             for frame in range(angles.shape[2]):
                 centre[individual, axis, frame] = legs.hips[axis]
-        for leg in range(8):
+        for leg in range(feet.shape[2]):
             sin_azimuth, cos_azimuth = _SIN_AZIMUTH[leg], _COS_AZIMUTH[leg]
             hip_x, side = _HIP_X[leg], _SIDE[leg]
             coxa_length, coxa_share = legs.lengths[leg, 0], legs.shares[leg, 0]

@@ -44,7 +44,7 @@ def _fill_axis(
     """Fill midpoints and travel along one axis; a loop over all axes would not vectorise."""
     for n in range(count):
         middle[n] = _HALF * (centre[first + n] + centre[first + n + 1])
-    for leg in range(8):
+    for leg in range(len(feet)):
         here, there = feet[leg, first : first + count], feet[leg, first + 1 : first + count + 1]
         for n in range(count):
             relative[leg, n] = _HALF * (here[n] + there[n]) - middle[n]
@@ -175,11 +175,11 @@ def travel(
             slip[first + n] = block.slip[n]
             margin[first + n] = block.margin[n]
             slope[first + n] = block.slope[n]
-        for leg in range(8):
+        for leg in range(len(stance)):
             row = stance[leg, first : first + count]  # a slice, as in `_fill_axis`
             for n in range(count):
                 row[n] = block.on[leg, n] > _ZERO
-    for leg in range(8):
+    for leg in range(len(stance)):
         stance[leg, last] = stance[leg, last - 1]
     slip[last], margin[last], slope[last] = slip[last - 1], margin[last - 1], slope[last - 1]
 
