@@ -1,5 +1,6 @@
 """Experiments in a form that can be sent to workers."""
 
+import gc
 import socket
 from functools import lru_cache
 
@@ -64,4 +65,11 @@ def prepare(experiment: Experiment, individuals: int = 1) -> None:
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):
         space = experiment.organism.genome_space()
         genomes = space.random(individuals, np.random.default_rng(0))
-    evaluate(experiment, genomes)
+    # Compiling creates many objects that live on; 10% of the time would go to the collector.
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        evaluate(experiment, genomes)
+    finally:
+        if collecting:
+            gc.enable()
