@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
+from numba import njit
 
 from gaitsim_spider.intervals import SIZE
 
@@ -13,7 +13,7 @@ _ZERO, _ONE = _f(0.0), _f(1.0)
 _FAR = _f(1e9)
 
 
-@register_jitable(error_model="numpy")
+@njit(error_model="numpy")
 def find_feet(block: Any) -> None:
     """Find the three feet on which the body rests in each interval.
 
@@ -35,13 +35,14 @@ def find_feet(block: Any) -> None:
                     jk = x[j, n] * y[k, n] - y[j, n] * x[k, n]
                     ki = x[k, n] * y[i, n] - y[k, n] * x[i, n]
                     height = (z[i, n] * jk + z[j, n] * ki + z[k, n] * ij) / (ij + jk + ki)
-                    above = (min(ij, jk, ki) >= _ZERO) | (max(ij, jk, ki) <= _ZERO)
-                    lower = above & (height < lowest[n])
+                    left = (ij >= _ZERO) & (jk >= _ZERO) & (ki >= _ZERO)
+                    right = (ij <= _ZERO) & (jk <= _ZERO) & (ki <= _ZERO)
+                    lower = (left | right) & (height < lowest[n])
                     lowest[n] = height if lower else lowest[n]
                     feet[n] = code if lower else feet[n]
 
 
-@register_jitable(error_model="numpy")
+@njit(error_model="numpy")
 def find_normal(block: Any, nx: Any, ny: Any, nz: Any, i: Any) -> Any:
     """Compute the upward unit normal n of the plane, and its height n·p for a foot p on it.
 

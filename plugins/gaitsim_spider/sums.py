@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from gaitsim.portable.scalar import sin, tan
@@ -50,7 +49,7 @@ def high_pass(frame_rate: float) -> tuple[float, NDArray[np.float32]]:
     return gain, np.array(poles, dtype=np.float32)
 
 
-@register_jitable(error_model="numpy")
+@njit(error_model="numpy")
 def _roughness(angles: Any, gain: float, poles: Any, state: Any) -> tuple[float, float]:
     """Return vibration and jerk of one individual, whose angles are (24, frames) float32."""
     joints, frames = angles.shape
@@ -64,7 +63,8 @@ def _roughness(angles: Any, gain: float, poles: Any, state: Any) -> tuple[float,
         y1[joint] = y2[joint] = z1[joint] = z2[joint] = _ZERO
         squares[joint] = jerks[joint] = _ZERO
     for start in range(1, frames, _FRAMES):
-        count = min(_FRAMES, frames - start)
+        rest = frames - start
+        count = rest if rest < _FRAMES else _FRAMES
         for n in range(count):
             for joint in range(_JOINTS):
                 frame_angles[n, joint] = angles[joint, start + n]

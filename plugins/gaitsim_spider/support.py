@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
+from numba import njit
 
 from gaitsim_spider.intervals import SIZE
 
@@ -13,7 +13,7 @@ _ONE, _FAR = _f(1.0), _f(1e9)
 _ROUNDING = _f(1e-8)  # m²
 
 
-@register_jitable(error_model="numpy")
+@njit(error_model="numpy")
 def find_margin(block: Any) -> None:
     """Compute the distance of the centre of mass from the nearest side of the support polygon.
 
@@ -42,7 +42,8 @@ def find_margin(block: Any) -> None:
                 right = du * fv - dv * fu < -_ROUNDING
                 du, dv = fu if right else du, fv if right else dv
             inside = du * (block.v0[n] - cv[n]) - dv * (block.u0[n] - cu[n])
-            nearest[n] = min(nearest[n], inside * abs(inside) / (du * du + dv * dv))
+            square = inside * abs(inside) / (du * du + dv * dv)
+            nearest[n] = square if square < nearest[n] else nearest[n]
             cu[n] += du
             cv[n] += dv
     for n in range(SIZE):
