@@ -1,24 +1,62 @@
 """The functions of `gaitsim.portable.scalar` in compiled code: of single numbers and of arrays."""
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from numba import njit
-from numba.extending import register_jitable
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import lower_builtin, register_jitable, type_callable
 
 from gaitsim.portable import scalar
 
-__all__ = ["cos", "exp", "log", "loop", "scalar", "sin", "tanh"]
+__all__ = ["exp", "log", "loop", "scalar", "sin_and_cos", "tanh"]
+
+
+def _instructions(function: Any, typing: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Return a decorator of a generator of instructions that stand for a function.
+
+    The smallest functions are not compiled: each, for each length of polynomials, costs 20 ms.
+    """
+    type_callable(function)(lambda context: typing)
+    any_types = types.VarArg(types.Any)  # type: ignore[no-untyped-call]
+    decorate: Callable[[Callable[..., Any]], Any]
+    decorate = lower_builtin(function, any_types)  # type: ignore[no-untyped-call]
+    return decorate
+
+
+@_instructions(scalar._bits, lambda x: types.int64(types.float64))
+def _bits(context: Any, builder: Any, typed: Any, arguments: Any) -> Any:
+    return builder.bitcast(arguments[0], ir.IntType(64))
+
+
+@_instructions(scalar._float, lambda bits: types.float64(types.int64))
+def _float(context: Any, builder: Any, typed: Any, arguments: Any) -> Any:
+    return builder.bitcast(arguments[0], ir.DoubleType())
+
+
+@_instructions(
+    scalar._polynomial,
+    lambda x, coefficients: types.float64(types.float64, coefficients),
+)
+def _polynomial(context: Any, builder: Any, typed: Any, arguments: Any) -> Any:
+    x, coefficients = arguments
+    total = ir.Constant(ir.DoubleType(), 0.0)
+    for n in range(len(typed.args[1])):
+        total = builder.fadd(builder.fmul(total, x), builder.extract_value(coefficients, n))
+    return total
+
 
 for _function in vars(scalar).copy().values():
-    if callable(_function) and _function.__module__ == scalar.__name__:
+    _own = callable(_function) and _function.__module__ == scalar.__name__
+    if _own and _function.__name__ not in globals():
         # Inlined, so that loops over them vectorise: 3 ns a sine, not 20 ns.
         register_jitable(forceinline=True, error_model="numpy")(_function)
 
-# For compiled code that is not a simple loop.
-exp, log, sin, cos, tanh = (
-    njit(error_model="numpy")(getattr(scalar, name))
-    for name in ("exp", "log", "sin", "cos", "tanh")
+# For other compiled code. The options are those above; with others, all their parts compile again.
+exp, log, sin_and_cos, tanh = (
+    njit(forceinline=True, error_model="numpy")(getattr(scalar, name))
+    for name in ("exp", "log", "sin_and_cos", "tanh")
 )
 
 

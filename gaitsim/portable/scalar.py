@@ -259,6 +259,15 @@ def cos(x: Any) -> Any:
     return found if usual else math.nan
 
 
+def sin_and_cos(x: Any) -> Any:
+    """Return the sine and the cosine, for |x| up to `MODERATE`; compiled, they share most work."""
+    usual = abs(x) <= MODERATE
+    quarter, r, s = quarter_turns(x if usual else 0.0)
+    sine, cosine = sin_of(quarter, r, s), sin_of(quarter + 1, r, s)
+    sine = x if x == 0 else sine
+    return (sine, cosine) if usual else (math.nan, math.nan)
+
+
 def tan(x: Any) -> Any:
     """Return the tangent, for |x| up to `MODERATE`."""
     usual = abs(x) <= MODERATE

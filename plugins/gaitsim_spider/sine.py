@@ -7,8 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gaitsim.portable import cos, sin
-from gaitsim.portable.compiled import cos as compiled_cos
-from gaitsim.portable.compiled import sin as compiled_sin
+from gaitsim.portable.compiled import sin_and_cos
 
 
 @cache
@@ -44,7 +43,8 @@ def sum_waves(
     for individual in range(population):
         for joint in range(joints):
             start = phase[individual, joint // of_leg] + lag[individual, joint]
-            a = np.float32(amplitude[individual, joint] * compiled_cos(start))
-            b = np.float32(amplitude[individual, joint] * compiled_sin(start))
+            sine_of_start, cosine_of_start = sin_and_cos(start)
+            a = np.float32(amplitude[individual, joint] * cosine_of_start)
+            b = np.float32(amplitude[individual, joint] * sine_of_start)
             for frame in range(frames):
                 angles[individual, joint, frame] = a * sine[frame] + b * cosine[frame]

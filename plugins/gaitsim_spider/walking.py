@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from gaitsim.portable.compiled import scalar as portable
+from gaitsim.portable.compiled import sin_and_cos
 from gaitsim_spider.damage import Legs
 from gaitsim_spider.intervals import SIZE
 from gaitsim_spider.kinematics import place_feet
@@ -37,7 +36,7 @@ def _atan(x: Any) -> Any:
     return x * (_ONE + y * (_A3 + y * (_A5 + y * (_A7 + y * tail))))
 
 
-@register_jitable(error_model="numpy")
+@njit(error_model="numpy")
 def _fill_axis(
     feet: Any, centre: Any, middle: Any, relative: Any, travelled: Any, first: int, count: int
 ) -> None:
@@ -52,7 +51,7 @@ def _fill_axis(
             travelled[leg, n] = there[n] - here[n]
 
 
-@register_jitable(error_model="numpy")
+@njit(inline="always", error_model="numpy")
 def _fill_block(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
     """Fill a block with midpoints and travel in `count` intervals from frame `first`."""
     _fill_axis(feet[0], centre[0], block.cx, block.x, block.dx, first, count)
@@ -60,7 +59,7 @@ def _fill_block(block: Any, feet: Any, centre: Any, first: int, count: int) -> N
     _fill_axis(feet[2], centre[2], block.cz, block.z, block.dz, first, count)
 
 
-@register_jitable(error_model="numpy")
+@njit(error_model="numpy")
 def _project_feet(block: Any) -> None:
     """Find the feet on the resting plane; project all feet and their travel onto it.
 
@@ -84,7 +83,7 @@ def _project_feet(block: Any) -> None:
             block.dv[leg, n] = dy[leg, n] - ny * shift
 
 
-@register_jitable(error_model="numpy")
+@njit(error_model="numpy")
 def _twist(block: Any) -> None:
     """Compute the slip, and the rigid motion of the body that best keeps stance feet in place.
 
@@ -100,7 +99,7 @@ def _twist(block: Any) -> None:
             mv += on[leg, n] * v[leg, n]
             mdu += on[leg, n] * du[leg, n]
             mdv += on[leg, n] * dv[leg, n]
-        share = _ONE / max(count, _ONE)
+        share = _ONE / (count if count > _ONE else _ONE)
         mu, mv, mdu, mdv = mu * share, mv * share, mdu * share, mdv * share
         turn = spread = _ZERO
         for leg in range(8):
@@ -124,13 +123,11 @@ def _twist(block: Any) -> None:
         block.turn[n], block.slip[n] = turn, slid * share
 
 
-@register_jitable(error_model="numpy")
+@njit(inline="always", error_model="numpy")
 def _find_directions(block: Any) -> None:
     """Compute the cosines and sines of the headings."""
     for n in range(SIZE):
-        block.ahead_x[n] = portable.cos(block.heading[n])
-    for n in range(SIZE):
-        block.ahead_y[n] = portable.sin(block.heading[n])
+        block.ahead_y[n], block.ahead_x[n] = sin_and_cos(block.heading[n])
 
 
 @njit(inline="always", error_model="numpy")
@@ -154,7 +151,8 @@ def travel(
     nx, ny, nz, foot = _ZERO, _ZERO, _ONE, np.int64(0)  # the type of later feet
     pose[0, 0], pose[1, 0], pose[2, 0] = _ZERO, _ZERO, _ZERO
     for first in range(0, last, SIZE):
-        count = min(SIZE, last - first)
+        rest = last - first
+        count = rest if rest < SIZE else SIZE
         _fill_block(block, feet, centre, first, count)
         find_feet(block)
         nx, ny, nz, foot = find_normal(block, nx, ny, nz, foot)
