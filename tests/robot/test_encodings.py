@@ -157,17 +157,20 @@ def test_chunks_do_not_change_any_bit(robot, kind):
         assert np.array_equal(np.concatenate(parts), whole)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+LAGS = {
+    "alternating": [0, 0.5, 0.5, 0, 0, 0.5],
+    "trot": [0, 0.5, 0.5, 0, 0, 0.5],
+    "bound": [0, 0, 0.5, 0.5, 0, 0],
+    "wave": [-0.5, 0, -0.25, 0.25, 0, 0.5],
+}
+
+
 @pytest.mark.parametrize(
-    ("symmetry", "lags"),
-    [
-        ("alternating", [0, 0.5, 0.5, 0, 0, 0.5]),
-        ("trot", [0, 0.5, 0.5, 0, 0, 0.5]),
-        ("bound", [0, 0, 0.5, 0.5, 0, 0]),
-        ("wave", [-0.5, 0, -0.25, 0.25, 0, 0.5]),
-    ],
+    ("kind", "symmetry"),
+    [*(("steps", one) for one in LAGS), ("sine", "alternating"), ("sine", "wave"), ("cpg", "wave")],
 )
-def test_mirrored_legs_make_the_same_steps_with_the_lags_of_the_symmetry(kind, symmetry, lags):
+def test_mirrored_legs_make_the_same_steps_with_the_lags_of_the_symmetry(kind, symmetry):
+    lags = LAGS[symmetry]
     coder = encoding("hexapod", kind, symmetry)
     step = {"stride": 0.03, "lift": 0.02, "duty": 0.6, "shift": 0.01}
     wave = {"amplitude": 0.2, "offset": 0.1, "delay": 0.3}
