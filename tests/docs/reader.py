@@ -68,6 +68,15 @@ LONG = {
 """Presets that evolve long, since pages name late generations or need an archive with members, and
 presets that take long for each individual."""
 
+SHORTER = {
+    "gaitsim resume fly --generations 1000": "gaitsim resume fly --generations 205",
+    "gaitsim resume fly --set organism.duration=30 --generations 250": (
+        "gaitsim resume fly --set organism.duration=30 --generations 205"
+    ),
+    "gaitsim run my_robot.urdf --generations 30": "gaitsim run my_robot.urdf --generations 3",
+}
+"""Commands with many generations, none of which a later command names."""
+
 LESS = {
     "run": {"--population": "10", "--generations": "2"},
     "atlas": {"--population": "20", "--generations": "2"},
@@ -145,6 +154,7 @@ def reader_does(
     if not all(find_spec(needed) for flag, needed in EXTRAS.items() if flag in line):
         return
     line = line.partition("  # ")[0].rstrip()
+    line = SHORTER.get(line, line)
     for beginning, (shows, key) in ENDLESS.items():
         if re.match(beginning, line):
             begin_and_end(line, folder, shows, key)
