@@ -10,6 +10,7 @@ from accuracy import BOUNDS, FUNCTIONS, arguments, largest_error
 
 from gaitsim import portable
 from gaitsim.portable import scalar
+from gaitsim.portable.compiled import sin_and_cos
 
 SPECIAL = [
     0.0, 0.5, 1.0, 2.0, 2.5, 3.0, 5e-324, 1e308, 2.0**53, 2.0**53 - 1, 2.0**70, math.inf, math.nan,
@@ -55,6 +56,16 @@ def test_large_angles_are_exact(name, angle):
         exact = getattr(mpmath, name)(mpmath.mpf(angle))
     found = getattr(portable, name)(np.array([0.0, angle]))[1]
     assert abs(found - float(exact)) <= math.ulp(float(exact))
+
+
+@pytest.mark.parametrize("run", [scalar.sin_and_cos, sin_and_cos])
+def test_the_pair_of_sine_and_cosine_has_the_bits_of_each(run):
+    angles = [-0.0, *np.random.default_rng(3).normal(scale=9, size=300), scalar.MODERATE]
+    for angle in angles:
+        sine, cosine = run(angle)
+        assert np.float64(sine).tobytes() == np.float64(scalar.sin(angle)).tobytes()
+        assert cosine == scalar.cos(angle)
+    assert all(map(math.isnan, run(math.inf)))
 
 
 def test_scalars_give_scalars_and_arguments_broadcast():
