@@ -30,11 +30,10 @@ from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_context
 from gaitsim.registry.kernel_cache import missing_cache
 
-# Individuals per chunk for a compiled body: few enough for its arrays to fit into the cache and to
-# be allocated without a system call, but enough to outweigh the cost of NumPy's calls. Best of 60:
-# on two cores, 200 spiders take 5.8 ms in chunks of 50, 6.7 ms in chunks of 32; on one core, 100
-# recurrence spiders take 2.4 ms in chunks of 50, 3.0 ms in a single chunk.
-IN_CACHE = 50
+# Individuals per chunk for a compiled body: few enough for its arrays to fit into the cache, but
+# enough to outweigh the calls of Python and NumPy, which hold the interpreter's lock. Best of 120
+# on two cores of a Xeon: 200 spiders take 4.0 ms in chunks of 100, 4.6 ms in chunks of 50.
+IN_CACHE = 100
 
 # The C library of Linux returns memory to the system that exceeds twice the largest block that was
 # ever freed. One large block, never touched, makes it keep the memory of a chunk for the next one:
