@@ -97,7 +97,7 @@ def main() -> None:
                 [gaitsim, "show", "walker"],
                 one,
                 {},
-                None,
+                START,
             ),
         ]
         least = [float("inf")] * len(works)
