@@ -78,22 +78,28 @@ class _Follower:
             self._shown.start_stage(snapshot.stage, changes[0].generation, texts, rescored)
 
     def _rows(self, snapshot: Snapshot) -> Sequence[Row]:
-        """Return the rows of the history that have not been shown."""
+        """Return the rows of the history that have not been shown.
+
+        Rows that are needed from the run's folder but not yet there follow with a later snapshot.
+        """
         rows, first = snapshot.rows, self._seen + 1
-        if not rows or snapshot.generation < first:
+        # Only at rest, all rows are known to be in the folder.
+        resting = snapshot.state in ("paused", "finished", "stopped")
+        if snapshot.generation < first or not (rows or resting):
             return ()
         run = None
-        if rows["generation"][0] > first:  # the snapshot left out earlier rows
+        if not rows or rows["generation"][0] > first:  # the snapshot left out earlier rows
             run = RunSnapshot(self._path)
             rows = run.history
-        found = _as_dicts(rows, first)
-        self._seen += len(found)
-        if snapshot.islands and len(found) == 1:
+        found = _as_dicts(rows, first) if rows else []
+        if snapshot.islands and len(found) == 1 and first == snapshot.generation:
             found[0]["islands"] = list(snapshot.islands)
-        elif snapshot.islands:
+        elif snapshot.islands and found:
             bests = (run or RunSnapshot(self._path)).islands
+            found = found[: max(len(bests) - self._seen, 0)]
             for one in found:
                 one["islands"] = bests[one["generation"] - 1].tolist()
+        self._seen += len(found)
         return found
 
 

@@ -2,6 +2,8 @@
 
 import asyncio
 from dataclasses import replace
+from functools import partial
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +11,13 @@ import pytest
 
 from gaitsim.cli.display import Display
 from gaitsim.cli.following import _Follower
+from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Event, Snapshot
 from gaitsim.live.watching import RunWatcher
+from gaitsim.runs.creation import create_run
+from gaitsim.runs.files.history import row
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.writer import RunWriter
 
 
 class Recorder(Display):
@@ -82,6 +88,30 @@ def test_each_row_has_the_best_score_of_each_island(puppet_run, shown):
         path, [part_of_history(whole, 1, 3), part_of_history(whole, 4, 4, islands=tuple(bests[3]))]
     )
     np.testing.assert_array_equal([row["islands"] for row in noted.rows], bests[:4])
+
+
+def test_rows_whose_islands_are_not_on_disk_yet_are_shown_later(
+    puppet, shown, monkeypatch, tmp_path
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 1e9)
+    path = create_run(
+        puppet("islands.number=2", "islands.migrants=1", "evolution.generations=5"), Path("run")
+    )
+
+    def snapshots():
+        with RunWriter.open(path) as writer:
+            generations = list(islice(writer.evolve(partial(evaluate, writer.experiment)), 4))
+            table = [row(generation) for generation in generations]
+            rows = {name: np.array([one[name] for one in table]) for name in table[0]}
+            bests = tuple(generations[-1].scores.reshape(2, -1).max(axis=1))
+            yield Snapshot("running", generation=4, rows=rows, islands=bests)
+        yield Snapshot("stopped", generation=4, islands=bests)
+
+    noted = shown(path, snapshots())
+    found = RunSnapshot(path)
+    assert [one["generation"] for one in noted.rows] == [1, 2, 3, 4]
+    np.testing.assert_array_equal([one["islands"] for one in noted.rows], found.islands)
 
 
 @pytest.mark.parametrize("scored_from", [1, 4])

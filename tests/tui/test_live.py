@@ -7,6 +7,7 @@ import re
 import shutil
 import threading
 from functools import partial
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,9 @@ from waiting import app_until
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
+from gaitsim.experiment import load_experiment
 from gaitsim.live.background import background_state
-from gaitsim.live.protocol import Event, RankedIndividual, Snapshot
+from gaitsim.live.protocol import Best, Event, RankedIndividual, Snapshot
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.follow import HistoryBuffer
@@ -31,7 +33,7 @@ from gaitsim.tui.screens.change_dialog import ChangeDialog
 from gaitsim.tui.screens.change_effect import changeable_options
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
-from gaitsim.tui.screens.live_source import with_failure
+from gaitsim.tui.screens.live_source import ChampionSimulator, with_failure
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.lines import Lines
@@ -127,6 +129,20 @@ def whole(make, gaitsim, *overrides, **options):
     path = make(0, *overrides, out="whole", **options)
     gaitsim("resume", path)
     return RunSnapshot(path).fingerprint()
+
+
+def test_a_champion_that_is_not_on_disk_yet_is_simulated(tmp_path, monkeypatch):
+    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 1e9)
+    options = {"evolution.population": 12, "evolution.fitness_threshold": "none"}
+    path = create_run(load_experiment("spider", options), tmp_path / "run")
+    with RunWriter.open(path) as writer:
+        *_, last = islice(writer.evolve(partial(evaluate, writer.experiment)), 3)
+        genome = last.genomes[last.best]
+        best = Best(last.number, float(last.scores[last.best]), tuple(genome.tolist()))
+        assert RunSnapshot(path).generation == 1
+        found = ChampionSimulator(path).simulate(best, 1)
+    expected = RunSnapshot(path).individual(3).skeleton
+    assert np.array_equal(found.segments, expected.segments)
 
 
 class TestStopped:

@@ -111,7 +111,10 @@ class ChampionSimulator:
             GaitsimError: the body's plugin is missing, or cannot simulate or draw the champion.
         """
         if self._experiment is None or stage != self._stage:
-            self._experiment = RunSnapshot(self._run).experiment_at(champion.generation)
+            run = RunSnapshot(self._run)
+            # A generation that is not on disk yet belongs to the current experiment.
+            saved = champion.generation <= run.generation
+            self._experiment = run.experiment_at(champion.generation) if saved else run.experiment
             self._stage = stage
         experiment = self._experiment
         if not champion.genome:
