@@ -97,9 +97,10 @@ def test_a_run_killed_in_an_epoch_is_bit_identical_after_resuming(
     until(lambda: history.exists() and history.read_text().count("\n") > 6)
     process.kill()
     process.wait()
-    # Only the generations already written survive of the current epoch.
+    # The process may have been killed between the rows and the checkpoint of the same save; the
+    # first generation was saved alone.
     found = json.loads(gaitsim("show", "killed", "--json").stdout)
-    assert 5 <= found["generation"] <= 13
+    assert 1 <= found["generation"] <= 13
     gaitsim("resume", "killed", "--workers", 1)
     assert gaitsim("show", "killed", "--fingerprint").stdout == alone
 

@@ -460,9 +460,9 @@ class TestLeaving:
             await pilot.app.push_screen(again)
             await app_until(pilot, lambda: again.state == "running")
             assert again.process.pid == process.pid
-            course = again.board.live.course
-            await app_until(pilot, lambda: len(course) > 2)
-            numbers = course["generation"]
+            # A course that is re-read from the folder replaces the earlier one.
+            await app_until(pilot, lambda: len(again.board.live.course) > 2)
+            numbers = again.board.live.course["generation"]
             assert numbers.tolist() == [*range(1, len(numbers) + 1)]
             kinds = [event.generation for event in again.board.live.events]
             assert kinds == sorted(kinds)
