@@ -44,35 +44,22 @@ class Oscillators:
     dtype: DTypeLike = np.float64
 
     def sine(self, amplitude: Floats, phase: Floats, lag: Floats, frequency: ArrayLike) -> Floats:
-        """Return θ(t) = A sin(2πft + φ + λ)."""
-        if np.ndim(frequency):
-            self._check(amplitude, phase, lag, frequency)
-            return self._angles(amplitude, self._phases(phase, frequency), lag)
-        sine, cosine, of_sine, of_cosine = self.waves(amplitude, phase, lag, frequency)
-        angles: Floats = of_sine[..., None] * sine
-        angles += of_cosine[..., None] * cosine
-        return angles
+        """Return θ(t) = A sin(2πft + φ + λ).
 
-    def waves(
-        self, amplitude: Floats, phase: Floats, lag: Floats, frequency: ArrayLike
-    ) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return sin 2πft and cos 2πft, (frames,), and their coefficients in A sin(2πft + φ + λ).
-
-        By the addition theorem, the coefficients, (population, joints), are A cos(φ + λ) and
-        A sin(φ + λ). Each angle then costs two products instead of a sine. The frequency must be
-        the same for all individuals.
+        If all individuals have one frequency, the addition theorem replaces the sine of each angle
+        by two products.
         """
         self._check(amplitude, phase, lag, frequency)
+        if np.ndim(frequency):
+            return self._angles(amplitude, self._phases(phase, frequency), lag)
         joint_phase = phase.take(self.of_joints, axis=1) + lag
         step = 2 * math.pi * np.asarray(frequency, np.float64) / self.frame_rate
         cycle = step * np.arange(self.frames)
-        coefficients = amplitude * cos(joint_phase), amplitude * sin(joint_phase)
-        return (
-            self._cast(sin(cycle)),
-            self._cast(cos(cycle)),
-            self._cast(coefficients[0]),
-            self._cast(coefficients[1]),
-        )
+        of_sine = self._cast(amplitude * cos(joint_phase))[..., None]
+        of_cosine = self._cast(amplitude * sin(joint_phase))[..., None]
+        angles: Floats = of_sine * self._cast(sin(cycle))
+        angles += of_cosine * self._cast(cos(cycle))
+        return angles
 
     def cpg(
         self,
