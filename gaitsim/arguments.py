@@ -12,11 +12,7 @@ ARGUMENTS = "arguments"  # source of the options, for messages
 
 
 def check_workers(workers: Any) -> None:
-    """Check a number of workers.
-
-    Raises:
-        GaitsimError: the number is invalid.
-    """
+    """Check a number of workers."""
     whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
     if workers is not None and not (whole and workers >= 1):
         raise GaitsimError(
@@ -34,9 +30,6 @@ def as_overrides(set: Any, short: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of `set` and the options of `short` that are not None, by key.
 
     An option in `set` overrides the same option in `short`.
-
-    Raises:
-        GaitsimError: `set` is not a mapping.
     """
     if not isinstance(set, Mapping | None):
         raise GaitsimError(

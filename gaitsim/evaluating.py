@@ -68,11 +68,7 @@ def evaluate(
 
 
 def _genomes(experiment: Experiment, space: GenomeSpace, given: ArrayLike) -> Genomes:
-    """Return genomes as an array (population, genes) with the dtype of the genome space.
-
-    Raises:
-        GaitsimError: they cannot be converted.
-    """
+    """Return genomes as an array (population, genes) with the dtype of the genome space."""
     try:
         array: Any = np.asarray(given)
     except ValueError:  # lists of different lengths

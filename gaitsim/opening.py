@@ -25,9 +25,6 @@ def open_descriptor(path: Path, flags: int, *, follow: bool = False) -> int:
         path: path of the file.
         flags: flags for `os.open`, such as `os.O_RDWR | os.O_CREAT`.
         follow: whether `path` may be a link, as for files named by the user.
-
-    Raises:
-        OSError: the path is not a regular file, or cannot be opened; `strerror` gives the reason.
     """
     try:
         descriptor = os.open(path, flags | _FLAGS | (0 if follow else _NO_FOLLOW), 0o644)
@@ -54,12 +51,7 @@ def open_descriptor(path: Path, flags: int, *, follow: bool = False) -> int:
 
 
 def open_regular(path: Path, largest: int, *, follow: bool = False) -> BinaryIO:
-    """Open a regular file of at most `largest` bytes for reading.
-
-    Raises:
-        OSError: the file is not regular, too large, or cannot be opened; `strerror` gives the
-            reason.
-    """
+    """Open a regular file of at most `largest` bytes for reading."""
     file = os.fdopen(open_descriptor(path, os.O_RDONLY, follow=follow), "rb")
     if (size := _size(file)) > largest:
         file.close()
@@ -68,12 +60,7 @@ def open_regular(path: Path, largest: int, *, follow: bool = False) -> BinaryIO:
 
 
 def read_regular(path: Path, largest: int, *, follow: bool = False) -> bytes:
-    """Return the content of a regular file of at most `largest` bytes.
-
-    Raises:
-        OSError: the file is not regular, too large, or cannot be read; `strerror` gives the
-            reason.
-    """
+    """Return the content of a regular file of at most `largest` bytes."""
     with open_regular(path, largest, follow=follow) as file:
         # A single read would allocate memory for the requested size at once.
         parts = iter(lambda: file.read(_PART), b"")

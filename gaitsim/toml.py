@@ -37,10 +37,6 @@ def parse(text: str, source: str) -> dict[str, Any]:
     Args:
         text: text to parse.
         source: origin of the text, for messages.
-
-    Raises:
-        GaitsimError: the text is not valid TOML, has a whole number of more than 64 bits, which
-            TOML does not allow, has too many values, or is nested too deeply.
     """
     # The running time of tomli is quadratic in the parts of a dotted key.
     if _DOTTED.search(_QUOTED.sub("x", text)):

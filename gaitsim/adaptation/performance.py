@@ -20,10 +20,6 @@ def performance(experiment: Experiment, genomes: Genomes, measure: str) -> Float
     """Simulate genomes, (population, genes), and return their performance, (population,).
 
     The performance is the measure of a gait, or 0 if the gait fails or the measure is not finite.
-
-    Raises:
-        GaitsimError: the body does not have the measure.
-        PluginError: the body fails or breaks its contract.
     """
     return performance_of(experiment, move_genomes(experiment, genomes), measure)
 
@@ -37,11 +33,7 @@ def performance_of(experiment: Experiment, motion: Motion, measure: str) -> Floa
 
 
 def unit_of(experiment: Experiment, genomes: Genomes, measure: str) -> str:
-    """Return the unit of a measure; simulates one genome.
-
-    Raises:
-        GaitsimError: the body does not have the measure.
-    """
+    """Return the unit of a measure; simulates one genome."""
     return str(_measures(experiment, move_genomes(experiment, genomes[:1]), measure)[measure].unit)
 
 

@@ -95,11 +95,6 @@ def read_prior(
             the body.
         on_progress: called with the number of gaits evaluated since the last call.
         on_warning: called with a message for the user.
-
-    Raises:
-        GaitsimError: the body does not have the measure, or no gait has a performance above 0.
-        PluginError: the body fails or breaks its contract.
-        RunError: the run is not an atlas, or has no members.
     """
     members = atlas_members(run)
     experiment, genomes = run.experiment_at(run.generation), members.genomes
@@ -162,11 +157,7 @@ def _evaluate_map(
 
 
 def atlas_members(run: RunSnapshot) -> Members:
-    """Return the members of an atlas.
-
-    Raises:
-        RunError: the run is not an atlas, or has no members.
-    """
+    """Return the members of an atlas."""
     if run.experiment.search.keeps != "archive":
         raise RunError(
             f"the run {run.path} is not an atlas: its search keeps no archive",

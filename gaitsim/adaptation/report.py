@@ -107,11 +107,7 @@ _REPORT = TypeAdapter(Report)
 
 
 def leg_losses(experiment: Experiment, *, pairs: bool = False) -> list[tuple[str, ...]]:
-    """Return the loss of each leg, and with `pairs` also of each pair of legs.
-
-    Raises:
-        GaitsimError: the body has fewer than three legs.
-    """
+    """Return the loss of each leg, and with `pairs` also of each pair of legs."""
     legs = [*experiment.organism.leg_joints()]
     if len(legs) < 3:
         raise GaitsimError(
@@ -150,11 +146,6 @@ def make_report(
         workers: number of gaits tried at a time; None for the number of cores.
         on_atlas: called with the number of gaits measured on the intact body since the last call.
         on_case: called whenever a case finishes.
-
-    Raises:
-        GaitsimError: the body cannot lose legs, has no twin, or does not have the measure.
-        RunError: the run is not an atlas, the folder contains a different report, or the folder
-            cannot be written.
     """
     prior = read_prior(run, measure, workers=workers, on_progress=on_atlas)
     damages, experiment = leg_losses(prior.experiment, pairs=pairs), prior.experiment
@@ -222,12 +213,7 @@ def _adapt_to_damage(
 
 
 def _stored_report(path: Path, wanted: Report, members: int) -> Report:
-    """Return the report in a file, or `wanted` if the file does not exist.
-
-    Raises:
-        RunError: the file is damaged, contradicts the number of members, or contains a different
-            report.
-    """
+    """Return the report in a file, or `wanted` if the file does not exist."""
     remedy = "delete the file, or choose a different folder"
     try:
         found = _REPORT.validate_json(read_regular(path, _LARGEST))

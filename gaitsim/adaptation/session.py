@@ -56,12 +56,7 @@ _SESSION = TypeAdapter(Session)
 
 
 def session_file(run: Path, name: str) -> Path:
-    """Return the file of a session.
-
-    Raises:
-        GaitsimError: the name is invalid.
-        RunError: the folder cannot be created, or is a link.
-    """
+    """Return the file of a session."""
     if not _NAME.fullmatch(name):
         raise GaitsimError(
             f"invalid name for an adaptation: {name!r:.120}",
@@ -87,11 +82,7 @@ def normalise_damage(damage: Sequence[str]) -> tuple[str, ...]:
 
 
 def read_session(path: Path) -> Session | None:
-    """Return the session in a file; None if the file does not exist.
-
-    Raises:
-        RunError: the file is damaged, or cannot be read.
-    """
+    """Return the session in a file; None if the file does not exist."""
     try:
         session = _SESSION.validate_json(read_regular(path, LARGEST), strict=True)
         reason = _inconsistency(session)
@@ -116,9 +107,6 @@ def replace_session(path: Path, read: Session | None, session: Session) -> None:
         path: the file.
         read: content of the file when it was read; None if it did not exist.
         session: new content.
-
-    Raises:
-        RunError: another process has changed the file since, or it cannot be written.
     """
     if read_session(path) != read:
         raise RunError(
@@ -130,11 +118,7 @@ def replace_session(path: Path, read: Session | None, session: Session) -> None:
 
 
 def write_session(path: Path, session: Session) -> None:
-    """Write a session atomically, replacing any existing file.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
+    """Write a session atomically, replacing any existing file."""
     write_bytes(path, _SESSION.dump_json(session, indent=1) + b"\n", follow=False)
 
 

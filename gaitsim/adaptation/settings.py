@@ -25,9 +25,6 @@ class Settings:
         length_scale: distance over which a trial affects the expected performance of other gaits.
         noise: variance of a measured performance.
         stop: share of the best expected performance that a trial must reach to end the adaptation.
-
-    Raises:
-        GaitsimError: a value is out of range.
     """
 
     trials: int = 20

@@ -27,9 +27,6 @@ def simulated_robot(
         damage: damaged legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
         measure: name of the performance measure.
         physics: whether to use the body's twin, its version in rigid-body physics.
-
-    Raises:
-        GaitsimError: the body does not support the damage, or has no twin.
     """
     if physics:
         body = twin_of(experiment, damage)

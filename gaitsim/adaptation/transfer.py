@@ -15,11 +15,7 @@ MAX_MEASURED = 100  # number of gaits measured on the other body
 
 
 def count_intact_gaits(run: RunSnapshot, *, physics: bool) -> int:
-    """Return the largest number of gaits that are measured on intact bodies before an adaptation.
-
-    Raises:
-        RunError: the run is not an atlas, or has no members.
-    """
+    """Return the largest number of gaits measured on intact bodies before an adaptation."""
     members = len(atlas_members(run).scores)
     return members + (min(members, MAX_MEASURED) if physics else 0)
 
@@ -40,9 +36,6 @@ def measure_intact(
 
     Returns:
         The measured performance by member, counted from 1.
-
-    Raises:
-        GaitsimError: no measured performance is above 0.
     """
     members = most_promising(prior, MAX_MEASURED)
     found: dict[int, float] = {}

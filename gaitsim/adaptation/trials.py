@@ -112,9 +112,6 @@ def adapt(
 
     Yields:
         The next trial.
-
-    Raises:
-        GaitsimError: a measured performance is not a finite number.
     """
     done = [*trials]
     while (proposal := propose(prior, done, settings)) is not None:
@@ -124,11 +121,7 @@ def adapt(
 
 
 def create_trial(proposal: Proposal, measured: float) -> Trial:
-    """Return the trial of a proposed gait with its measured performance.
-
-    Raises:
-        GaitsimError: the measured performance is not a finite number.
-    """
+    """Return the trial of a proposed gait with its measured performance."""
     try:
         value = float(measured)
     except (TypeError, ValueError):

@@ -245,11 +245,7 @@ def adapt(
 
 
 def _check(place: Place, interactive: bool, measured: str | None, json: bool) -> None:
-    """Check that the options do not contradict each other.
-
-    Raises:
-        GaitsimError: they do.
-    """
+    """Check that the options do not contradict each other."""
     wrong = ""
     if place != "robot" and (interactive or measured is not None):
         wrong = "--damage and --physics are for trials in simulation, not on a robot"
@@ -264,11 +260,7 @@ def _check(place: Place, interactive: bool, measured: str | None, json: bool) ->
 
 
 def _check_proposed(run: RunSnapshot, name: str) -> None:
-    """Check that an adaptation has begun, so that a gait can have been measured.
-
-    Raises:
-        GaitsimError: it has not.
-    """
+    """Check that an adaptation has begun, so that a gait can have been measured."""
     from gaitsim.adaptation.session import session_file
 
     if not session_file(run.path, name).exists():
@@ -316,11 +308,7 @@ def _ask(adaptation: Adaptation, view: View, name: str, format: GaitFormat) -> N
 
 
 def _number(text: str) -> float:
-    """Return the measured value in a text.
-
-    Raises:
-        GaitsimError: the text is not a finite number.
-    """
+    """Return the measured value in a text."""
     try:
         value = float(text)
     except ValueError:

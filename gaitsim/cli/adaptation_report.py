@@ -37,9 +37,6 @@ def write_report(
         settings: settings of the adaptations, fields of `Settings` by name.
         supported: whether a report supports all options of the command line.
         options: options of `make_report`.
-
-    Raises:
-        GaitsimError: the command line is invalid, or `make_report` fails.
     """
     if folder is None:
         raise GaitsimError("--pairs needs --report FOLDER", where="--pairs")

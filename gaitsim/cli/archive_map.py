@@ -24,9 +24,6 @@ def print_map(run: RunSnapshot, members: Members, axes: tuple[str, str] | None) 
         run: run that keeps the archive.
         members: elites of the archive.
         axes: names of the two axes; None chooses the first pair.
-
-    Raises:
-        GaitsimError: an axis is unknown, or the members have no cells because they form a front.
     """
     view = ArchiveView.of(members)
     if view is None:

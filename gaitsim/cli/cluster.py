@@ -15,11 +15,7 @@ def warn(text: str) -> None:
 
 @contextmanager
 def cluster(address: str | None, workers: int | None) -> Iterator[Executor | None]:
-    """Connect to the cluster at an address, or start one for 'local'; yield None for None.
-
-    Raises:
-        GaitsimError: the cluster cannot be reached.
-    """
+    """Connect to the cluster at an address, or start one for 'local'; yield None for None."""
     if address is None:
         yield None
         return

@@ -24,9 +24,6 @@ def read_challenge(reference: str) -> Challenge | None:
     """Return the challenge in a code, in a file that holds a code, or on standard input for '-'.
 
     Returns None if the reference is none of these.
-
-    Raises:
-        GaitsimError: the code is damaged, invalid, in a different format, or cannot be read.
     """
     if reference == STANDARD_INPUT:
         return Challenge.read(sys.stdin.buffer.read(2 * LONGEST + 1).decode("utf-8", "replace"))
@@ -40,12 +37,7 @@ def read_challenge(reference: str) -> Challenge | None:
 
 
 def read_individual(reference: str, choice: Choice) -> Individual:
-    """Return the individual of a challenge code, or the requested one of a run.
-
-    Raises:
-        GaitsimError: a generation or member is requested from a code.
-        RunError: the run or the individual does not exist.
-    """
+    """Return the individual of a challenge code, or the requested one of a run."""
     challenge = read_challenge(reference)
     if challenge is None:
         return RunSnapshot(find_run(reference)).individual(choice)
@@ -66,11 +58,7 @@ def _text(path: Path) -> str:
 
 
 def challenge_as_start(challenge: Challenge) -> Champion:
-    """Return the individual of a challenge as the start of a run, with its score on this machine.
-
-    Raises:
-        GaitsimError: the experiment is invalid, or the individual fails on this machine.
-    """
+    """Return a challenge's individual as the start of a run, with its score on this machine."""
     with status("Verifying the challenge code …"):
         checked = verify_challenge(challenge)
     if checked.failure:

@@ -32,9 +32,6 @@ def rank_runs(
         workers: number of parallel workers.
         unused: values by name of options that do not apply; a value that was given is an error.
         json: whether to print one JSON object.
-
-    Raises:
-        GaitsimError: the runs cannot be ranked.
     """
     if given := [name for name, value in unused.items() if value]:
         raise GaitsimError(

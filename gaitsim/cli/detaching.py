@@ -30,12 +30,7 @@ PERIOD = 0.05  # seconds between checks
 
 
 def check_detachable(dask: str | None) -> None:
-    """Check, before a folder is created, that a run can evolve in the background.
-
-    Raises:
-        GaitsimError: background runs are not possible here, or `--dask` is given; only a command
-            in the foreground starts and stops a cluster.
-    """
+    """Check, before a folder is created, that a run can evolve in the background."""
     create_runtime_folder()
     slot_count()
     if dask is not None:
@@ -57,9 +52,6 @@ def evolve_detached(
     """Evolve the run in `path` in the background; print how to watch and stop it.
 
     A run that is paused in the background continues.
-
-    Raises:
-        GaitsimError: the run cannot be evolved, or fails within the first second.
     """
     if background_state(path) == "paused" and not overrides and generations is None:
         send(path, Command("go"))
@@ -108,11 +100,7 @@ def not_evolving(path: Path) -> GaitsimError:
 
 
 def find_run_folder(reference: str) -> Path:
-    """Return the folder of a run; for a background run, even if its folder was deleted.
-
-    Raises:
-        RunError: the run does not exist, or its folder was deleted while it was evolving.
-    """
+    """Return the folder of a run; for a background run, even if its folder was deleted."""
     places = [Path(place) for place in (reference, RUNS / reference) if reference]
     for path in places:
         if background_state(path):

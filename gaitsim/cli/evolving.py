@@ -41,9 +41,6 @@ def evolve_run(
     """Evolve the run in `path` from its last generation, and print a summary.
 
     Exits with code 130 if the user stops the run.
-
-    Raises:
-        GaitsimError: the run cannot be opened or fails; the message says how to resume it.
     """
     with interruptible() as interrupts:
         try:

@@ -55,11 +55,7 @@ class Command(TyperCommand):
         super().format_help(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the command line.
-
-        Raises:
-            GaitsimError: a value is not allowed.
-        """
+        """Read the command line."""
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:

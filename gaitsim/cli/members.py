@@ -133,9 +133,6 @@ def _gaits(run: RunSnapshot, members: Members, workers: int | None) -> dict[str,
     """Return the gaits of the members as columns of the table.
 
     The frequency of a gait without strides is None.
-
-    Raises:
-        GaitsimError: the body has no feet.
     """
     from gaitsim.gait.repertoire import Gait, gaits_of
 

@@ -21,11 +21,7 @@ def not_combinable(first: str, second: str, allowed: str = "one of the two") -> 
 
 
 def parse_individual(generation: int | None, member: str | None) -> Choice:
-    """Return the individual requested by `--generation` or `--member`; None for neither.
-
-    Raises:
-        GaitsimError: both are given, or the member is neither a number nor NAME=VALUE.
-    """
+    """Return the individual requested by `--generation` or `--member`; None for neither."""
     if member is None:
         return generation
     if generation is not None:
@@ -58,11 +54,7 @@ def _member(text: str) -> Member | Near:
 def parse_individuals(
     one: int | None, several: str | None, member: str | None
 ) -> tuple[Choice, ...]:
-    """Return the individuals of `--generation`, `--generations 1,50` or `--member`, in order.
-
-    Raises:
-        GaitsimError: more than one of the options is given, or a value is invalid.
-    """
+    """Return the individuals of `--generation`, `--generations 1,50` or `--member`, in order."""
     choice = parse_individual(one, member)
     if several is None:
         return () if choice is None else (choice,)
@@ -82,9 +74,6 @@ def parse_body_changes(
     """Return the change of a body requested by `--damage`, `--world` and `--engine`.
 
     The returned function raises a GaitsimError if the body does not support the change.
-
-    Raises:
-        GaitsimError: a condition has no value.
     """
     if not (damage or world or engine):
         return lambda individual: individual
@@ -105,11 +94,7 @@ def parse_body_changes(
 
 
 def parse_generations(several: str | None) -> tuple[int, ...]:
-    """Return the generations of `--generations 1,50`, in order; () for None.
-
-    Raises:
-        GaitsimError: the text is not a list of numbers.
-    """
+    """Return the generations of `--generations 1,50`, in order; () for None."""
     if several is None:
         return ()
     parts = [part.strip() for part in several.split(",")]
@@ -133,9 +118,6 @@ def choose_format(
         known: the formats, each equal to the extension of its files.
         default: format if neither option is given.
         what: content of the files, in the plural.
-
-    Raises:
-        GaitsimError: the two options contradict each other, or the extension is unknown.
     """
     if out is None:
         return format or default
@@ -156,11 +138,7 @@ def choose_format(
 
 
 def parse_window(text: str | None) -> tuple[float, float] | None:
-    """Return the start and end in seconds of a `--window` such as '2:5'.
-
-    Raises:
-        GaitsimError: the text is not a window.
-    """
+    """Return the start and end in seconds of a `--window` such as '2:5'."""
     if text is None:
         return None
     try:
@@ -177,11 +155,7 @@ def parse_window(text: str | None) -> tuple[float, float] | None:
 
 
 def parse_size(text: str | None) -> tuple[int, int] | None:
-    """Return the width and height in pixels of a `--size` such as '1280x720'.
-
-    Raises:
-        GaitsimError: the text is not a size.
-    """
+    """Return the width and height in pixels of a `--size` such as '1280x720'."""
     if text is None:
         return None
     parts = text.lower().replace("×", "x").split("x")
@@ -195,11 +169,7 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
 
 
 def parse_pairs(text: str, option: str, allowed: str) -> dict[str, str]:
-    """Return the texts of a list NAME=TEXT,… by name; '' for a name without a text.
-
-    Raises:
-        GaitsimError: a name is missing or repeated.
-    """
+    """Return the texts of a list NAME=TEXT,… by name; '' for a name without a text."""
     found: dict[str, str] = {}
     for part in text.split(","):
         name, _, value = (one.strip() for one in part.partition("="))
@@ -211,11 +181,7 @@ def parse_pairs(text: str, option: str, allowed: str) -> dict[str, str]:
 
 
 def parse_axes(text: str | None) -> dict[str, tuple[float, float] | None] | None:
-    """Return the ends of each axis of `--axes NAME=LOW:HIGH,…`; None for a name without ends.
-
-    Raises:
-        GaitsimError: the ends are not two increasing numbers.
-    """
+    """Return the ends of each axis of `--axes NAME=LOW:HIGH,…`; None for a name without ends."""
     if text is None:
         return None
     allowed = "NAME=LOW:HIGH,… with LOW below HIGH, such as forward=0:2"
@@ -234,11 +200,7 @@ def parse_axes(text: str | None) -> dict[str, tuple[float, float] | None] | None
 
 
 def parse_cells(text: str | None) -> int | tuple[int, ...] | None:
-    """Return the number of cells of `--cells 5000`, or the counts per axis of `--cells 40x30`.
-
-    Raises:
-        GaitsimError: the text is neither.
-    """
+    """Return the number of cells of `--cells 5000`, or the counts per axis of `--cells 40x30`."""
     if text is None:
         return None
     parts = text.lower().replace("×", "x").split("x")

@@ -73,11 +73,7 @@ def runs(
 
 
 def check_root(root: Path) -> None:
-    """Check that a folder can hold runs; only `runs` may be missing, before the first run.
-
-    Raises:
-        GaitsimError: the folder is a run itself, or does not exist.
-    """
+    """Check that a folder can hold runs; only `runs` may be missing, before the first run."""
     if holds_run(root):
         raise GaitsimError(
             f"{root} is a run",

@@ -17,11 +17,7 @@ from gaitsim.sharing.challenge import Challenge
 def command_line_options(
     generations: int | None, population: int | None, seed: int | None, set_: Sequence[str] | None
 ) -> dict[str, Any]:
-    """Return the experiment options given on the command line, by key.
-
-    Raises:
-        ExperimentError: a `--set` is not KEY=VALUE.
-    """
+    """Return the experiment options given on the command line, by key."""
     short = {
         "evolution.generations": generations,
         "evolution.population": population,
@@ -44,10 +40,6 @@ def start_run(
     """Create a run and evolve it, in this process or in the background.
 
     `from_` is the value of `--from`, or a challenge code that was already read.
-
-    Raises:
-        GaitsimError: the individual of `--from` does not fit the experiment, the folder cannot be
-            created, or the run fails.
     """
     start = None
     if from_ is not None:

@@ -19,11 +19,7 @@ def machine_readable() -> bool:
 
 
 def check_environment() -> None:
-    """Check the value of `GAITSIM_PROGRESS`.
-
-    Raises:
-        GaitsimError: the value is unknown.
-    """
+    """Check the value of `GAITSIM_PROGRESS`."""
     value = os.environ.get(PROGRESS, "")
     if value not in ("", "json"):
         raise GaitsimError(

@@ -17,20 +17,12 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 def champion_of(run: RunSnapshot) -> Individual | None:
-    """Return the champion of a run; None before the first generation or if all individuals failed.
-
-    Raises:
-        GaitsimError: the run is damaged.
-    """
+    """Return the champion of a run; None without a generation, or if all failed."""
     return run.individual() if run.best_generation else None
 
 
 def to_dict(champion: Individual) -> dict[str, Any]:
-    """Return a champion as JSON values.
-
-    Raises:
-        PluginError: the body cannot move it.
-    """
+    """Return a champion as JSON values."""
     return {
         "generation": champion.generation,
         "score": champion.score,

@@ -45,9 +45,6 @@ def check_terminal(remedy: str) -> None:
 
     Args:
         remedy: alternative without a terminal, for the message.
-
-    Raises:
-        GaitsimError: they are not.
     """
     # `gaitsim serve` sets a driver of Textual instead of a terminal.
     if not (os.environ.get("TEXTUAL_DRIVER") or (sys.stdin.isatty() and sys.stdout.isatty())):

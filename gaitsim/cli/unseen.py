@@ -19,11 +19,7 @@ that this evaluation costs little by comparison.
 
 
 def check_worlds(number: int | None, seed: int | None) -> None:
-    """Check `--worlds` and `--world-seed` before any simulation.
-
-    Raises:
-        GaitsimError: a value is invalid, or only the seed is given.
-    """
+    """Check `--worlds` and `--world-seed` before any simulation."""
     if number is not None:
         check_request(number, seed or 0)
     elif seed is not None:
@@ -42,11 +38,7 @@ def evaluate_with_progress(
     ranges: Ranges | None = None,
     what: str = "unseen worlds",
 ) -> UnseenResults:
-    """Evaluate a gait in unseen worlds, and show the progress.
-
-    Raises:
-        GaitsimError: the body has no conditions, or the motion fails in every world.
-    """
+    """Evaluate a gait in unseen worlds, and show the progress."""
     conditions_of(individual.experiment)
     with Progress(what, "worlds") as progress:
         return evaluate_unseen(

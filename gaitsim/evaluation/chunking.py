@@ -239,11 +239,7 @@ class Scheduler:
             self.cost_model.learn(batch, taken)
 
     def chunks(self, individuals: int) -> int:
-        """Return the number of chunks for a population; 1 evaluates it in this process.
-
-        Raises:
-            WorkerLostError: workers repeatedly died during the measurement of their overhead.
-        """
+        """Return the number of chunks for a population; 1 evaluates it in this process."""
         chunks = self._decide(individuals)
         if chunks > 1 and self.overhead is None:
             self.overhead = measure_overhead(self.remote)

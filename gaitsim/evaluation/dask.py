@@ -46,10 +46,6 @@ class DaskExecutor(Executor):
     Attributes:
         address: address of the scheduler.
         workers: current number of threads of all workers. Workers may join and leave.
-
-    Raises:
-        GaitsimError: Dask is not installed, the scheduler cannot be reached or has no workers, or
-            `workers` is given together with the address of a scheduler.
     """
 
     def __init__(

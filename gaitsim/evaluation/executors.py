@@ -48,28 +48,15 @@ class Executor(ABC):
         """Run tasks, started in order; yield the index and result of each as it finishes.
 
         Exceptions of the function are raised here. Closing the iterator drops the remaining tasks.
-
-        Raises:
-            WorkerLostError: a task repeatedly killed its worker.
-            GaitsimError: the connection to the workers was lost.
         """
 
     def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """Return the results of all tasks, in the order of the tasks.
-
-        Raises:
-            WorkerLostError: a task repeatedly killed its worker.
-            GaitsimError: the connection to the workers was lost.
-        """
+        """Return the results of all tasks, in the order of the tasks."""
         results = dict(self.each(function, tasks))
         return [results[place] for place in range(len(tasks))]
 
     def check(self, experiments: Iterable[Experiment]) -> None:  # noqa: B027 - optional
-        """Check that the workers have the local versions of the packages that experiments use.
-
-        Raises:
-            GaitsimError: a version differs; the message names each package and both versions.
-        """
+        """Check that the workers have the local versions of the packages that experiments use."""
 
     @abstractmethod
     def close(self) -> None:

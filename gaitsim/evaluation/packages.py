@@ -45,9 +45,6 @@ def check_versions(here: Mapping[str, str], there: Mapping[str, Mapping[str, str
     Args:
         here: local versions by package.
         there: versions of each worker by package, by the name of the worker.
-
-    Raises:
-        GaitsimError: a worker lacks a package, or has a different version of it.
     """
     # Workers by package and differing version.
     differing: dict[tuple[str, str], list[str]] = defaultdict(list)

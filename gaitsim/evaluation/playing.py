@@ -11,11 +11,7 @@ from gaitsim.registry import contract_error, plugin_errors
 
 
 def require_play(experiment: Experiment) -> None:
-    """Check that the body can play joint angles.
-
-    Raises:
-        GaitsimError: the body has no joint angles, or cannot play them.
-    """
+    """Check that the body can play joint angles."""
     entry, organism = experiment.entries["organism"], experiment.organism
     if "joint_angles" not in organism.channels:
         problem, allowed = "has no joint angles", "a body with the channel 'joint_angles'"
@@ -33,10 +29,6 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
         experiment: experiment with the body.
         joint_angles: angles to play, (population, frames, joints), radians. The body clips them to
             its limits; the motion's channel `joint_angles` holds the angles that it played.
-
-    Raises:
-        GaitsimError: the body cannot play, or the angles do not fit it.
-        PluginError: the body fails or breaks its contract.
     """
     require_play(experiment)
     entry, organism = experiment.entries["organism"], experiment.organism

@@ -50,10 +50,6 @@ def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> E
         experiment: experiment with the body, the fitness and the worlds.
         genomes: genomes, which are not changed.
         generation: number of the generation, counted from 1, in whose worlds they move.
-
-    Raises:
-        PluginError: the body or the fitness fails or breaks its contract; the error names its
-            package.
     """
     if not experiment.worlds.number:
         return _evaluate(experiment, genomes)
@@ -89,9 +85,6 @@ def combine_worlds(
 
     Each term and value is the mean over an individual's worst `experiment.worlds.counted` worlds.
     An individual that fails in one world has failed.
-
-    Raises:
-        PluginError: the fitness returned different terms in different worlds.
     """
     for evaluation in evaluations:
         check_terms(experiment, evaluations[0], evaluation)
@@ -116,12 +109,7 @@ def combine_worlds(
 
 
 def evaluate_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
-    """Score the object that a body returned as a motion; the evaluation's `values` are empty.
-
-    Raises:
-        PluginError: the body or the fitness fails or breaks its contract; the error names its
-            package.
-    """
+    """Score the object that a body returned as a motion; the evaluation's `values` are empty."""
     body, fitness = experiment.entries["organism"], experiment.entries["fitness"]
     moved = check_motion(body, motion)
     _check_channels(experiment, moved, population)
@@ -170,11 +158,7 @@ def _failures(body: Entry, motion: Motion) -> dict[int, str]:
 
 
 def move_genomes(experiment: Experiment, genomes: Genomes) -> Motion:
-    """Return the motion of genomes, (population, genes), which are not changed, without a score.
-
-    Raises:
-        PluginError: the body fails or breaks its contract; the error names its package.
-    """
+    """Return the motion of genomes, (population, genes), which are not changed, without a score."""
     body = experiment.entries["organism"]
     with plugin_errors(body, "moving a population"):
         motion: object = experiment.organism.move(genomes.copy())
@@ -182,11 +166,7 @@ def move_genomes(experiment: Experiment, genomes: Genomes) -> Motion:
 
 
 def check_motion(body: Entry, motion: object) -> Motion:
-    """Check that the object returned by a body is a motion, and return it.
-
-    Raises:
-        PluginError: the object is not a motion.
-    """
+    """Check that the object returned by a body is a motion, and return it."""
     if not isinstance(motion, Motion):
         raise contract_error(body, f"returned a {type(motion).__name__} as its motion", "a Motion")
     return motion
@@ -236,11 +216,7 @@ def _check_term(fitness: Entry, name: str, term: object, population: int) -> Sco
 
 
 def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -> None:
-    """Check that a fitness returns the same terms in the same order for every motion.
-
-    Raises:
-        PluginError: the names differ.
-    """
+    """Check that a fitness returns the same terms in the same order for every motion."""
     if list(before.terms) != list(after.terms):
         raise contract_error(
             experiment.entries["fitness"],
@@ -250,11 +226,7 @@ def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -
 
 
 def join_evaluations(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
-    """Join the evaluations of consecutive chunks to the evaluation of the population.
-
-    Raises:
-        PluginError: the chunks have different terms.
-    """
+    """Join the evaluations of consecutive chunks to the evaluation of the population."""
     if len(parts) == 1:
         return parts[0]
     reasons: dict[int, str] = {}

@@ -37,12 +37,7 @@ class SerializedExperiment:
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment, ready to evaluate; in its original process, the same object.
-
-        Raises:
-            GaitsimError: a package of the experiment is missing in this process or has a different
-                version, or the body fails.
-        """
+        """The experiment, ready to evaluate; in its original process, the same object."""
         return self._experiment or _parse(*self.__getstate__())
 
 

@@ -28,11 +28,6 @@ def values_to_read(
         motion: motion of a population.
         scores: scores of this population, (population,).
         terms: terms of these scores by name, each (population,).
-
-    Raises:
-        GaitsimError: a name is neither a term nor a measure.
-        PluginError: the body or the search fails or breaks its contract; the error names its
-            package.
     """
     with plugin_errors(experiment.entries["search"], "naming the values it reads"):
         names = [name for name in experiment.search.reads() if name != TRANSFERABILITY]
@@ -77,11 +72,7 @@ def _features(experiment: Experiment, measures: Mapping[str, Measure]) -> tuple[
 def values_of(
     body: Entry, measures: Mapping[str, Measure], name: str, population: int
 ) -> NDArray[np.float64]:
-    """Return a copy of the values of a measure, (population,).
-
-    Raises:
-        PluginError: the body fails or breaks its contract; the error names its package.
-    """
+    """Return a copy of the values of a measure, (population,)."""
     with plugin_errors(body, f"measuring {name!r}"):
         values = np.array(measures[name].values, np.float64)
     if values.shape != (population,):

@@ -36,12 +36,7 @@ def default_conditions(model: type[Organism]) -> Mapping[str, Condition]:
 
 
 def conditions_of(experiment: Experiment) -> Mapping[str, Condition]:
-    """Return the conditions of the body that vary between worlds, by name.
-
-    Raises:
-        GaitsimError: the body has no conditions.
-        PluginError: the body fails.
-    """
+    """Return the conditions of the body that vary between worlds, by name."""
     entry = experiment.entries["organism"]
     with plugin_errors(entry, "naming its conditions"):
         found = experiment.organism.conditions() if has_worlds(experiment) else {}
@@ -55,12 +50,7 @@ def conditions_of(experiment: Experiment) -> Mapping[str, Condition]:
 
 
 def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
-    """Return the range of each condition that varies between the experiment's worlds, by name.
-
-    Raises:
-        GaitsimError: the body has no conditions.
-        PluginError: the body fails.
-    """
+    """Return the range of each condition that varies between the experiment's worlds, by name."""
     if experiment.worlds.ranges:
         return dict(experiment.worlds.ranges)
     conditions = conditions_of(experiment)
@@ -116,11 +106,7 @@ def in_world(experiment: Experiment, world: World) -> Experiment:
 
 
 def in_reality(experiment: Experiment) -> Experiment:
-    """Return the experiment with the body that represents reality.
-
-    Raises:
-        ValueError: the experiment has no such body.
-    """
+    """Return the experiment with the body that represents reality."""
     if experiment.reality is None:
         raise ValueError("the experiment has no body that represents reality")
     return replace(
@@ -141,11 +127,7 @@ def describe(world: World) -> str:
 
 
 def parse_world(texts: Iterable[str], where: str = "") -> World:
-    """Parse a world from texts as `describe` writes them, each with one or more conditions.
-
-    Raises:
-        GaitsimError: a condition has no finite value, or is given twice.
-    """
+    """Parse a world from texts as `describe` writes them, each with one or more conditions."""
     world: dict[str, float] = {}
     for text in (one.strip() for part in texts for one in part.split(",")):
         try:

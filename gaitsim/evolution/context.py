@@ -60,11 +60,7 @@ def context(
 
 
 def check_state(experiment: Experiment, state: State, tests: RealityTests | None = None) -> State:
-    """Check a state; return it as plain arrays for a checkpoint, with the tests in reality.
-
-    Raises:
-        PluginError: the search breaks its contract; the error names its package.
-    """
+    """Check a state; return it as plain arrays for a checkpoint, with the tests in reality."""
     entry = experiment.entries["search"]
     if not isinstance(state, Mapping):
         raise contract_error(entry, f"returned a {type(state).__name__} as its state", "a mapping")

@@ -96,9 +96,6 @@ def initial_islands(
         space: genome space.
         warm_start: genome around which each population is drawn, (genes,); None for random
             populations.
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     islands = range(experiment.islands.number)
     return np.concatenate(
@@ -117,9 +114,6 @@ def next_islands(
         genomes: genomes of the previous generation, (individuals, genes); not changed.
         scores: scores of these genomes, (individuals,).
         number: number of the generation to ask for, at least 2.
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     return np.concatenate(
         [
@@ -167,9 +161,6 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[EvaluatedPopulatio
 
     Returns:
         The population and the evaluation of each generation.
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space = experiment.space()
     populations: list[EvaluatedPopulation] = []
@@ -207,9 +198,6 @@ def parallel_epoch(
 
     Returns:
         The genomes of all islands and their evaluation, for each generation.
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     tasks = _epochs(experiment, genomes, scores, first, epoch_end(experiment, first))
     return [

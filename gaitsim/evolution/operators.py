@@ -30,11 +30,7 @@ class ExperimentOperators:
     island: int = 0
 
     def parents(self, scores: NDArray[np.float64], children: int) -> NDArray[np.intp]:
-        """Return the indices of selected parents, (…, pairs, 2), by scores, (…, population).
-
-        Raises:
-            PluginError: the selection fails or breaks its contract; the error names its package.
-        """
+        """Return the indices of selected parents, (…, pairs, 2), by scores, (…, population)."""
         entry, selection = self._at("selection")
         *several, size = scores.shape
         pairs = -(-children // self._crossover.children)
@@ -53,11 +49,7 @@ class ExperimentOperators:
         return found
 
     def cross(self, genomes: Genomes, parents: NDArray[np.intp], children: int) -> Genomes:
-        """Return children, (…, children, genes), of parents in genomes, (…, population, genes).
-
-        Raises:
-            PluginError: the crossover fails or breaks its contract; the error names its package.
-        """
+        """Return children, (…, children, genes), of parents in genomes, (…, population, genes)."""
         entry, crossover = self.experiment.entries["crossover"], self._crossover
         *several, size, genes = genomes.shape
         pairs = parents.shape[-2]
@@ -79,11 +71,7 @@ class ExperimentOperators:
         return found
 
     def mutate(self, genomes: Genomes) -> Genomes:
-        """Return mutated and repaired copies of genomes, (…, population, genes).
-
-        Raises:
-            PluginError: the mutation or the body's repair fails or breaks its contract.
-        """
+        """Return mutated and repaired copies of genomes, (…, population, genes)."""
         entry, mutation = self._at("mutation")
         rows = genomes.reshape(-1, genomes.shape[-1])
         with plugin_errors(entry, "mutating children"):
@@ -107,11 +95,7 @@ class ExperimentOperators:
 
 
 def repair_genomes(experiment: Experiment, space: GenomeSpace, genomes: Genomes) -> Genomes:
-    """Repair genomes, (individuals, genes), so that they are in the body's genome space.
-
-    Raises:
-        PluginError: the body fails or breaks its contract; the error names its package.
-    """
+    """Repair genomes, (individuals, genes), so that they are in the body's genome space."""
     body = experiment.entries["organism"]
     with plugin_errors(body, "repairing genomes"):
         inside = space.repair(genomes)

@@ -34,9 +34,6 @@ def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> 
         After each generation, the best score so far of each repeat, (repeats,), in the worlds of
         that generation; −inf if none was finite. Each generation adds `experiment.individuals`
         evaluations to each repeat.
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     evolve = _evolve_stacked if experiment.search.several else _evolve_one_by_one
     best = np.full(repeats, -np.inf)

@@ -26,11 +26,7 @@ from gaitsim.registry import contract_error, plugin_errors
 def initial_state(
     experiment: Experiment, space: GenomeSpace, start: Array | None = None, island: int = 0
 ) -> State:
-    """Return the state of a search before its first generation.
-
-    Raises:
-        PluginError: the search fails or breaks its contract; the error names its package.
-    """
+    """Return the state of a search before its first generation."""
     entry = experiment.entries["search"]
     with plugin_errors(entry, "creating its initial state"):
         state = experiment.search.initial(
@@ -65,9 +61,6 @@ def ask(
 
     Returns:
         Genomes, (*populations, population, genes), and the state to pass to `tell`.
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     entry = experiment.entries["search"]
     purpose = Purpose.INITIAL if last is None else Purpose.ASK
@@ -102,11 +95,7 @@ def ask(
 
 
 def first_population(experiment: Experiment) -> Genomes:
-    """Return the genomes of generation 1 of one population, (population, genes).
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
-    """
+    """Return the genomes of generation 1 of one population, (population, genes)."""
     space = experiment.space()
     return ask(experiment, space, initial_state(experiment, space), None, 1)[0]
 
@@ -119,11 +108,7 @@ def tell(
     generation: int,
     island: int = 0,
 ) -> State:
-    """Return the state of the search, given the results of the genomes that it asked for.
-
-    Raises:
-        PluginError: the search fails or breaks its contract; the error names its package.
-    """
+    """Return the state of the search, given the results of the genomes that it asked for."""
     tests, before = RealityTests.of(state), search_state(state)
     seen = results if tests is None else with_predictions(experiment, tests, results)
     details = context(experiment, space, generation, Purpose.TELL, island=island)
@@ -158,11 +143,7 @@ def _replace_scores(
 
 
 def remembered(experiment: Experiment, state: State) -> Genomes:
-    """Return the genomes whose scores the state holds, (genomes, genes); possibly none.
-
-    Raises:
-        PluginError: the search fails; the error names its package.
-    """
+    """Return the genomes whose scores the state holds, (genomes, genes); possibly none."""
     with plugin_errors(experiment.entries["search"], "listing the genomes it remembers"):
         genomes = experiment.search.remembered(search_state(state))
     return experiment.space().random(0, np.random.default_rng(0)) if genomes is None else genomes
@@ -195,9 +176,6 @@ def reevaluate_remembered(
 
     Returns:
         The state, and the number of genomes that were evaluated.
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space, tests = experiment.space(), RealityTests.of(state)
     genomes = remembered(experiment, state)
@@ -221,11 +199,7 @@ def reevaluate_remembered(
 
 
 def figures(experiment: Experiment, state: State) -> dict[str, float]:
-    """Return the figures that the search reports for the history, by name.
-
-    Raises:
-        PluginError: the search fails or breaks its contract; the error names its package.
-    """
+    """Return the figures that the search reports for the history, by name."""
     entry = experiment.entries["search"]
     with plugin_errors(entry, "describing its state"):
         found = experiment.search.figures(search_state(state))
@@ -233,21 +207,13 @@ def figures(experiment: Experiment, state: State) -> dict[str, float]:
 
 
 def members(experiment: Experiment, state: State) -> Members | None:
-    """Return the front or archive of a search; None for a search without one.
-
-    Raises:
-        PluginError: the search fails; the error names its package.
-    """
+    """Return the front or archive of a search; None for a search without one."""
     with plugin_errors(experiment.entries["search"], "listing its members"):
         return experiment.search.members(search_state(state))
 
 
 def state_mismatch(experiment: Experiment, state: Mapping[str, Array], generation: int) -> str:
-    """Return why a stored state does not fit the search of an experiment; '' if it does.
-
-    Raises:
-        PluginError: the search fails; the error names its package.
-    """
+    """Return why a stored state does not fit the search of an experiment; '' if it does."""
     details = context(experiment, experiment.space(), generation + 1, Purpose.STATE)
     try:
         wrong = experiment.search.mismatch(search_state(state), details)

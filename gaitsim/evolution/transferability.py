@@ -79,11 +79,7 @@ class RealityTests:
 
     @classmethod
     def of(cls, state: State) -> "RealityTests | None":
-        """Return the tests in the state of a search; None without a model.
-
-        Raises:
-            KeyError: an array is missing.
-        """
+        """Return the tests in the state of a search; None without a model."""
         if not any(name.startswith(PREFIX) for name in state):
             return None
         return cls(**{one.name: state[PREFIX + one.name] for one in fields(cls)})
@@ -229,12 +225,7 @@ def pool_results(tests: RealityTests, before: Genomes, results: Results) -> Resu
 def run_reality_test(
     experiment: Experiment, tests: RealityTests, kept: Results, generation: int
 ) -> RealityTests | None:
-    """Test a kept individual in reality; return None if a test would add no information.
-
-    Raises:
-        PluginError: the body or the fitness fails or breaks its contract; the error names its
-            package.
-    """
+    """Test a kept individual in reality; return None if a test would add no information."""
     names, values = _columns(kept.values)
     features = features_of(experiment, names, values)
     tests = tests.rescaled(features)
@@ -270,10 +261,6 @@ def repeat_reality_tests(
         evaluation: new evaluation of the tested individuals in simulation.
         kept: individuals that the search keeps, with new scores and values.
         in_reality: whether to also repeat the tests in reality.
-
-    Raises:
-        PluginError: the body or the fitness fails or breaks its contract; the error names its
-            package.
     """
     names, values = _columns(evaluation.values)
     tests = replace(

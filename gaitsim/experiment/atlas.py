@@ -89,11 +89,7 @@ def _atlas_options(found: Experiment, given: Mapping[str, Any]) -> dict[str, Any
 
 
 def _duty_factors(found: Experiment) -> list[str]:
-    """Return the names of the duty factors of the legs.
-
-    Raises:
-        GaitsimError: the body has no legs; the message lists its measures.
-    """
+    """Return the names of the duty factors of the legs."""
     entry = found.entries["organism"]
     with plugin_errors(entry, "naming its legs"):
         legs: object = found.organism.leg_joints()

@@ -19,12 +19,7 @@ def is_body_file(reference: str) -> bool:
 
 
 def reader_of(path: Path) -> tuple[str, str]:
-    """Return the name of the body that reads a file, and the option that takes its path.
-
-    Raises:
-        GaitsimError: the file does not exist, or no body reads such files.
-        PluginError: the entry point is invalid, or several packages register the suffix.
-    """
+    """Return the name of the body that reads a file, and the option that takes its path."""
     if not is_body_file(str(path)):
         raise GaitsimError(
             f"{path} is not a file that describes a body",

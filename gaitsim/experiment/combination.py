@@ -184,11 +184,7 @@ def check_transferability(
 
 
 def check_reality(reality: Organism, entry: Entry, organism: Organism, problems: Problems) -> None:
-    """Report a body in reality with different genes.
-
-    Raises:
-        PluginError: the body fails or breaks its contract.
-    """
+    """Report a body in reality with different genes."""
     if space_of(entry, reality).labels != space_of(entry, organism).labels:
         key = f"{TRANSFERABILITY}.reality"
         problems.report(

@@ -44,10 +44,6 @@ def python_experiment(
         fitness: see `gaitsim.evolve`.
         body: see `gaitsim.evolve`.
         space: see `gaitsim.evolve`.
-
-    Raises:
-        ExperimentError: the experiment has problems; one message lists all of them.
-        GaitsimError: an argument is invalid, or the preset or file does not exist.
     """
     sections = python_options(fitness, body, space)
     for kind in sections:
@@ -96,11 +92,7 @@ def _default_toml(body: Any, space: Any) -> str:
 def check_functions_match(
     sections: Mapping[str, Mapping[str, Any]], outlines: Collection[ExperimentOutline], where: str
 ) -> None:
-    """Check that the functions passed for a run are those that evolved it, in any stage.
-
-    Raises:
-        GaitsimError: a function is a different one.
-    """
+    """Check that the functions passed for a run are those that evolved it, in any stage."""
     for kind, table in sections.items():
         known = [one.plugins[kind] for one in outlines]
         if table[PLUGIN] in known:

@@ -76,9 +76,6 @@ def read_outline(text: str, source: str) -> ExperimentOutline:
     Args:
         text: text of the file.
         source: origin of the text, for messages.
-
-    Raises:
-        GaitsimError: the text is not TOML, or a required value is missing or invalid.
     """
     tables = toml.parse(text, source)
     sections = {name: table for name, table in tables.items() if isinstance(table, dict)}

@@ -21,11 +21,7 @@ _EXAMPLE = "SECTION.OPTION=VALUE, such as mutation.rate=0.1"
 
 
 def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
-    """Parse texts of the form KEY=VALUE; the last value of a repeated key counts.
-
-    Raises:
-        ExperimentError: one or more texts do not have this form; the error lists all of them.
-    """
+    """Parse texts of the form KEY=VALUE; the last value of a repeated key counts."""
     found: dict[str, Typed] = {}
     problems = []
     for assignment in texts:

@@ -49,9 +49,6 @@ class Reader:
         place: origin of the overrides, for messages.
         folder: folder of relative paths in the text; None for a text that must not refer to files.
             Relative paths in overrides start from the current folder.
-
-    Raises:
-        ExperimentError: the text is not TOML.
     """
 
     def __init__(
@@ -73,11 +70,7 @@ class Reader:
         self._plugins: dict[str, Any] = {}
 
     def read(self) -> Experiment:
-        """Return the experiment with the overrides.
-
-        Raises:
-            ExperimentError: the experiment has problems; the error lists all of them.
-        """
+        """Return the experiment with the overrides."""
         problems, entries, plugins = self._problems, self._entries, self._plugins
         self._data.setdefault("search", {PLUGIN: DEFAULT_SEARCH})
         apply_overrides(self._data, problems)
@@ -160,11 +153,7 @@ class Reader:
             return None
 
     def read_organism(self) -> tuple[Entry, Organism]:
-        """Return only the body; problems of other sections are ignored.
-
-        Raises:
-            ExperimentError: the body has problems; the error lists all of them.
-        """
+        """Return only the body; problems of other sections are ignored."""
         self._read_plugin("organism")
         if self._problems.found:
             raise ExperimentError(self._problems.found)

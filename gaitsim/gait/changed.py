@@ -24,10 +24,6 @@ def with_changed_body(
         individual: individual of a run or from a file.
         overrides: values of the body's options by key, such as `{"organism.gravity": 1.6}`.
         request: text of the user's request, which messages show instead of the option's key.
-
-    Raises:
-        GaitsimError: an option is unknown, or its value is invalid.
-        PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
     experiment = with_body(individual.experiment, overrides, request)
     angles = individual.joint_angles if individual.genome is None else None
@@ -50,11 +46,7 @@ def engine_of(individual: Individual) -> str:
 
 
 def in_engine(individual: Individual, engine: str) -> Individual:
-    """Return an individual whose body moves in a given physics engine.
-
-    Raises:
-        GaitsimError: the body has only one engine, or the engine is unknown or not installed.
-    """
+    """Return an individual whose body moves in a given physics engine."""
     experiment = individual.experiment
     if "engine" not in type(experiment.organism).model_fields:
         raise GaitsimError(
@@ -74,9 +66,6 @@ def with_body(
         experiment: original experiment, which is not changed.
         overrides: values of the body's options by key.
         request: text of the user's request, which messages show instead of the option's key.
-
-    Raises:
-        GaitsimError: an option is unknown, or its value is invalid.
     """
     try:
         return replace(with_overrides(experiment, overrides), worlds=experiment.worlds.own)
@@ -94,10 +83,6 @@ def with_world(individual: Individual, world: World) -> Individual:
     Args:
         individual: individual of a run or from a file.
         world: values of conditions by name, such as `{"friction": 0.4}`; others do not change.
-
-    Raises:
-        GaitsimError: the body has no conditions, or a name or value is invalid.
-        PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
     return with_changed_body(
         individual, _options(individual.experiment, world), f"world {describe(world)!r}"
@@ -105,11 +90,7 @@ def with_world(individual: Individual, world: World) -> Individual:
 
 
 def put_in_world(experiment: Experiment, world: World) -> Experiment:
-    """Return an experiment with its body in a world given by the user.
-
-    Raises:
-        GaitsimError: the body has no conditions, or a name or value is invalid.
-    """
+    """Return an experiment with its body in a world given by the user."""
     return with_body(experiment, _options(experiment, world), f"world {describe(world)!r}")
 
 

@@ -16,11 +16,7 @@ def can_be_damaged(experiment: Experiment) -> bool:
 
 
 def damage_body(experiment: Experiment, damage: Sequence[str]) -> Experiment:
-    """Return an experiment with damage to its body, such as 'L2 lost'.
-
-    Raises:
-        GaitsimError: the body does not support damage, or the damage is invalid.
-    """
+    """Return an experiment with damage to its body, such as 'L2 lost'."""
     _require_damage(experiment)
     return with_body(experiment, {KEY: [*damage]}, f"damage {', '.join(damage)!r}")
 
@@ -33,10 +29,6 @@ def with_damage(individual: Individual, damage: Sequence[str]) -> Individual:
     Args:
         individual: individual of a run or from a file.
         damage: damaged legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
-
-    Raises:
-        GaitsimError: the body does not support damage, or the damage is invalid.
-        PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
     _require_damage(individual.experiment)
     return with_changed_body(individual, {KEY: [*damage]}, f"damage {', '.join(damage)!r}")

@@ -21,11 +21,7 @@ _SI = {"": 1.0, "s": 1.0, "m": 1.0, "mm": 1e-3, "rad": 1.0, "°": math.radians(1
 
 
 def analyse_individual(individual: Individual) -> GaitAnalysis:
-    """Analyse the gait of an individual; the body's own measures take precedence.
-
-    Raises:
-        PluginError: the body cannot be moved or drawn, or its channel `margin` is not as declared.
-    """
+    """Analyse the gait of an individual; the body's own measures take precedence."""
     organism = individual.experiment.organism
     return analyse_gait(
         individual.skeleton,
@@ -41,9 +37,6 @@ def vertical_loads(individual: Individual) -> Floats | None:
     """Return the vertical force of the ground on each foot, (frames, feet) N.
 
     Return None if the body has no channel `load` over frames and feet with a component z.
-
-    Raises:
-        PluginError: the body cannot compute the channel, or it is not as declared.
     """
     channel = individual.experiment.organism.channels.get("load")
     if channel is None or channel.axes[:2] != ("frames", "feet") or "z" not in channel.axes[-1]:
@@ -53,21 +46,13 @@ def vertical_loads(individual: Individual) -> Floats | None:
 
 
 def weight_of(individual: Individual) -> float | None:
-    """Return the weight of the body, N; None if it has no channel `weight` with a single value.
-
-    Raises:
-        PluginError: the body cannot compute the channel, or it is not as declared.
-    """
+    """Return the weight of the body, N; None if it has no channel `weight` with a single value."""
     channel = individual.experiment.organism.channels.get("weight")
     return float(_channel(individual, "weight")) if channel and channel.axes == () else None
 
 
 def frames_before_fall(individual: Individual) -> int:
-    """Return the number of frames before a fall, from the channel `lasted`; all frames without it.
-
-    Raises:
-        PluginError: the body cannot compute the channel, or it is not as declared.
-    """
+    """Return the number of frames before a fall, from the channel `lasted`, or all frames."""
     frames = len(individual.skeleton.segments)
     channel = individual.experiment.organism.channels.get("lasted")
     if channel is None or channel.axes or channel.unit != "s":
@@ -99,9 +84,6 @@ def margin_of(individual: Individual) -> Floats:
     """Return the static stability margin, (frames,), metres; −inf without a foot on the ground.
 
     The channel `margin` of the body, if it has one, takes precedence over its skeleton.
-
-    Raises:
-        GaitsimError: the body has no feet.
     """
     own = _own_margin(individual)
     return stability_margin(individual.skeleton) if own is None else own

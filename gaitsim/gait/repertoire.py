@@ -87,10 +87,6 @@ def gaits_of(
         experiment: experiment with the body.
         genomes: genomes, (individuals, genes).
         workers: number of workers; None for a number that suits the body.
-
-    Raises:
-        GaitsimError: the body has no feet.
-        PluginError: the body fails or breaks its contract.
     """
     if not len(genomes):
         return
@@ -105,11 +101,7 @@ def gaits_of(
 
 
 def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, ...]]:
-    """Return the mean positions of the feet in the body's frame, (feet, 3) m, and their names.
-
-    Raises:
-        GaitsimError: the body has no feet, or no channel `stance`.
-    """
+    """Return the mean positions of the feet in the body's frame, (feet, 3) m, and their names."""
     samples = genomes[np.unique(np.linspace(0, len(genomes) - 1, _SAMPLES).astype(int))]
     motion = move_genomes(experiment, samples)
     entry, organism = experiment.entries["organism"], experiment.organism

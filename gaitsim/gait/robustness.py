@@ -85,9 +85,6 @@ def measure_robustness(
         history: history of the run; {} for none.
         begin: called with the number of kinds of perturbations.
         advance: called after each kind.
-
-    Raises:
-        PluginError: the body or the fitness fails.
     """
     if individual.worlds:  # perturb in the world of the motion; the history has other worlds
         alone = replace(individual.experiment, worlds=OWN_WORLD)

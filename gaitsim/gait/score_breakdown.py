@@ -39,9 +39,6 @@ def terms_over_time(individual: Individual) -> TermsOverTime:
     A fitness returns only totals, but a motion can be cut. The score of a part is the score that
     the individual would have if its motion ended there. It is not cumulative: a term that is a
     mean over time, such as drift, can fall as well as rise.
-
-    Raises:
-        PluginError: the fitness cannot evaluate a part of the motion.
     """
     experiment, motion = individual.experiment, individual.motion
     frames = len(individual.skeleton.segments)

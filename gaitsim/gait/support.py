@@ -20,9 +20,6 @@ def stability_margin(skeleton: Skeleton) -> Floats:
 
     A body whose centre and feet all move in one vertical plane along x, such as a planar walker,
     cannot tip sideways: its support extends from its hindmost to its foremost foot.
-
-    Raises:
-        GaitsimError: the body has no feet: its skeleton has no contacts.
     """
     if skeleton.contacts is None or skeleton.touching is None:
         raise GaitsimError(

@@ -48,9 +48,6 @@ def twin_of(
         experiment: experiment with the kinematic body.
         damage: damage to the twin.
         world: conditions of the twin's world; None for the world of its preset.
-
-    Raises:
-        GaitsimError: the body has no twin, or the twin does not support the damage or the world.
     """
     if not _has_twin(experiment):
         raise GaitsimError(
@@ -69,23 +66,13 @@ def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) ->
     Args:
         individual: individual of a kinematic body with a twin.
         damage: damage to the twin; None for the damage of the individual's own body.
-
-    Raises:
-        GaitsimError: the body has no twin, or the twin cannot play its joint angles or does not
-            support the damage.
-        PluginError: the twin fails.
     """
     damage = individual.damage if damage is None else damage
     return play_on(individual, twin_of(individual.experiment, damage, individual.world))
 
 
 def play_on(individual: Individual, twin: Experiment) -> Individual:
-    """Play the joint angles of an individual on another body, such as the twin of its own.
-
-    Raises:
-        GaitsimError: the body cannot play the angles.
-        PluginError: the body fails.
-    """
+    """Play the joint angles of an individual on another body, such as the twin of its own."""
     angles = individual.joint_angles
     assert angles is not None, "the body has the channel joint_angles"
     gait = GaitFile(
@@ -102,9 +89,6 @@ def compare_bodies(individual: Individual, other: Individual) -> tuple[QuantityP
 
     These are the quantities of the gait analysis, and all measures of the other body, such as
     energy.
-
-    Raises:
-        PluginError: a body cannot be drawn or measured.
     """
     return tuple(_pair_quantities(_quantities(individual), _quantities(other)))
 

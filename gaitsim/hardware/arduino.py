@@ -70,10 +70,6 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
         calibration: calibration of its joints, each with a channel.
         name: name of the sketch.
         title: title of the gait, one line.
-
-    Raises:
-        GaitsimError: the gait does not fit into the flash or has too many joints, or its standing
-            pose is beyond the limits of the servos.
     """
     count, joints = keyframes.degrees.shape
     flash = count * joints * 2
@@ -125,11 +121,7 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
 
 
 def write_sketch(sketch: Sketch, folder: Path) -> None:
-    """Write the two files of a sketch to a folder, and replace the files of an earlier sketch.
-
-    Raises:
-        RunError: the folder or a file cannot be written.
-    """
+    """Write the two files of a sketch to a folder, and replace the files of an earlier sketch."""
     check_parent(folder)
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise RunError(
@@ -146,9 +138,6 @@ def sketch_name(folder: Path) -> str:
     """Return the name of the sketch in a folder.
 
     The Arduino IDE requires the sketch and its folder to have the same name.
-
-    Raises:
-        GaitsimError: the folder's name is not allowed for a sketch.
     """
     name = folder.name
     if not (name.isascii() and name.replace("_", "").isalnum() and len(name) <= MAX_NAME):

@@ -201,11 +201,7 @@ def _truncated(bound: float) -> float:
 def uniform_calibration(
     joints: Sequence[str], centre: float, low: float, high: float
 ) -> Calibration:
-    """Return a calibration with the same centre and limits, in °, for all joints.
-
-    Raises:
-        GaitsimError: the range is empty or does not include the centre.
-    """
+    """Return a calibration with the same centre and limits, in °, for all joints."""
     if not -np.inf < low < high < np.inf or not low <= centre <= high:
         raise GaitsimError(
             f"invalid servo range from {low:g}° to {high:g}° with the centre at {centre:g}°",

@@ -26,10 +26,6 @@ def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibrat
         path: path of the TOML file.
         format: export format, such as 'arduino', which determines the type of servo.
         joints: names of the joints, in the order of the gait.
-
-    Raises:
-        ExperimentError: the file has problems; the error lists all of them.
-        GaitsimError: the file cannot be read.
     """
     template = "the file that --calibration-template writes"
     text = read_file(path, NOUN, template, "write one with --calibration-template")

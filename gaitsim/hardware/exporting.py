@@ -44,11 +44,7 @@ class Exported:
 
 
 def check_bag(individual: Individual) -> None:
-    """Check that an individual's gait can be exported as a bag.
-
-    Raises:
-        GaitsimError: the body has no joint angles, or the package rosbags is not installed.
-    """
+    """Check that an individual's gait can be exported as a bag."""
     gait_of(individual)
     check_installed()
 
@@ -72,11 +68,6 @@ def export_individual(
             'rosbag2'.
         path: path of the file, or of the folder of a sketch or bag.
         options: options of the formats for robots; None for the defaults.
-
-    Raises:
-        GaitsimError: the body has no joint angles, the format does not accept an option, the
-            calibration has problems, or the gait exceeds the limits of the servos.
-        RunError: the file cannot be written.
     """
     options = options or Options()
     check_options(format, options)
@@ -122,10 +113,6 @@ def export_template(individual: Individual, format: str, path: Path) -> None:
         individual: individual with the robot's body.
         format: 'arduino', 'dynamixel' or 'feetech'.
         path: path of the new file.
-
-    Raises:
-        GaitsimError: the body has no joint angles, the format has no template, or the file exists.
-        RunError: the file cannot be written.
     """
     if format not in BUSES:
         raise GaitsimError(

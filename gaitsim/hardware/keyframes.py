@@ -81,9 +81,6 @@ def keyframes_of(
         speed: speed of playback; 1 is the speed of the simulation.
         clip: whether to clip angles beyond the limits instead of raising an error.
         loop: part of the gait that repeats; None plays the whole gait once.
-
-    Raises:
-        GaitsimError: an angle or a speed is beyond a limit, or there are fewer than two keyframes.
     """
     check_playback(speed)
     frames = np.arange(len(gait.angles)) / gait.frame_rate
@@ -133,11 +130,7 @@ def keyframes_of(
 
 
 def check_playback(speed: float) -> None:
-    """Check the speed of playback.
-
-    Raises:
-        GaitsimError: the speed is out of range.
-    """
+    """Check the speed of playback."""
     if not MIN_SPEED <= speed <= 1 / MIN_SPEED:
         raise GaitsimError(
             f"invalid playback speed: {speed:g}",

@@ -81,9 +81,6 @@ def check_accepted_flags(
         format: a key of `accepted`.
         given: flags, as on the command line.
         accepted: flags that each format accepts.
-
-    Raises:
-        GaitsimError: the format does not accept a flag.
     """
     rejected = [name for name in given if name not in accepted[format]]
     if rejected:
@@ -93,11 +90,7 @@ def check_accepted_flags(
 
 
 def check_options(format: str, options: Options) -> None:
-    """Raise an error for options that a format does not accept or that conflict.
-
-    Raises:
-        GaitsimError: the format does not accept an option, or options conflict.
-    """
+    """Raise an error for options that a format does not accept or that conflict."""
     check_accepted_flags(format, options.flags())
     uniform = [name for name in options.flags() if name in ("--centre", "--min", "--max")]
     if options.calibration and uniform:

@@ -23,10 +23,6 @@ def write_bag(trajectory: Trajectory, path: Path) -> None:
     The bag contains the whole trajectory as one `trajectory_msgs/JointTrajectory`, on the topic
     that a `joint_trajectory_controller` reads. For visualisation, it also contains the positions
     as `sensor_msgs/JointState`, one message per point. An existing bag at `path` is replaced.
-
-    Raises:
-        GaitsimError: the package rosbags is not installed.
-        RunError: the bag cannot be written, or `path` is not a bag.
     """
     check_installed()
     from rosbags.rosbag2 import StoragePlugin, Writer
@@ -44,11 +40,7 @@ def write_bag(trajectory: Trajectory, path: Path) -> None:
 
 
 def check_installed() -> None:
-    """Raise an error if the package rosbags is not installed.
-
-    Raises:
-        GaitsimError: the package is not installed.
-    """
+    """Raise an error if the package rosbags is not installed."""
     try:
         import rosbags.rosbag2  # noqa: F401
     except ImportError as error:

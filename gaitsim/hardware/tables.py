@@ -15,9 +15,6 @@ def write_degrees(keyframes: Keyframes, path: Path) -> None:
     """Write servo angles as CSV, atomically.
 
     The columns are `time_ms`, then one for each joint, in degrees.
-
-    Raises:
-        RunError: the file cannot be written.
     """
     rows = [[f"{angle:.{DECIMALS}f}" for angle in row] for row in keyframes.degrees.tolist()]
     _write(keyframes, keyframes.joint_names, rows, path)
@@ -27,9 +24,6 @@ def write_ticks(keyframes: Keyframes, calibration: Calibration, path: Path) -> N
     """Write the goal positions of servos on a bus as CSV, atomically.
 
     The columns are `time_ms`, then one for each servo, named after its id.
-
-    Raises:
-        RunError: the file cannot be written.
     """
     ids = [str(joint.id) for joint in calibration.joints.values()]
     _write(keyframes, ids, calibration.ticks(keyframes.degrees).tolist(), path)

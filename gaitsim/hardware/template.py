@@ -77,12 +77,7 @@ def format_template(gait: Gait, calibration: Calibration, format: str) -> str:
 
 
 def write_template(gait: Gait, calibration: Calibration, format: str, path: Path) -> None:
-    """Write a calibration template for users to fill in.
-
-    Raises:
-        GaitsimError: the file exists.
-        RunError: the file cannot be written.
-    """
+    """Write a calibration template for users to fill in."""
     check_folder(path)
     if os.path.lexists(path):
         raise GaitsimError(

@@ -49,9 +49,6 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
         gait: joint angles of the gait.
         keyframe_ms: time between points, ms; None for one point per frame.
         speed: speed of playback; 1 is the speed of the simulation.
-
-    Raises:
-        GaitsimError: the speed is out of range, or the gait has fewer than two points.
     """
     check_playback(speed)
     seconds = np.arange(len(gait.angles)) / gait.frame_rate / speed
@@ -95,11 +92,7 @@ def format_goal(trajectory: Trajectory) -> str:
 
 
 def write_goal(trajectory: Trajectory, path: Path) -> int:
-    """Write the goal of a trajectory as YAML, atomically, and return its size in bytes.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
+    """Write the goal of a trajectory as YAML, atomically, and return its size in bytes."""
     check_folder(path)
     data = format_goal(trajectory).encode()
     write_bytes(path, data)

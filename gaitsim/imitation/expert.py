@@ -67,11 +67,7 @@ class Expert:
         return self.name if self.file else heading_of_run(self.name, self.experiment)
 
     def folder(self) -> Path:
-        """Return the folder for exports: the run's, or else the folder of the gait file.
-
-        Raises:
-            RunError: the run's folder cannot be created.
-        """
+        """Return the folder for exports: the run's, or else the folder of the gait file."""
         if self.file is None:
             return exports_folder(self.source or Path())
         run = _run_of_export(self.file)
@@ -87,10 +83,6 @@ def find_expert(reference: str, body: str | None = None, which: Choice = None) -
             file or a run's folder. None takes the run in whose exports folder the file is, or
             else a preset whose body has the joints that the file names.
         which: individual of the run; None for the champion.
-
-    Raises:
-        GaitsimError: there is no such run, file or individual, the joints of the file do not fit
-            the body, or its body is unknown.
     """
     if not is_gait_file(reference):
         run = RunSnapshot(find_run(reference))
@@ -120,12 +112,7 @@ def is_gait_file(reference: str) -> bool:
 
 
 def expert_of(individual: Individual) -> Expert:
-    """Return the gait of an individual as an expert.
-
-    Raises:
-        GaitsimError: the body has no joint angles, or they cannot be learnt.
-        PluginError: the body breaks its contract.
-    """
+    """Return the gait of an individual as an expert."""
     gait = gait_of(individual)
     if len(gait.angles) < 2 or not np.isfinite(gait.angles).all():
         raise GaitsimError(
@@ -140,11 +127,6 @@ def expert_of_file(file: GaitFile, body: str | None = None) -> Expert:
     """Return the gait of a file as an expert, played on its body if the body can play it.
 
     Angles at a different frame rate are interpolated to the body's frame rate.
-
-    Raises:
-        GaitsimError: the body is unknown, has other joints or no joint angles, or the file lacks
-            the frame rate that a body without play() needs.
-        PluginError: the body or the fitness fails.
     """
     experiment, named = _body(file, body)
     organism, entry = experiment.organism, experiment.entries["organism"]

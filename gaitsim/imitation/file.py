@@ -40,11 +40,7 @@ class Imitation:
 
 
 def save_imitator(imitation: Imitation, path: Path) -> None:
-    """Write an imitation atomically, without pickles.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
+    """Write an imitation atomically, without pickles."""
     imitator = imitation.imitator
     network = imitator.network
     layers = {
@@ -73,11 +69,7 @@ def save_imitator(imitation: Imitation, path: Path) -> None:
 
 
 def load_imitator(path: Path) -> Imitation:
-    """Read a file written by `save_imitator`, without executing anything in it.
-
-    Raises:
-        GaitsimError: the file cannot be read, is too large, or is not an imitator file.
-    """
+    """Read a file written by `save_imitator`, without executing anything in it."""
     data = read_bounded(path, LARGEST)
     try:
         return _imitation(read_npz(data, LARGEST))

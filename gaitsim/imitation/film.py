@@ -19,10 +19,6 @@ def imitation_film(result: Result, settings: RenderSettings | None = None) -> Fi
     Args:
         result: result of the training.
         settings: size, speed, view and colours; None for the defaults of `RenderSettings`.
-
-    Raises:
-        GaitsimError: the body cannot play joint angles.
-        PluginError: the body cannot be drawn.
     """
     expert, training = result.expert, result.settings
     require_play(expert.experiment)

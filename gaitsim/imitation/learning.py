@@ -40,9 +40,6 @@ class Settings:
         normalise: whether to measure the inputs from the middle of each joint's range, in units
             of the largest range; otherwise they are angles in radians.
         seed: seed of the initial weights, the order of the pairs, and the noise.
-
-    Raises:
-        GaitsimError: a value is not allowed.
     """
 
     activation: str = "leaky-relu"
@@ -93,9 +90,6 @@ def learn(
     Returns:
         The imitator, and its mean squared error over all pairs and joints after each epoch,
         (epochs,), rad².
-
-    Raises:
-        GaitsimError: the training diverged.
     """
     from gaitsim.imitation.descent import descend
 

@@ -25,9 +25,6 @@ def files_of(
         several: whether to plot the errors of several trainings.
         video: whether to include a video.
         gait: imitated gait file, which must not be replaced.
-
-    Raises:
-        GaitsimError: one of the files is the imitated gait file.
     """
     files = {
         "imitator": folder / "imitator.npz",
@@ -47,11 +44,7 @@ def files_of(
 
 
 def write_results(results: Sequence[Result], files: Files) -> None:
-    """Write the first result, and a plot of the errors of all results if `files` includes one.
-
-    Raises:
-        RunError: a file cannot be written.
-    """
+    """Write the first result, and a plot of the errors of all results if `files` includes one."""
     from gaitsim.render.plots.imitation import errors_figure
     from gaitsim.render.plots.style import save
 

@@ -44,13 +44,7 @@ def check_detached(
     *,
     any_version: bool = False,
 ) -> None:
-    """Check that a run can continue, before it is queued.
-
-    Raises:
-        ExperimentError: the experiment has problems, with or without the overrides.
-        RunError: the run is already evolving, or it cannot continue with these options.
-        GaitsimError: the run uses Python code that another process cannot import.
-    """
+    """Check that a run can continue, before it is queued."""
     RunLock(run).release()
     found = RunSnapshot(run, keep_damaged=True)
     plan = plan_resume(found, overrides, generations=generations, any_version=any_version)
@@ -84,10 +78,6 @@ def start_detached(
         overrides: options to change at the start, by key.
         paused: whether to pause before the first generation.
         any_version: whether to resume with different versions of packages.
-
-    Raises:
-        GaitsimError: the process cannot be started.
-        RunError: the run is already evolving, or its folder does not exist.
     """
     if sys.platform == "win32":
         raise GaitsimError("background runs are not supported on Windows", remedy="omit --detach")
@@ -129,9 +119,6 @@ def stop(run: Path, timeout: float | None = None) -> bool:
 
     Returns:
         Whether the process has ended.
-
-    Raises:
-        RunError: the run is not evolving in the background.
     """
     found = request_stop(run)
     if found is None:
@@ -159,11 +146,7 @@ def request_stop(run: Path) -> BackgroundProcess | None:
 
 
 def send(run: Path, *commands: Command) -> None:
-    """Send commands to the background process of a run.
-
-    Raises:
-        RunError: the process does not accept the commands.
-    """
+    """Send commands to the background process of a run."""
     try:
         with (
             socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client,

@@ -97,9 +97,6 @@ class CommandQueue:
 
         Args:
             on_state: function called with `queued` or `paused` during the wait.
-
-        Raises:
-            GaitsimError: the run cannot continue.
         """
         on_hold, reported = False, ""
         while on_hold or not self._slot.try_acquire():
@@ -126,9 +123,6 @@ class CommandQueue:
         Args:
             on_state: function called with `paused` or `queued` before waiting, and with `running`
                 before a generation.
-
-        Raises:
-            GaitsimError: the run cannot continue.
         """
         reported = ""
         while True:

@@ -40,10 +40,6 @@ class Presence:
 
     Attributes:
         listener: listening socket.
-
-    Raises:
-        GaitsimError: the private folder cannot be used.
-        RunError: the run already has a background process, or its folder does not exist.
     """
 
     def __init__(self, run: Path) -> None:
@@ -85,11 +81,7 @@ class Presence:
             cleanup.pop_all()
 
     def check(self) -> None:
-        """Check that the run's folder still exists.
-
-        Raises:
-            RunError: the folder was deleted, moved or replaced.
-        """
+        """Check that the run's folder still exists."""
         if self._identity is None or identity(self._run) != self._identity:
             raise deleted_or_moved(self._run)
 

@@ -176,11 +176,7 @@ def write_snapshot(values: Mapping[str, Any]) -> bytes:
 
 
 def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
-    """Parse a line; missing keys keep their values from `before`, except rows, events and errors.
-
-    Raises:
-        ValueError: the line is not a snapshot.
-    """
+    """Parse a line; missing keys except rows, events and errors keep the values of `before`."""
     try:
         data = json.loads(line)
         if not data.get("generations", True):  # the run is not open yet

@@ -15,11 +15,7 @@ GUARD_TIMEOUT = 1.0  # seconds to wait while another process changes the queue
 
 
 def slot_count() -> int:
-    """Return the maximum number of background runs that evolve at a time.
-
-    Raises:
-        GaitsimError: the environment variable has an invalid value.
-    """
+    """Return the maximum number of background runs that evolve at a time."""
     given = os.environ.get(VARIABLE)
     if not given:
         return cores()

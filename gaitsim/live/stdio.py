@@ -5,11 +5,7 @@ from collections.abc import Iterator
 
 
 def write_all(descriptor: int, data: bytes) -> None:
-    """Write all bytes, waiting for a slow reader.
-
-    Raises:
-        OSError: the reader has disconnected.
-    """
+    """Write all bytes, waiting for a slow reader."""
     view = memoryview(data)
     while view:
         view = view[os.write(descriptor, view) :]

@@ -145,11 +145,7 @@ def _name(distribution: Distribution) -> str:
 
 
 def find(kind: str, name: str) -> Entry:
-    """Return the entry of a kind with a name.
-
-    Raises:
-        PluginError: the name is unknown, or several packages register it.
-    """
+    """Return the entry of a kind with a name."""
     if name.startswith(PYTHON) and kind in KINDS:
         from gaitsim.registry.python_entries import find_registered  # avoids a cyclic import
 

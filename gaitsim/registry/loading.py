@@ -13,21 +13,12 @@ if TYPE_CHECKING:
 
 
 def load_class(kind: str, name: str) -> "type[Plugin]":
-    """Return the plugin class of a name, validated against its contract.
-
-    Raises:
-        PluginError: the name is unknown or registered more than once, its import fails, or it is
-            not a valid plugin of the kind.
-    """
+    """Return the plugin class of a name, validated against its contract."""
     return load_entry(find(kind, name))
 
 
 def load_entry(entry: Entry) -> "type[Plugin]":
-    """Return the plugin class of an entry, validated against its contract.
-
-    Raises:
-        PluginError: the import fails, or the object is not a valid plugin of the kind.
-    """
+    """Return the plugin class of an entry, validated against its contract."""
     # Imported here because listing names needs neither NumPy nor pydantic.
     from gaitsim import contracts
     from gaitsim.registry.class_validation import problems

@@ -19,10 +19,6 @@ def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
     Args:
         name: name of the preset or study.
         kind: `EXPERIMENTS` or `STUDIES`.
-
-    Raises:
-        PluginError: no package or more than one registers the name, or the package fails or does
-            not contain the file.
     """
     entry = find(kind, name)
     with plugin_errors(entry, "being read"):

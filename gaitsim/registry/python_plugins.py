@@ -86,11 +86,7 @@ class ScoreChannel(Fitness):
     needs: ClassVar[tuple[str, ...]] = ()
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Return the channel `score` as the only term.
-
-        Raises:
-            GaitsimError: the motion has no such channel.
-        """
+        """Return the channel `score` as the only term."""
         if "score" not in motion:
             raise GaitsimError(
                 "no fitness was passed, and the body returned no score",
@@ -114,11 +110,7 @@ class FunctionBody(Organism):
         return type(self).space
 
     def move(self, genomes: Genomes) -> Motion:
-        """Return the function's result as a motion; a single array becomes the channel `score`.
-
-        Raises:
-            ContractError: the function returned something else.
-        """
+        """Return the function's result as a motion; a single array becomes the channel `score`."""
         found = type(self).function(genomes)
         if isinstance(found, Motion):
             return found
@@ -147,11 +139,7 @@ class FunctionBody(Organism):
         return array
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Raise an error, because a function cannot be drawn.
-
-        Raises:
-            GaitsimError: always.
-        """
+        """Raise an error, because a function cannot be drawn."""
         raise GaitsimError(
             f"the {self.entry} cannot be drawn: it is a function without a skeleton",
             allowed="a body with a skeleton",
@@ -178,11 +166,7 @@ class MissingFitness(Fitness):
     needs: ClassVar[tuple[str, ...]] = ()
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Raise the error of the missing function.
-
-        Raises:
-            MissingFunctionError: always.
-        """
+        """Raise the error of the missing function."""
         raise self.entry.missing_error
 
 
@@ -195,11 +179,7 @@ class MissingBody(Organism):
     channels: ClassVar[Mapping[str, Channel]] = {}
 
     def genome_space(self) -> GenomeSpace:
-        """Raise the error of the missing function.
-
-        Raises:
-            MissingFunctionError: always, as the other methods do.
-        """
+        """Raise the error of the missing function."""
         raise self.entry.missing_error
 
     def move(self, genomes: Genomes) -> Motion:

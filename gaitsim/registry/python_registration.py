@@ -37,9 +37,6 @@ def python_options(
         body: function (genomes) -> dict of channels or scores (population,); or an instance of a
             subclass of `Organism`; or None.
         space: genome space of a body that is a function.
-
-    Raises:
-        GaitsimError: an argument is of another type.
     """
     found: dict[str, dict[str, Any]] = {}
     if body is not None and not isinstance(body, Organism):
@@ -121,11 +118,7 @@ def _register(entry: PythonEntry, model: type[Plugin]) -> None:
 
 
 def _code_of(kind: str, thing: Any) -> CodeType:
-    """Return the code of a function.
-
-    Raises:
-        GaitsimError: `thing` is not a Python function.
-    """
+    """Return the code of a function."""
     argument = ARGUMENTS[kind]
     base = f"gs.{_BASES[kind].__name__}"
     name = getattr(thing, "__name__", "")

@@ -52,9 +52,6 @@ def encode(
         fps: frames per second; a GIF shows each frame for a whole number of centiseconds.
         samples: some of the pictures, from which the colours of a GIF are chosen.
         exact: colours that a GIF preserves exactly, (colours, 3).
-
-    Raises:
-        RunError: the file cannot be written; an existing file remains unchanged.
     """
     import av
 

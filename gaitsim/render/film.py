@@ -96,9 +96,6 @@ class Film:
         Args:
             path: path of the file.
             advance: function called after each picture.
-
-        Raises:
-            RunError: the file cannot be written.
         """
         check_folder(path)
         samples = self._samples() if self.settings.format == "gif" else ()

@@ -37,12 +37,7 @@ _AXES = (-0.5, -0.5, -0.5, 0.5)  # (x, y, z) becomes (y, z, x)
 
 
 def write_glb(individual: Individual, path: Path) -> None:
-    """Write an individual's body in motion as an animated glTF 2.0 file.
-
-    Raises:
-        PluginError: the body cannot be drawn.
-        RunError: the file cannot be written.
-    """
+    """Write an individual's body in motion as an animated glTF 2.0 file."""
     check_folder(path)
     write_bytes(path, glb(individual))
 
@@ -53,9 +48,6 @@ def glb(individual: Individual) -> bytes:
     The file has a node with a mesh for each limb, plate and solid, an empty node with the name of
     each foot, an empty node for the body's centre, and the ground. The same individual gives the
     same bytes.
-
-    Raises:
-        PluginError: the body cannot be drawn.
     """
     clip = clip_of(individual)
     score = individual.score

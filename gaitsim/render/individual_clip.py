@@ -7,11 +7,7 @@ from gaitsim.render.scene.clip import Clip
 
 
 def clip_of(individual: Individual, title: str = "", details: str = "", tag: str = "") -> Clip:
-    """Return the clip of an individual, with its captions.
-
-    Raises:
-        PluginError: the body cannot be moved or drawn, or its skeleton is empty or not finite.
-    """
+    """Return the clip of an individual, with its captions."""
     skeleton = individual.skeleton
     try:
         return Clip(skeleton, title, details, tag)

@@ -31,9 +31,6 @@ class RenderSettings:
         view: name of a view in `gaitsim.render.scene.VIEWS`.
         theme: name of a theme in `gaitsim.render.scene.THEMES`.
         intro: whether the video begins with the curve.
-
-    Raises:
-        GaitsimError: a setting is invalid.
     """
 
     format: str = "mp4"

@@ -34,9 +34,6 @@ def write_still(
         size: width and height, pixels.
         view: name of a view in `gaitsim.render.scene.VIEWS`.
         theme: name of a theme in `gaitsim.render.scene.THEMES`.
-
-    Raises:
-        RunError: the file cannot be written.
     """
     from PIL import Image
 

@@ -48,10 +48,6 @@ def write_events(
 
     Returns:
         Notices on omitted parts, with reasons.
-
-    Raises:
-        GaitsimError: the package tensorboardX is not installed.
-        RunError: no generation is finished yet, the run is damaged, or the file cannot be written.
     """
     check_installed()
     from tensorboardX.record_writer import RecordWriter
@@ -74,11 +70,7 @@ def write_events(
 
 
 def check_installed() -> None:
-    """Check that the package tensorboardX is installed.
-
-    Raises:
-        GaitsimError: tensorboardX is not installed.
-    """
+    """Check that the package tensorboardX is installed."""
     try:
         import tensorboardX  # noqa: F401
     except ImportError as error:

@@ -26,11 +26,6 @@ class Video(Film):
         settings: size, speed, view and colours; None for the defaults of `RenderSettings`.
         changed: function that changes the body or the world of an individual, such as
             `with_world`.
-
-    Raises:
-        RunError: a generation does not exist, or the run has no champion.
-        GaitsimError: the body cannot be changed in this way, or the picture is too small for the
-            names of all bodies.
     """
 
     def __init__(

@@ -65,11 +65,7 @@ def runtime_folder() -> Path:
 
 
 def create_runtime_folder() -> Path:
-    """Return the folder for the user's background processes; create it if it is missing.
-
-    Raises:
-        GaitsimError: the folder cannot be created, belongs to another user, or is open to others.
-    """
+    """Return the folder for the user's background processes; create it if it is missing."""
     folder = runtime_folder()
     reason = ""
     try:
@@ -90,11 +86,7 @@ def create_runtime_folder() -> Path:
 
 
 def _trust_problem(folder: Path) -> str:
-    """Return why a folder cannot be trusted, without a subject; '' if it can.
-
-    Raises:
-        OSError: the folder does not exist.
-    """
+    """Return why a folder cannot be trusted, without a subject; '' if it can."""
     if not folder.is_absolute():
         return "has a relative path"
     found = folder.lstat()
@@ -206,9 +198,6 @@ def check_not_in_background(run: Path, timeout: float = 0.5) -> None:
     Args:
         run: folder of the run.
         timeout: seconds to wait for the end of a process that has just closed the run.
-
-    Raises:
-        RunError: another process evolves the run, or is waiting to.
     """
     end = time.monotonic() + timeout
     while (found := background_process(run)) is not None and found.pid != os.getpid():

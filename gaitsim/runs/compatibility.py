@@ -31,9 +31,6 @@ def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, label
         source: TOML of the experiment that evolved the genomes. The gene labels are not compared
             if its body can no longer be created.
         label: name of the genomes in messages, such as 'the population'.
-
-    Raises:
-        PluginError: the body cannot describe its genomes.
     """
     space = experiment.space()
     wrong = ""
@@ -59,9 +56,6 @@ def out_of_bounds(experiment: Experiment, genomes: Genomes, label: str) -> str:
         experiment: experiment of the body.
         genomes: genomes, (individuals, genes).
         label: name of the genomes in messages, such as 'the population'.
-
-    Raises:
-        PluginError: the body cannot describe its genomes.
     """
     space = experiment.space()
     with plugin_errors(experiment.entries["organism"], "checking genomes"):
@@ -101,9 +95,6 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
         experiment: experiment in the current `experiment.toml`.
         checkpoint: checkpoint of the run.
         path: folder of the run.
-
-    Raises:
-        CheckpointError: the population does not fit.
     """
     population, genomes = experiment.individuals, checkpoint.genomes
     number = experiment.islands.number

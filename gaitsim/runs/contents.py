@@ -79,11 +79,7 @@ class RunFiles:
 
     @property
     def outline(self) -> ExperimentOutline:
-        """The experiment, without its plugins.
-
-        Raises:
-            GaitsimError: the file is not an experiment.
-        """
+        """The experiment, without its plugins."""
         return read_outline(self.experiment_text, str(self.path / EXPERIMENT))
 
     @cached_property
@@ -97,11 +93,7 @@ class RunFiles:
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """The latest undamaged checkpoint; None before the first generation.
-
-        Raises:
-            CheckpointError: all checkpoints are damaged.
-        """
+        """The latest undamaged checkpoint; None before the first generation."""
         return self._checkpoint_and_warning[0]
 
     @property
@@ -151,11 +143,7 @@ class RunFiles:
 
     @property
     def finished(self) -> Checkpoint:
-        """The latest undamaged checkpoint, which must exist.
-
-        Raises:
-            RunError: no generation is finished yet.
-        """
+        """The latest undamaged checkpoint, which must exist."""
         if self.checkpoint is None:
             raise unfinished_error(self.path)
         return self.checkpoint
@@ -167,12 +155,7 @@ class RunFiles:
 
     @cached_property
     def stages(self) -> tuple[RunStage, ...]:
-        """The stages of the run, the current one last; () before the first generation.
-
-        Raises:
-            CheckpointError: the population does not belong to its experiment.
-            GaitsimError: the text of a stage is not an experiment.
-        """
+        """The stages of the run, the current one last; () before the first generation."""
         if self.checkpoint is None:
             return ()
         stages = stages_of(self.checkpoint)
@@ -189,11 +172,7 @@ class RunFiles:
 
     @cached_property
     def history(self) -> dict[str, NDArray[np.float64]]:
-        """Columns of the history by name, each of shape (generations,); {} before the first row.
-
-        Raises:
-            RunError: the history is damaged, or ends before the checkpoint.
-        """
+        """Columns of the history by name, each of shape (generations,); {} before the first row."""
         if self.checkpoint is None:
             return {}
         columns = read_history(self.path / HISTORY, self.generation)
@@ -222,9 +201,6 @@ class RunFiles:
         """The best score of each island by generation, (generations, islands).
 
         For a run of one population, these are the best scores of the history.
-
-        Raises:
-            RunError: the file is damaged, or ends before the checkpoint.
         """
         if self.checkpoint is None:
             return np.empty((0, 1))
@@ -235,40 +211,24 @@ class RunFiles:
 
     @cached_property
     def checksums(self) -> NDArray[Any]:
-        """The checksums of the generations, which may be fewer than the generations.
-
-        Raises:
-            RunError: the file cannot be read.
-        """
+        """The checksums of the generations, which may be fewer than the generations."""
         return read_records(self.path / CHECKSUMS, RECORD, self.generation)
 
     @cached_property
     def start(self) -> Champion | None:
-        """The individual that the run started from; None if it started at random.
-
-        Raises:
-            CheckpointError: its file is damaged or hostile.
-        """
+        """The individual that the run started from; None if it started at random."""
         path = self.path / START
         return read_champion(path) if os.path.lexists(path) else None
 
     @cached_property
     def note(self) -> str:
-        """The user's note; '' without one.
-
-        Raises:
-            RunError: the note cannot be read.
-        """
+        """The user's note; '' without one."""
         return read_note(self.path)
 
     def _check_no_generation(self) -> None:
         """Check that a run without a checkpoint never had one.
 
         The history may have one row, as a row is written before its checkpoint.
-
-        Raises:
-            CheckpointError: the run has lost its checkpoints.
-            RunError: the history cannot be read.
         """
         if len(line_ends(self.path / HISTORY, 2)) > 2:
             raise CheckpointError(

@@ -23,9 +23,6 @@ def create_run(
         out: folder to create; None for `runs/<name of the experiment>`.
         start: individual that fits the experiment's body, from which the initial population is
             built; None draws the population at random.
-
-    Raises:
-        RunError: the folder cannot be created, or the population is too large for a checkpoint.
     """
     experiment.check_functions()
     check_size(experiment)
@@ -41,11 +38,7 @@ def create_run(
 
 
 def check_size(experiment: Experiment) -> None:
-    """Check that the population fits into a checkpoint.
-
-    Raises:
-        RunError: the population is too large.
-    """
+    """Check that the population fits into a checkpoint."""
     population, space = experiment.individuals, experiment.space()
     # Half of the checkpoint is reserved for scores and terms.
     most = MAX_BYTES // 2 // (space.genes * space.dtype.itemsize)

@@ -44,9 +44,6 @@ class RunFollower:
         """Return the new rows of the history, up to the generation of a run.
 
         If the file was rewritten, all rows are returned, from generation 1.
-
-        Raises:
-            RunError: the history cannot be read, is damaged, or ends before the checkpoint.
         """
         last, path = run.generation, self.path / HISTORY
         columns: Rows = {}

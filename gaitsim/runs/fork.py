@@ -47,10 +47,6 @@ def fork_run(
 
     Returns:
         The folder of the copy.
-
-    Raises:
-        ExperimentError: the experiment has problems, or would have them with the overrides.
-        RunError: the run is damaged, or the copy cannot be created or resumed.
     """
     run = RunSnapshot(path)
     # The plan reads the checkpoint first: the files, read later, then contain all its records.

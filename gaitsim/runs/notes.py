@@ -11,11 +11,7 @@ LARGEST = 50_000  # bytes
 
 
 def read_note(run: Path) -> str:
-    """Return the note of a run; '' without one.
-
-    Raises:
-        RunError: the note cannot be read.
-    """
+    """Return the note of a run; '' without one."""
     path = run / NOTE
     try:
         return read_regular(path, LARGEST).decode().strip()
@@ -30,12 +26,7 @@ def read_note(run: Path) -> str:
 
 
 def write_note(run: Path, text: str) -> None:
-    """Replace the note of a run, which may be evolving; '' removes the note.
-
-    Raises:
-        RunError: the run does not exist; or the note is too long, not valid text, or cannot be
-            written.
-    """
+    """Replace the note of a run, which may be evolving; '' removes the note."""
     path = find_run(str(run)) / NOTE
     text = "\n".join(text.splitlines()).strip()
     try:

@@ -13,12 +13,7 @@ from gaitsim.runs.files.lock import RunLock
 
 
 def delete_run(path: Path) -> None:
-    """Delete a run with all its exports; links in it are removed, but not their targets.
-
-    Raises:
-        RunError: the path is not a run, or is a link to one; another process is writing the run;
-            or it cannot be deleted.
-    """
+    """Delete a run with all its exports; links in it are removed, but not their targets."""
     path = resolve_run(path, "delete")
     sweep(path.parent)
     lock = RunLock(path)

@@ -10,12 +10,7 @@ from gaitsim.runs.files.lock import RunLock
 
 
 def rename_run(path: Path, name: str) -> Path:
-    """Rename a run; return the new path of its folder.
-
-    Raises:
-        RunError: the path is not a run, or is a link to one; another process is writing the run;
-            the name is invalid or taken; or the folder cannot be renamed.
-    """
+    """Rename a run; return the new path of its folder."""
     here = resolve_run(path, "rename")
     check_name(here, name)
     target = here.with_name(name)
@@ -30,11 +25,7 @@ def rename_run(path: Path, name: str) -> Path:
 
 
 def check_name(run: Path, name: str) -> None:
-    """Check a new name for the folder of a run.
-
-    Raises:
-        RunError: the name is invalid or taken.
-    """
+    """Check a new name for the folder of a run."""
     if not name or name.startswith((".", "-")) or not name.isprintable() or {*name} & {*"/\\"}:
         raise RunError(
             f"invalid name for a run: {name!r}",

@@ -74,11 +74,6 @@ def plan_resume(
         overrides: changed options by key.
         generations: last generation to evolve; None for the number in the experiment.
         any_version: whether to accept package versions other than those of the run.
-
-    Raises:
-        ExperimentError: the experiment has problems, or would have them with the overrides.
-        RunError: the run is damaged or was evolved with other versions of packages, or no
-            generation would be evolved.
     """
     length = {} if generations is None else {"evolution.generations": generations}
     given = {**length, **(overrides or {})}
@@ -208,9 +203,6 @@ def _compare_versions(
     """Check the versions of the packages in use; return a warning, or ''.
 
     Packages used only in former stages are ignored.
-
-    Raises:
-        RunError: the version of gaitsim or of a plugin's package differs.
     """
     now = versions(experiment)
     changed = {
@@ -278,11 +270,7 @@ def next_progress(
 
 
 def stop_reason_of(run: RunSnapshot) -> str:
-    """Return the stop condition that holds for a run; '' if none. Plugins are not loaded.
-
-    Raises:
-        GaitsimError: the run or its experiment is damaged.
-    """
+    """Return the stop condition that holds for a run; '' if none. Plugins are not loaded."""
     checkpoint = run.checkpoint
     if checkpoint is None:
         return ""

@@ -43,12 +43,7 @@ class Session(ExitStack):
         forget_failure(writer.path)
 
     def prepare(self) -> Evaluator:
-        """Start the workers and compile the body's kernels; a second call does nothing.
-
-        Raises:
-            PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: workers of the cluster lack a package, or have a different version of it.
-        """
+        """Start the workers and compile the body's kernels; a second call does nothing."""
         if self._evaluator is None:
             self._evaluator = self.enter_context(
                 Evaluator(self.writer.experiment, self._workers, self._on_warning, self._cluster)
@@ -61,12 +56,7 @@ class Session(ExitStack):
         self.writer.reevaluate(self.prepare().evaluate)
 
     def evolve(self) -> Iterator[Generation]:
-        """Evolve until a stop condition holds; each generation is recorded before it is yielded.
-
-        Raises:
-            PluginError: a plugin fails or breaks its contract.
-            RunError: generations cannot be saved.
-        """
+        """Evolve until a stop condition holds; each generation is recorded before it is yielded."""
         if self.writer.done:
             return iter(())
         evaluator = self.prepare()

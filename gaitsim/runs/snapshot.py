@@ -36,21 +36,13 @@ class RunSnapshot(RunFiles):
 
     @cached_property
     def experiment(self) -> Experiment:
-        """The experiment, with its plugins loaded.
-
-        Raises:
-            ExperimentError: the experiment has problems, such as a plugin that is not installed.
-        """
+        """The experiment, with its plugins loaded."""
         return self.experiment_with()
 
     def experiment_with(
         self, overrides: Overrides | None = None, place: str = COMMAND_LINE
     ) -> Experiment:
-        """Return the experiment with some options changed and its plugins loaded.
-
-        Raises:
-            ExperimentError: the experiment or the options have problems; the error lists all.
-        """
+        """Return the experiment with some options changed and its plugins loaded."""
         try:
             source = str(self.path / EXPERIMENT)
             return parse_experiment(self.experiment_text, source, overrides, place)
@@ -68,22 +60,14 @@ class RunSnapshot(RunFiles):
 
     @property
     def outside(self) -> tuple[PythonEntry, ...]:
-        """The Python code outside packages in any stage, which the run's files cannot reproduce.
-
-        Raises:
-            GaitsimError: the run is damaged.
-        """
+        """The Python code outside packages in any stage, which the run's files cannot reproduce."""
         plugins = [plugin for outline in self.outlines for plugin in outline.plugins.items()]
         return tuple(
             find_registered(kind, name) for kind, name in dict.fromkeys(plugins) if is_outside(name)
         )
 
     def stage_at(self, generation: int) -> RunStage:
-        """Return the stage that a generation belongs to.
-
-        Raises:
-            RunError: the generation does not exist.
-        """
+        """Return the stage that a generation belongs to."""
         last = self.finished.generation
         for stage in self.stages:
             if stage.first <= generation <= stage.last:
@@ -93,12 +77,7 @@ class RunSnapshot(RunFiles):
         )
 
     def experiment_at(self, generation: int) -> Experiment:
-        """Return the experiment that evolved `generation`, with its plugins loaded.
-
-        Raises:
-            ExperimentError: the experiment has problems, such as a plugin that is not installed.
-            RunError: the generation does not exist.
-        """
+        """Return the experiment that evolved `generation`, with its plugins loaded."""
         stage = self.stage_at(generation)
         text = stage.experiment
         if text not in self._parsed:
@@ -114,11 +93,7 @@ class RunSnapshot(RunFiles):
 
     @property
     def portability(self) -> str:
-        """The class of the results and its meaning; of several stages, the least portable one.
-
-        Raises:
-            ExperimentError: the experiment of a stage has problems.
-        """
+        """The class of the results and its meaning; of several stages, the least portable one."""
         experiments = [self.experiment_at(stage.last) for stage in self.stages]
         found = [one.portability for one in experiments or [self.experiment]]
         return next((text for text in found if not text.startswith(PORTABLE)), found[-1])
@@ -129,11 +104,7 @@ class RunSnapshot(RunFiles):
 
     @cached_property
     def pending(self) -> tuple[Change, ...]:
-        """The changes since the last generation, which start a stage with the next one.
-
-        Raises:
-            ExperimentError: the experiment has problems.
-        """
+        """The changes since the last generation, which start a stage with the next one."""
         if self.checkpoint is None or self.checkpoint.experiment == self.experiment_text:
             return ()
         return pending_changes(self.checkpoint, self.experiment)
@@ -143,20 +114,13 @@ class RunSnapshot(RunFiles):
         """The first generation whose scores are comparable with those of the last one.
 
         Earlier scores come from another fitness, body or set of worlds.
-
-        Raises:
-            RunError: no generation is finished yet.
         """
         _ = self.finished
         return first_comparable(self.stages)
 
     @cached_property
     def bests(self) -> NDArray[Any]:
-        """The best `score` and `genome` of every generation g, at index g − 1.
-
-        Raises:
-            RunError: the file is damaged, ends before the checkpoint, or belongs to another body.
-        """
+        """The best `score` and `genome` of every generation g, at index g − 1."""
         checkpoint, space = self.checkpoint, self.experiment.space()
         if checkpoint is None:
             return np.empty(0, record_type(space))
@@ -166,12 +130,7 @@ class RunSnapshot(RunFiles):
         )
 
     def best_genome(self, generation: int) -> NDArray[Any]:
-        """Return the genome of a generation's best individual, (genes,).
-
-        Raises:
-            RunError: the genome does not fit the body of its stage, or the generation does not
-                exist.
-        """
+        """Return the genome of a generation's best individual, (genes,)."""
         experiment = self.experiment_at(generation)
         genome: NDArray[Any] = self.bests[generation - 1]["genome"]
         genome = genome.astype(experiment.space().dtype)
@@ -186,11 +145,7 @@ class RunSnapshot(RunFiles):
 
     @property
     def best_generation(self) -> int | None:
-        """The generation of the champion; None before the first, or if all individuals failed.
-
-        Raises:
-            RunError: the history is damaged.
-        """
+        """The generation of the champion; None before the first, or if all individuals failed."""
         scores = (
             self.history["best"][self.first_comparable - 1 :] if self.checkpoint else np.empty(0)
         )
@@ -200,13 +155,7 @@ class RunSnapshot(RunFiles):
 
     @cached_property
     def members(self) -> Members | None:
-        """The front or archive after the last generation; None for searches without one.
-
-        Raises:
-            ExperimentError: the experiment has problems.
-            PluginError: the search fails.
-            RunError: no generation is finished yet, or the state of the search is damaged.
-        """
+        """The front or archive after the last generation; None for searches without one."""
         checkpoint = self.finished
         experiment = self.experiment_at(checkpoint.generation)
         if not experiment.search.keeps:
@@ -227,22 +176,13 @@ class RunSnapshot(RunFiles):
         """Return the best individual of a generation or of all generations, or a member.
 
         The best of all generations is chosen only among those comparable with the last one.
-
-        Raises:
-            ExperimentError: the experiment has problems, such as a plugin that is not installed.
-            RunError: no generation is finished yet, the generation or member does not exist, all
-                individuals failed, or the files of the run contradict each other.
         """
         if isinstance(which, Near):
             which = self._nearest(which)
         return self._member(which) if isinstance(which, Member) else self._best(which)
 
     def _nearest(self, which: Near) -> Member:
-        """Return the best member near given values.
-
-        Raises:
-            GaitsimError: a name is not an axis of the members.
-        """
+        """Return the best member near given values."""
         found = self.members
         if found is None or not len(found.scores):
             return Member(1)  # does not exist, so `_member` raises the error
@@ -318,9 +258,6 @@ class RunSnapshot(RunFiles):
         """Return the SHA-256 hash of population, scores, state of the search, history and stages.
 
         Times and column names are left out.
-
-        Raises:
-            RunError: no generation is finished yet.
         """
         checkpoint = self.finished
         digest = hashlib.sha256()

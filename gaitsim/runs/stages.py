@@ -75,11 +75,7 @@ class RunStage:
 
     @property
     def outline(self) -> ExperimentOutline:
-        """The experiment, without its plugins.
-
-        Raises:
-            GaitsimError: the text is not an experiment.
-        """
+        """The experiment, without its plugins."""
         return read_outline(self.experiment, f"the experiment of stage {self.number}")
 
     @property
@@ -102,11 +98,7 @@ def stages_of(checkpoint: Checkpoint) -> tuple[RunStage, ...]:
 
 
 def pending_changes(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...]:
-    """Return the changes since the experiment of a checkpoint; any change starts a stage.
-
-    Raises:
-        PluginError: the experiment cannot be written as TOML.
-    """
+    """Return the changes since the experiment of a checkpoint; any change starts a stage."""
     now = experiment.to_toml()
     if now == checkpoint.experiment:
         return ()

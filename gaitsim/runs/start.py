@@ -20,12 +20,7 @@ ALLOWED = (
 
 
 def find_individual(reference: str) -> Champion:
-    """Return the individual named by a champion file, a run, RUN@GENERATION or RUN#MEMBER.
-
-    Raises:
-        CheckpointError: the file is not a champion file, is damaged, or hostile.
-        RunError: the file, run, generation or member does not exist, or the run has no champion.
-    """
+    """Return the individual named by a champion file, a run, RUN@GENERATION or RUN#MEMBER."""
     # Unlike pathlib, os.path does not raise an error for an invalid file name.
     if os.path.exists(reference) and not os.path.isdir(reference):  # noqa: PTH110, PTH112
         return read_champion(Path(reference).resolve())  # links named by the user are followed
@@ -49,11 +44,7 @@ def _find_snapshot(run: str) -> RunSnapshot:
 
 
 def champion_of(run: RunSnapshot, which: Which = None) -> Champion:
-    """Return the champion, the best of a generation or a member, as a champion file stores it.
-
-    Raises:
-        RunError: the generation or member does not exist, or the run has no champion.
-    """
+    """Return the champion, the best of a generation or a member, as a champion file stores it."""
     individual = run.individual(which)
     stage, genome = run.stage_at(individual.generation), individual.genome
     if genome is None:
@@ -69,11 +60,7 @@ def champion_of(run: RunSnapshot, which: Which = None) -> Champion:
 
 
 def check_start(experiment: Experiment, start: Champion, where: str) -> None:
-    """Check that the genome of an individual fits the experiment's body.
-
-    Raises:
-        RunError: the genome does not fit; the message describes genome and body.
-    """
+    """Check that the genome of an individual fits the experiment's body."""
     wrong = genome_mismatch(experiment, start.genome[None], start.experiment, "the genome")
     if wrong:
         raise RunError(
@@ -86,12 +73,7 @@ def check_start(experiment: Experiment, start: Champion, where: str) -> None:
 
 
 def start_genome(run: RunSnapshot, experiment: Experiment) -> Array | None:
-    """Return the genome for the run's initial population, (genes,); None for a random population.
-
-    Raises:
-        CheckpointError: the file is damaged or hostile.
-        RunError: the genome does not fit the experiment.
-    """
+    """Return the genome of the initial population, (genes,); None for a random population."""
     try:
         start = run.start
     except CheckpointError as error:

@@ -75,9 +75,6 @@ class RunsWatcher:
         Args:
             progress: callback after each run, which receives the runs read so far, most recently
                 changed first, and the number of all runs.
-
-        Raises:
-            RunError: `root` is not a folder, or cannot be read.
         """
         paths = list_runs(self._root)
         self._watched = {path: self._watched.get(path) or _WatchedRun(path) for path in paths}

@@ -92,12 +92,6 @@ class RunWriter:
                 experiment.
             generations: last generation to evolve; None for the number in the experiment.
             any_version: whether to accept package versions other than those of the run.
-
-        Raises:
-            RunError: another process is writing the run; or the run is damaged, was evolved with
-                other versions of packages, or would not continue with these options.
-            ExperimentError: the experiment has problems, or the options do not fit the run;
-                nothing is changed in this case.
         """
         with ExitStack() as resources:
             resources.callback(RunLock(path).release)
@@ -148,9 +142,6 @@ class RunWriter:
 
         Args:
             evaluate: function that scores a population with `experiment`.
-
-        Raises:
-            PluginError: the body or the fitness fails or breaks its contract.
         """
         if self.reevaluates and self.last is not None:
             self.last = reevaluate(self.experiment, self.last, evaluate)
@@ -164,10 +155,6 @@ class RunWriter:
         Args:
             evaluate: function that scores a population with `experiment`.
             parallel_map: map that evolves islands in parallel; None evolves them in this process.
-
-        Raises:
-            PluginError: a plugin fails or breaks its contract; the message names its package.
-            RunError: a generation cannot be written.
         """
         self.reevaluate(evaluate)
         for generation in evolve(self.experiment, evaluate, self.last, self._start, parallel_map):
@@ -178,9 +165,6 @@ class RunWriter:
         """Record a finished generation, and save it unless another one fits into the `PERIOD`.
 
         A champion, the last generation and the first one of this writer are always saved at once.
-
-        Raises:
-            RunError: the generations cannot be saved; the run remains at the last saved one.
         """
         if self.reevaluates:
             raise ValueError("call reevaluate() before recording the first generation of a stage")
@@ -204,9 +188,6 @@ class RunWriter:
 
         A process killed in between leaves records after the checkpoint, which are dropped when
         the run resumes. A save that failed or was interrupted is not repeated.
-
-        Raises:
-            RunError: the generations cannot be written; the run remains at the last saved one.
         """
         generation, self._unsaved = self._unsaved, None
         if generation is None:

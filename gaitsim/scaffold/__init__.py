@@ -31,10 +31,6 @@ def new_package(name: str, kind: str, parent: Path) -> Path:
 
     Returns:
         The path of the new folder.
-
-    Raises:
-        GaitsimError: the name is invalid or taken, the kind is unknown, or the folder exists or
-            cannot be created. Nothing is then written.
     """
     if kind not in KINDS:
         raise unknown("kind of plugin", kind, KINDS)

@@ -243,11 +243,7 @@ def _packed(challenge: Challenge) -> bytes:
 
 
 def _unpacked(content: bytes) -> Challenge:
-    """Return the challenge of a code's content.
-
-    Raises:
-        GaitsimError: the content was not written by `_packed`.
-    """
+    """Return the challenge of a code's content."""
     if len(content) < _HEAD.size:
         raise invalid("its content is too short")
     generation, member, score, kind, genes, *lengths = _HEAD.unpack_from(content)

@@ -37,11 +37,7 @@ def looks_like_code(text: str) -> bool:
 
 
 def encode(content: bytes) -> str:
-    """Return content as a code.
-
-    Raises:
-        GaitsimError: the content is too large.
-    """
+    """Return content as a code."""
     packer = zlib.compressobj(zlib.Z_BEST_COMPRESSION, zlib.DEFLATED, _RAW, zdict=_dictionary())
     packed = packer.compress(content) + packer.flush()
     length = _LENGTH + len(packed) + _CHECKSUM
@@ -56,12 +52,7 @@ def encode(content: bytes) -> str:
 
 
 def decode(text: str) -> bytes:
-    """Return the content of a code.
-
-    Raises:
-        GaitsimError: the text is not a code, has a different format, or is damaged: characters
-            were changed, added or lost.
-    """
+    """Return the content of a code."""
     if len(text) > 2 * LONGEST:
         raise _damaged(f"it has {len(text):,} characters, more than the maximum of {LONGEST:,}")
     code = "".join(text.split()).strip(_AROUND).replace("—", "--")
@@ -87,9 +78,6 @@ def _bytes(body: str, before: int) -> bytes:
     Args:
         body: the code after its prefix.
         before: number of characters in the prefix, for messages.
-
-    Raises:
-        GaitsimError: the body is damaged.
     """
     for at, character in enumerate(body, before + 1):
         if character not in _CHARACTERS:
@@ -109,11 +97,7 @@ def _bytes(body: str, before: int) -> bytes:
 
 
 def _inflated(packed: bytes) -> bytes:
-    """Return the decompressed content, at most `LARGEST` bytes.
-
-    Raises:
-        GaitsimError: the content is larger, or was not written by `encode`.
-    """
+    """Return the decompressed content, at most `LARGEST` bytes."""
     unpacker = zlib.decompressobj(_RAW, zdict=_dictionary())
     try:
         content = unpacker.decompress(packed, LARGEST)

@@ -24,9 +24,6 @@ def write_comparison(folder: Path, findings: Findings, command: str, figures: li
         findings: results of the comparison.
         command: command line that repeats the comparison.
         figures: files of the figures, in the folder.
-
-    Raises:
-        RunError: a file cannot be written.
     """
     write_bytes(folder / TABLE, results(findings).encode())
     write_bytes(folder / CURVES, curves(findings).encode())

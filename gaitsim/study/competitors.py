@@ -27,9 +27,6 @@ def load_experiments(
 
     Experiments that share a seed get seeds derived from it and from their options; repeated names
     get numbers. Neither depends on the order of the experiments.
-
-    Raises:
-        GaitsimError: there are fewer than two experiments, or one has problems.
     """
     if isinstance(references, str | Path | Experiment) or len(references) < 2:
         raise GaitsimError(
@@ -105,9 +102,6 @@ def equal_budgets(
     Args:
         experiments: experiments by label.
         evaluations: evaluations per repeat; None for the number in the shortest experiment.
-
-    Raises:
-        GaitsimError: the evaluations are not enough for one generation of an experiment.
     """
     lengths = [one.individuals * one.evolution.generations for one in experiments.values()]
     budget = min(lengths) if evaluations is None else evaluations

@@ -132,11 +132,7 @@ class Cell:
 
 
 def read_study(reference: str) -> tuple[Study, str]:
-    """Return a study and its text, from the name of a bundled study or the path of a TOML file.
-
-    Raises:
-        GaitsimError: there is no such study, or it has problems.
-    """
+    """Return a study and its text, from the name of a bundled study or the path of a TOML file."""
     path = Path(reference)
     if path.suffix == ".toml" or path.name != reference:
         template = "the study.toml that 'gaitsim study millipede-operators' writes"
@@ -148,11 +144,7 @@ def read_study(reference: str) -> tuple[Study, str]:
 
 
 def parse_study(text: str, source: str) -> Study:
-    """Return the study that a TOML text describes.
-
-    Raises:
-        ExperimentError: the text has problems; the error lists all of them.
-    """
+    """Return the study that a TOML text describes."""
     problems = Problems(source)
     try:
         data = toml.parse(text, source)
@@ -230,9 +222,6 @@ def experiment_files(study: Study) -> dict[str, str]:
     """Return the study's experiments as the texts of files: `1.toml`, `2.toml` …
 
     The files are stored with the study, which then does not depend on installed presets.
-
-    Raises:
-        GaitsimError: an experiment cannot be loaded.
     """
     return {
         f"{place}.toml": load_experiment(reference).to_toml()
@@ -247,10 +236,6 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
         study: the study.
         folder: folder of the files of `experiment_files`; None loads the experiments by name.
         source: origin of the study, for errors.
-
-    Raises:
-        ExperimentError: cells have problems; the error lists each problem once.
-        GaitsimError: there are too many cells or too many scores.
     """
     axes: dict[str, list[Scalar]] = {EXPERIMENT: [*study.experiments]}
     axes |= {axis: study.values(axis) for axis in study.axes}

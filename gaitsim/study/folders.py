@@ -59,11 +59,7 @@ class StudyFolder:
 
 
 def list_folders(places: Iterable[Path] = DEFAULT_FOLDERS) -> list[StudyFolder]:
-    """Return the studies and comparisons in some folders, the latest first.
-
-    Raises:
-        RunError: a folder cannot be listed.
-    """
+    """Return the studies and comparisons in some folders, the latest first."""
     found = []
     for place in places:
         try:
@@ -135,11 +131,7 @@ class Section:
 
 
 def sections(folder: Path) -> list[Section]:
-    """Return the results in a folder: the sections of the report, and the cells of a study.
-
-    Raises:
-        GaitsimError: a file cannot be read, or was not written by gaitsim.
-    """
+    """Return the results in a folder: the sections of the report, and the cells of a study."""
     found = []
     if os.path.lexists(folder / REPORT):
         try:
@@ -178,11 +170,7 @@ def _row(line: str) -> tuple[str, ...]:
 
 
 def _cells(path: Path, study: Study) -> Section:
-    """Return the last recorded generation of each cell, with intervals.
-
-    Raises:
-        RunError: the table cannot be read.
-    """
+    """Return the last recorded generation of each cell, with intervals."""
     axes = ("experiment", *study.axes)
     latest: dict[tuple[str, ...], Sequence[str]] = {}
     try:

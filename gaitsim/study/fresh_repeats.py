@@ -41,9 +41,6 @@ def confirm(
 
     Returns:
         One entry for each experiment, in order; [] without a target.
-
-    Raises:
-        GaitsimError: a cell fails, repeatedly crashes its workers, or cannot be written.
     """
     if study.target is None:
         return []

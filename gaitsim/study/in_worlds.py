@@ -112,10 +112,6 @@ def rank_in_worlds(
         workers: number of workers; None for the body's default.
         evaluate: function that evaluates the champion of a label in given ranges; None for
             `evaluate_unseen`.
-
-    Raises:
-        GaitsimError: there are fewer than two runs, or their bodies differ or have no conditions.
-        RunError: a run has no champion.
     """
     check_request(number, seed)
     if len(runs) < 2:

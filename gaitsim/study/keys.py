@@ -26,9 +26,6 @@ def result_key(experiment: Experiment, repeats: int, generations: Sequence[int])
         experiment: experiment to repeat.
         repeats: number of repeats.
         generations: recorded generations.
-
-    Raises:
-        PluginError: the value of a plugin's option cannot be stored as JSON.
     """
     plugins = {kind: entry.source for kind, entry in experiment.entries.items()}
     packages = {entry.package for entry in experiment.entries.values()}

@@ -120,9 +120,6 @@ def write_results(
         study: the study.
         results: results of the sweep.
         reached: cheapest cell of each experiment that reaches the target.
-
-    Raises:
-        RunError: a file cannot be written.
     """
     sweep(folder)
     with writing(folder / REPORT):

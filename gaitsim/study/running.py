@@ -55,9 +55,6 @@ def repeat_experiment(
         on_generation: called after each generation.
         on_warning: called with a message for the user when workers died or are idle.
         cluster: workers to use instead of `workers`; the caller closes it.
-
-    Raises:
-        GaitsimError: a plugin or a worker fails.
     """
     kept = set(recorded_generations(experiment, every).tolist())
     best = []
@@ -120,9 +117,6 @@ def run_cells(
         on_warning: called with a message for the user when workers died.
         cluster: workers to use instead of processes; the caller closes it.
         place: subfolder for the results.
-
-    Raises:
-        GaitsimError: a cell fails, repeatedly crashes its workers, or cannot be written.
     """
     sweep(create_subfolder(folder, place))
     # The longest cells run first, so that none of them occupies a single core at the end.

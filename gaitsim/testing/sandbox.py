@@ -56,11 +56,7 @@ class _Child:
     def request(
         self, entry: Entry, options: Mapping[str, Any], seconds: float, *, again: bool
     ) -> Any:
-        """Return the response to a request to examine a plugin, or to repeat its computations.
-
-        Raises:
-            _NoResponse: the child timed out or exited.
-        """
+        """Return the response to a request to examine a plugin, or to repeat its computations."""
         try:
             process = self._process or self._start()
             self._step = "computing everything in another process" if again else "being examined"
@@ -162,9 +158,6 @@ def examine_in_processes(
         options: options that differ from the defaults.
         seconds: timeout per plugin, s.
         path: folders to import from, before those of this process.
-
-    Raises:
-        GaitsimError: `seconds` is not a valid timeout.
     """
     if not 0 < seconds <= _DAY:
         raise GaitsimError(

@@ -63,11 +63,7 @@ class LoadedPreset:
 
 
 def load_preset(reference: str) -> LoadedPreset:
-    """Read a preset by its name, or an experiment file by its path.
-
-    Raises:
-        GaitsimError: the preset or file does not exist, or has problems.
-    """
+    """Read a preset by its name, or an experiment file by its path."""
     text = load_experiment(reference).to_toml()
     return LoadedPreset(reference, text, toml.parse(text, reference))
 

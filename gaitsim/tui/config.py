@@ -128,11 +128,7 @@ def _problem(path: Path, sections: list[str], name: str, detail: Any) -> Gaitsim
 
 
 def remember_theme(path: Path, theme: str) -> None:
-    """Write a theme to the settings; keep the rest of the file, including comments.
-
-    Raises:
-        GaitsimError: the file is not valid TOML, or cannot be written.
-    """
+    """Write a theme to the settings; keep the rest of the file, including comments."""
     import tomlkit
 
     from gaitsim.runs.files.atomic import write_bytes, writing

@@ -150,11 +150,7 @@ PRODUCTS = tuple(product for products in GROUPS.values() for product in products
 
 
 def unavailable_products(run: Path) -> dict[Product, GaitsimError]:
-    """Return the products that cannot be exported from a run, with the commands' errors.
-
-    Raises:
-        GaitsimError: nothing can be exported: the run has no champion, or its folder is read-only.
-    """
+    """Return the products that cannot be exported from a run, with the commands' errors."""
     from gaitsim.gait.files.writer import gait_of
     from gaitsim.hardware.exporting import check_bag
     from gaitsim.imitation.expert import expert_of

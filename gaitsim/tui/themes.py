@@ -57,11 +57,7 @@ DEFAULT = DARK.name
 
 
 def check_theme(name: str, *, where: str, key: str = "") -> str:
-    """Check and return the name of a theme.
-
-    Raises:
-        GaitsimError: the theme does not exist.
-    """
+    """Check and return the name of a theme."""
     known = sorted([*(ours.name for ours in THEMES), *BUILTIN_THEMES])
     if name not in known:
         raise unknown("theme", name, known, where=where, key=key)

@@ -276,11 +276,7 @@ def is_loopback(host: str) -> bool:
 
 @contextmanager
 def listening_socket(host: str, port: int) -> Iterator[socket.socket]:
-    """Open a socket that listens on an address.
-
-    Raises:
-        GaitsimError: the address does not exist, or the port is in use.
-    """
+    """Open a socket that listens on an address."""
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         listener = socket.create_server((host, port), family=family)

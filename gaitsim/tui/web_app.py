@@ -110,11 +110,7 @@ class ServedApp(AppService):
                 await super().on_meta(data)
 
     async def handle_message(self, text: str) -> None:
-        """Forward a message of the page to the app.
-
-        Raises:
-            ValueError: the text is not a message.
-        """
+        """Forward a message of the page to the app."""
         match _decode(text):
             case ["stdin", str(keys)]:
                 await self.send_bytes(keys.encode("utf-8", "replace"))

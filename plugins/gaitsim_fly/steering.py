@@ -40,9 +40,6 @@ class SteeredFly(Steered):
     Args:
         fly: body and network.
         controllers: genome (genes,) of each command.
-
-    Raises:
-        GaitsimError: a controller is missing or does not fit the network.
     """
 
     def __init__(self, fly: "Fly", controllers: Mapping[str, Genomes]) -> None:
@@ -104,11 +101,7 @@ class SteeredFly(Steered):
 
 
 def controller_genomes(fly: "Fly", controllers: Mapping[str, Genomes]) -> Genomes:
-    """Return the genomes of the controllers in the order of the commands, (commands, genes).
-
-    Raises:
-        GaitsimError: the fly cannot turn, or a controller is missing or does not fit the network.
-    """
+    """Return the genomes of the controllers in the order of the commands, (commands, genes)."""
     if fly.planar:
         raise GaitsimError(
             "a fly with symmetric wings cannot turn, so it cannot be steered",

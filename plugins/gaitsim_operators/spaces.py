@@ -5,11 +5,7 @@ from gaitsim.errors import PluginError
 
 
 def real_space(space: GenomeSpace) -> RealSpace:
-    """Return the space with the type `RealSpace`.
-
-    Raises:
-        PluginError: the space is of a different kind.
-    """
+    """Return the space with the type `RealSpace`."""
     if not isinstance(space, RealSpace):
         raise PluginError(
             f"this operator does not support genomes of the kind {space.name!r}",

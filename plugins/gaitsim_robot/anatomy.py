@@ -80,9 +80,6 @@ def find_anatomy(
         feet: names of the links at the ends of the legs; () finds them.
         stance: angles of joints in the standing pose by name, rad. Other joints have the angles of
             the keyframe, or zero. None searches for a pose.
-
-    Raises:
-        GaitsimError: the robot has no legs or no standing pose, or a body or joint is unknown.
     """
     from gaitsim_robot.finding import Finder
 

@@ -37,9 +37,6 @@ def run_in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[
             dictionary.
         argument: keyword arguments, a JSON object.
         where: the file or text, for messages.
-
-    Raises:
-        RobotError: the function raised a GaitsimError, crashed, timed out or ran out of memory.
     """
     path = [os.path.abspath(entry) for entry in sys.path]  # noqa: PTH100 (the child runs elsewhere)
     request = {"path": path, "task": task, "argument": dict(argument)}

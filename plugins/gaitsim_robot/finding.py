@@ -38,11 +38,7 @@ class Finder:
         self.rest, self.given = self._rest()
 
     def find(self) -> Anatomy:
-        """Return the anatomy.
-
-        Raises:
-            GaitsimError: the robot has no legs or no standing pose.
-        """
+        """Return the anatomy."""
         first: GaitsimError | None = None
         for note, turn in TURNS.items():
             try:

@@ -35,9 +35,6 @@ def robot_text(model: str, folder: Path | None) -> str:
     Args:
         model: name of a bundled robot, a robot's text, or the path of a file.
         folder: base of relative paths; None forbids files.
-
-    Raises:
-        RobotError: there is no such robot or file, or it cannot be used.
     """
     if model in BUNDLED:
         return model

@@ -23,9 +23,6 @@ def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
         data: the document.
         where: file of the document, for messages.
         encoding: encoding that replaces the declared one.
-
-    Raises:
-        RobotError: the document is not XML, declares entities, or is too deep or too long.
     """
     builder = TreeBuilder()
     depth = count = 0
@@ -83,11 +80,7 @@ def _trimmed(data: bytes) -> bytes:
 
 
 def numbers(text: str | None, count: int, default: str, where: str) -> Floats:
-    """Return the numbers of an attribute, (count,).
-
-    Raises:
-        RobotError: the attribute does not consist of `count` finite numbers.
-    """
+    """Return the numbers of an attribute, (count,)."""
     words = (default if text is None or not text.strip() else text).replace(",", " ").split()
     try:
         values = np.array([float(word) for word in words])

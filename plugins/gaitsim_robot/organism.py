@@ -237,9 +237,6 @@ class Robot(Organism):
         Args:
             path: the file.
             roots: additional folders that contain files it refers to, such as other ROS packages.
-
-        Raises:
-            RobotError: the file cannot be read, or is not a robot.
         """
         return import_robot(path, roots)
 
@@ -266,9 +263,6 @@ class Robot(Organism):
         Args:
             joint_angles: commands relative to the file's zero, (population, frames, joints) rad,
                 at 50 frames per second; at least 2 frames, the first of which is the initial pose.
-
-        Raises:
-            ValueError: the shape is wrong, or angles are not finite.
         """
         check_joint_angles(joint_angles, len(self.anatomy.joints))
         lower, upper = np.array(joint_ranges(self.text, self.anatomy)).T

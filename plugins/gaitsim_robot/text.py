@@ -78,11 +78,7 @@ _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
 
 
 def check_text(text: str) -> None:
-    """Check that a text is a valid robot's text, before MuJoCo reads it.
-
-    Raises:
-        RobotError: the text has an element, attribute or value that is not allowed.
-    """
+    """Check that a text is a valid robot's text, before MuJoCo reads it."""
     if len(text) > LARGEST:
         raise RobotError(
             f"the robot's text is too long: {len(text):,} characters",
@@ -186,9 +182,6 @@ def compile_model(text: str) -> Any:
     """Return the compiled model (`mujoco.MjModel`) of a robot's text, without ground or servos.
 
     A text that this process did not import is first compiled in a child process.
-
-    Raises:
-        RobotError: the text is not a robot's text, or MuJoCo cannot compile it.
     """
     check_text(text)
     if sha256(text.encode()).digest() not in _trusted:
@@ -200,11 +193,7 @@ def compile_model(text: str) -> Any:
 
 
 def compile_text(text: str) -> dict[str, Any]:
-    """Compile a checked text in a child process, and return an empty dictionary.
-
-    Raises:
-        RobotError: MuJoCo cannot compile it.
-    """
+    """Compile a checked text in a child process, and return an empty dictionary."""
     import mujoco
 
     try:

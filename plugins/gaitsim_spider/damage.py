@@ -68,9 +68,6 @@ def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
     Args:
         damage: texts such as 'L2 lost', one for each damaged part.
         leg_mass: scale factor of the legs' masses.
-
-    Raises:
-        GaitsimError: the damage is invalid or needs forces.
     """
     for text in damage:
         if "weak" in text.split():

@@ -100,9 +100,6 @@ class Spider(Organism):
         Args:
             joint_angles: angles from the pose at rest, (population, frames, 24), radians, with at
                 least 2 frames; the first pose may be any within the limits.
-
-        Raises:
-            ValueError: the shape is different, or an angle is not finite.
         """
         check_joint_angles(joint_angles, len(body.JOINTS))
         limit = np.float32(body.ANGLE_LIMIT)

@@ -141,9 +141,6 @@ class Walker(Organism):
             joint_angles: commands relative to the stance at rest, (population, frames, joints)
                 rad, at 60 frames per second; at least 2 frames, the first of which is the initial
                 pose.
-
-        Raises:
-            ValueError: the shape is wrong, or angles are not finite.
         """
         check_joint_angles(joint_angles, len(self.plan.joints))
         limits = self.plan.limits

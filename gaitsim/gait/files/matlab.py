@@ -40,10 +40,6 @@ def read_matlab(data: bytes, names: Collection[str], largest: int) -> Fields:
         data: content of the file.
         names: names of the variables.
         largest: limit for the unpacked size of these variables, bytes.
-
-    Raises:
-        ValueError: the data are not a MATLAB file of version 4 to 7, or a variable is neither a
-            real matrix nor text.
     """
     try:
         return dict(_variables(data, names, largest))

@@ -55,11 +55,7 @@ class GaitFile:
     joint_names: tuple[str, ...]
 
     def in_order(self, joints: Sequence[str]) -> Angles:
-        """Return the angles in the order of a body's joints.
-
-        Raises:
-            GaitsimError: the file and the body have different joints.
-        """
+        """Return the angles in the order of a body's joints."""
         if not self.joint_names and self.angles.shape[1] == len(joints):
             return self.angles
         if sorted(self.joint_names) == sorted(joints):
@@ -76,12 +72,7 @@ class GaitFile:
 
 
 def play_gait(file: GaitFile, experiment: Experiment) -> Individual:
-    """Play a gait from a file on the body of an experiment, at the frame rate of the body.
-
-    Raises:
-        GaitsimError: the body cannot play the gait, its joints differ, or it is too long.
-        PluginError: the body or the fitness fails.
-    """
+    """Play a gait from a file on the body of an experiment, at the frame rate of the body."""
     angles = fit_to_body(file, experiment)
     return Individual.of_motion(experiment, play(experiment, angles[None]), file.path)
 
@@ -90,10 +81,6 @@ def fit_to_body(file: GaitFile, experiment: Experiment) -> Angles:
     """Return the angles in the order of a body's joints, at its frame rate.
 
     Angles at the frame rate of the body are returned unchanged, bit for bit.
-
-    Raises:
-        GaitsimError: the body cannot play the angles, its joints differ, or the gait is too long.
-        PluginError: the body fails.
     """
     require_play(experiment)
     with plugin_errors(experiment.entries["organism"], "naming its joints"):
@@ -122,11 +109,7 @@ def _resample(file: GaitFile, angles: Angles, given: float, rate: float) -> Angl
 
 
 def read_gait(path: Path) -> GaitFile:
-    """Read a gait file, .csv, .npz or .mat; no code in it is executed.
-
-    Raises:
-        GaitsimError: the file cannot be read, is too large, or is not a gait file.
-    """
+    """Read a gait file, .csv, .npz or .mat; no code in it is executed."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise GaitsimError(f"{path} does not have the extension of a gait file", allowed=_ALLOWED)
@@ -143,11 +126,7 @@ def read_gait(path: Path) -> GaitFile:
 
 
 def read_bounded(path: Path, largest: int) -> bytes:
-    """Return the content of a regular file of at most `largest` bytes.
-
-    Raises:
-        GaitsimError: the file cannot be read, or is larger.
-    """
+    """Return the content of a regular file of at most `largest` bytes."""
     try:
         return read_regular(path, largest, follow=True)
     except (OSError, ValueError) as error:
@@ -156,12 +135,7 @@ def read_bounded(path: Path, largest: int) -> bytes:
 
 
 def read_npz(data: bytes, largest: int) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a `.npz` file whose unpacked size is at most `largest` bytes.
-
-    Raises:
-        ValueError: the file is larger, or has pickled objects or too many arrays. Other invalid
-            content raises other exceptions.
-    """
+    """Return the arrays of a `.npz` file whose unpacked size is at most `largest` bytes."""
     if data.count(b"PK\1\2") > _MEMBERS:  # checked first, because reading the directory is slow
         raise ValueError(f"it contains more than {_MEMBERS} arrays")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:

@@ -42,12 +42,7 @@ class Gait:
 
 
 def gait_of(individual: Individual) -> Gait:
-    """Return the gait of an individual.
-
-    Raises:
-        GaitsimError: the body has no joint angles.
-        PluginError: the body breaks its contract.
-    """
+    """Return the gait of an individual."""
     organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
     if "joint_angles" not in organism.channels:
         raise GaitsimError(
@@ -84,9 +79,6 @@ def write_gait(gait: Gait, path: Path, format: str) -> None:
         path: path of the file.
         format: 'mat' or 'npz', with `bestGait`, `frameRate`, `jointNames`, `units`, `generation`
             and `score`; or 'csv', with a column for the time in seconds and one per joint.
-
-    Raises:
-        RunError: the file cannot be written.
     """
     write = {"mat": _mat, "csv": _csv, "npz": _npz}[format]
     check_folder(path)
@@ -94,11 +86,7 @@ def write_gait(gait: Gait, path: Path, format: str) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Check the path of a file before computing its content.
-
-    Raises:
-        RunError: the parent folder does not exist, or the path is a folder.
-    """
+    """Check the path of a file before computing its content."""
     # Unlike pathlib, os.path does not raise an error for an invalid file name.
     if os.path.isdir(path):  # noqa: PTH112
         raise RunError(f"cannot write {path}: it is a folder", remedy="give the path of a file")
@@ -106,11 +94,7 @@ def check_folder(path: Path) -> None:
 
 
 def check_parent(path: Path) -> None:
-    """Check that the parent folder of a new file or folder exists.
-
-    Raises:
-        RunError: the parent folder does not exist.
-    """
+    """Check that the parent folder of a new file or folder exists."""
     if not os.path.isdir(path.parent):  # noqa: PTH112
         raise RunError(
             f"cannot write {path}: there is no folder {path.parent}",

@@ -58,11 +58,7 @@ class Card:
 
 
 def read_champion(path: Path) -> tuple[RunSnapshot, Individual]:
-    """Return a run and its champion.
-
-    Raises:
-        GaitsimError: the run is damaged or has no champion, or a plugin is not installed.
-    """
+    """Return a run and its champion."""
     run = RunSnapshot(path)
     return run, run.individual()
 

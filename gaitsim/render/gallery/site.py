@@ -53,11 +53,6 @@ def write_gallery(
         out: folder of the gallery; an existing gallery is replaced.
         begin: function called with the number of runs.
         advance: function called after each run.
-
-    Raises:
-        GaitsimError: `out` exists and is not a gallery.
-        RunError: `root` is not a folder, a symbolic link in `out` leads elsewhere, or a file
-            cannot be written.
     """
     before = _own_files(out)
     paths = sorted(list_runs(root), key=lambda path: path.name)
@@ -97,9 +92,6 @@ def _write_run(path: Path, out: Path, name: str) -> Card:
         path: folder of the run.
         out: folder of the gallery.
         name: path of the run's files, relative to `out`, without extension.
-
-    Raises:
-        GaitsimError: the run cannot be shown, or a file cannot be written.
     """
     run, champion = read_champion(path)
     card = card_of(run, champion)
@@ -151,11 +143,7 @@ def _write_record(out: Path, cards: Iterable[Card], written: Iterable[str]) -> N
 
 
 def _own_files(out: Path) -> set[str]:
-    """Return the files of an existing gallery, as paths relative to it; empty for a new folder.
-
-    Raises:
-        GaitsimError: the folder exists and is not a gallery.
-    """
+    """Return the files of an existing gallery, as paths relative to it; empty for a new folder."""
     if not os.path.lexists(out):
         return set()
     try:

@@ -47,12 +47,6 @@ def write_atlas(
         workers: number of workers; None chooses the body's default.
         begin: function called with the number of gaits.
         advance: function called with the number of gaits finished since the last call.
-
-    Raises:
-        NothingToPlotError: the search keeps no archive.
-        PluginError: the body cannot be moved or drawn.
-        RunError: no generation is finished yet, all individuals failed, the run is damaged, or
-            the file cannot be written.
     """
     check_folder(path)
     data = atlas_data(run, workers, begin=begin, advance=advance)
@@ -117,11 +111,7 @@ def atlas_data(
 
 
 def _rig(individual: Individual) -> Rig | None:
-    """Return the rig of an individual's body; None if the body has no rig.
-
-    Raises:
-        PluginError: the body fails.
-    """
+    """Return the rig of an individual's body; None if the body has no rig."""
     entry = individual.experiment.entries["organism"]
     with plugin_errors(entry, "describing the body's links"):
         rig: object = individual.experiment.organism.rig()
@@ -159,11 +149,7 @@ def _row(values: Any) -> Packed:
 
 
 def _body(individual: Individual, rig: Rig) -> Json:
-    """Return the drawn shape and the rig of a body.
-
-    Raises:
-        PluginError: the body cannot be drawn, or its rig has different joints or segments.
-    """
+    """Return the drawn shape and the rig of a body."""
     experiment, skeleton = individual.experiment, individual.skeleton
     if (rig.joints, rig.names) != (experiment.organism.joint_names(), skeleton.names):
         raise contract_error(

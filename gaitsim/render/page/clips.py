@@ -32,9 +32,6 @@ def clip_data(individual: Individual) -> Json:
 
     Lengths are in metres and angles in radians; z is up. The data of bodies with solids omit the
     ends of segments, which are not drawn.
-
-    Raises:
-        PluginError: the body cannot be moved, drawn or measured, or its skeleton is not finite.
     """
     details = f"{individual.label}, {format_score(individual)}"
     clip = clip_of(individual, individual.name, details, individual.label)

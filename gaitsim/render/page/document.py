@@ -47,9 +47,6 @@ def document(
         data: data of the page: finite numbers, strings, lists and mappings.
         scripts: additional scripts, such as the script of the kind of page.
         description: description of the page, shown without JavaScript.
-
-    Raises:
-        ValueError: a number is not finite.
     """
     boot = asset(assets.BOOT)
     texts = [_viewer(), *map(_in_function, scripts)]

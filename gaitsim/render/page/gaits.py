@@ -101,9 +101,6 @@ def gaits_data(
         begin: function called with the number of individuals to move, and once more with the new
             number if all must be moved a second time.
         advance: function called with the number of individuals moved since the last call.
-
-    Raises:
-        PluginError: the body fails or breaks its contract.
     """
     channel = experiment.organism.channels.get("joint_angles")
     if channel is None or channel.axes != ("frames", "joints") or not len(genomes):

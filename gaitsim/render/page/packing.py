@@ -30,9 +30,6 @@ def pack(values: ArrayLike, step: float) -> Packed:
 
     Returns:
         `{"shape": […], "step": step, "data": "…"}`, with rounding errors of at most step / 2.
-
-    Raises:
-        GaitsimError: a number is not finite, or too large for the step.
     """
     array = np.asarray(values, dtype=np.float64)
     whole = np.rint(array / step)

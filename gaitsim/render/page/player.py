@@ -33,11 +33,6 @@ def write_page(
         individuals: one or more individuals.
         path: path of the file.
         run: run whose fitness curve to show; None for the run of the first individual, if any.
-
-    Raises:
-        GaitsimError: too many individuals are given, or the page is too large.
-        PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
-        RunError: the run is damaged, or the file cannot be written.
     """
     check_folder(path)
     data = page(individuals, run)
@@ -67,11 +62,6 @@ def page(
         individuals: one or more individuals.
         run: run whose fitness curve to show; None for the run of the first individual, if any.
         embedded: whether the page is part of another page, such as a notebook.
-
-    Raises:
-        GaitsimError: too many individuals are given.
-        PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
-        RunError: the run is damaged.
     """
     data = page_data(individuals, run)
     if embedded:
@@ -85,11 +75,6 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
     Args:
         individuals: one or more individuals.
         run: run whose fitness curve to show; None for the run of the first individual, if any.
-
-    Raises:
-        GaitsimError: too many individuals are given.
-        PluginError: a body cannot be moved, drawn or measured, or its skeleton is not finite.
-        RunError: the run is damaged.
     """
     if len(individuals) > MAX_BODIES:
         raise GaitsimError(

@@ -31,11 +31,6 @@ def write_page(experiment: Experiment, controllers: Mapping[str, Genomes], path:
         experiment: experiment with the body.
         controllers: genome (genes,) of each command's network.
         path: path of the file.
-
-    Raises:
-        GaitsimError: pages cannot simulate the body.
-        PluginError: the body fails.
-        RunError: the file cannot be written.
     """
     check_folder(path)
     data = page(experiment, controllers)

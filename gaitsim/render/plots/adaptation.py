@@ -22,9 +22,6 @@ def adaptation_figure(adaptation: Adaptation, theme: Theme = LIGHT) -> "Figure":
     """Plot expected and measured performance by trial, and the trials on the map of the atlas.
 
     A map of more than two axes is projected onto its first two principal components.
-
-    Raises:
-        NothingToPlotError: the adaptation has no trial yet.
     """
     from matplotlib.figure import Figure
 

@@ -32,11 +32,6 @@ def archive_figure(request: Request) -> "Figure":
     If the archive has more than two axes, each pair has a panel, in which a cell shows the best
     elite across all other axes. If it has more than four, the panels form half a matrix. The best
     elite is marked.
-
-    Raises:
-        GaitsimError: a given axis is not an axis of the archive, or is given twice.
-        NothingToPlotError: the search keeps no archive, or has too many axes.
-        RunError: no generation is finished yet, or all individuals failed.
     """
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure

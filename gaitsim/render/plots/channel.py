@@ -28,13 +28,7 @@ _MAX_PANELS = 24  # maximum number of panels on a page
 
 
 def channel_figure(request: Request) -> "Figure":
-    """Plot the components of a channel over time, with a line for each generation.
-
-    Raises:
-        GaitsimError: the channel or a component is unknown, the channel is not over time, or too
-            many lines or panels are needed.
-        PluginError: the body cannot compute the channel.
-    """
+    """Plot the components of a channel over time, with a line for each generation."""
     if len(request.individuals) > _MAX_LINES:
         raise GaitsimError(
             f"too many generations to plot: {len(request.individuals)}",
@@ -56,11 +50,7 @@ def channel_figure(request: Request) -> "Figure":
 
 
 def default_channel(individual: Individual) -> str:
-    """Return the channel that is drawn by default.
-
-    Raises:
-        NothingToPlotError: the body has no channel over time.
-    """
+    """Return the channel that is drawn by default."""
     timed = [
         name
         for name, channel in individual.experiment.organism.channels.items()

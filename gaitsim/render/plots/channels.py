@@ -33,12 +33,7 @@ class Signal:
 
 
 def read_values(individual: Individual, name: str) -> NDArray[Any]:
-    """Return a channel of the individual, without the axis of the population.
-
-    Raises:
-        GaitsimError: the body does not have the channel; the message lists its channels.
-        PluginError: the body cannot compute the channel, or its shape contradicts its declaration.
-    """
+    """Return a channel of the individual, without the axis of the population."""
     experiment = individual.experiment
     entry, channels = experiment.entries["organism"], experiment.organism.channels
     if name not in channels:
@@ -69,12 +64,7 @@ def count_trials(individual: Individual) -> int:
 
 
 def read_signal(individual: Individual, name: str) -> Signal:
-    """Return a channel of the individual over time, with names for all entries.
-
-    Raises:
-        GaitsimError: the body does not have the channel, or the channel is not over time.
-        PluginError: the body cannot compute the channel, or its values are not real numbers.
-    """
+    """Return a channel of the individual over time, with names for all entries."""
     organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
     values = read_values(individual, name)
     channel = organism.channels[name]

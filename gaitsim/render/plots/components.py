@@ -41,9 +41,6 @@ def lines_of(signal: Signal, components: Sequence[str]) -> list[Line]:
         signal: the channel of an individual.
         components: names, or numbers along the last axis, counted from 1. All entries of an axis
             are drawn unless some of them are chosen.
-
-    Raises:
-        GaitsimError: a component is unknown; the message lists the known ones.
     """
     # If there are many trials, only the first is drawn, as the others look similar.
     chosen: list[set[int]] = [set() for _ in signal.entries]

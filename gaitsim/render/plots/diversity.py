@@ -16,11 +16,7 @@ if TYPE_CHECKING:
 
 
 def diversity_figure(request: Request) -> "Figure":
-    """Plot the diversity of the genomes and, below it, the standard deviation of the scores.
-
-    Raises:
-        RunError: no generation is finished yet.
-    """
+    """Plot the diversity of the genomes and, below it, the standard deviation of the scores."""
     from matplotlib.figure import Figure
 
     run, theme = request.run, request.theme

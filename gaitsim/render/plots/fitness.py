@@ -31,9 +31,6 @@ def fitness_figure(
         run: run with at least one generation.
         theme: colours of the plot.
         size: width and height, inches.
-
-    Raises:
-        RunError: no generation is finished yet.
     """
     from matplotlib.figure import Figure
 

@@ -27,10 +27,6 @@ def footfall_figure(request: Request) -> "Figure":
     The plot shows the last seconds, after the gait has settled and before a fall, or the whole
     motion if no foot touches down twice in these seconds. If the body has the channel `load`, a
     curve in each row shows the vertical force on the foot, whose highest peaks are clipped.
-
-    Raises:
-        NothingToPlotError: the body has no feet.
-        GaitsimError: the window holds no part of the motion.
     """
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -83,11 +79,7 @@ def _rounded_up(value: float) -> float:
 
 
 def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """Return whether each foot is on the ground, of shape (frames, feet), and the feet's names.
-
-    Raises:
-        NothingToPlotError: the body has no feet.
-    """
+    """Return whether each foot is on the ground, of shape (frames, feet), and the feet's names."""
     skeleton = individual.skeleton
     if skeleton.touching is None or not skeleton.touching.shape[1]:
         raise NothingToPlotError(

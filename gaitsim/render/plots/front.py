@@ -29,10 +29,6 @@ def front_figure(request: Request) -> "Figure":
     With two objectives, a line shows the edge of the dominated region. The other individuals of
     the last generation are faint. The member with the best score is marked, and the first and the
     last member are numbered.
-
-    Raises:
-        NothingToPlotError: the search keeps no front, or has too many objectives.
-        RunError: no generation is finished yet, or all individuals failed.
     """
     from matplotlib.figure import Figure
 

@@ -25,10 +25,6 @@ def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) 
 
     Footfalls and margin cover the last strides, after the gait has settled. Phases are
     dots, larger if more consistent; lines show the phases of the nearest reference gait.
-
-    Raises:
-        GaitsimError: the body has no feet, or the file's extension is not a known format.
-        RunError: the file cannot be written.
     """
     from matplotlib.figure import Figure
 

@@ -21,11 +21,7 @@ _FOOT = 0.055  # height of a foot's row, inches
 
 
 def require_gaits(individual: Individual) -> None:
-    """Check that an individual's run has an archive and its body has feet.
-
-    Raises:
-        NothingToPlotError: the search keeps no archive, or the body has no feet.
-    """
+    """Check that an individual's run has an archive and its body has feet."""
     require_kept(individual, "archive")
     contacts_of(individual)
 
@@ -35,10 +31,6 @@ def gaits_figure(request: Request) -> "Figure":
 
     Gaits without a name come last. The footfalls cover the last seconds before a fall, with
     left feet above right feet as in the plot of a single gait.
-
-    Raises:
-        NothingToPlotError: the search keeps no archive, or the body has no feet.
-        RunError: no generation is finished yet, or all individuals failed.
     """
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch

@@ -31,10 +31,6 @@ def genome_figure(request: Request) -> "Figure":
     The colour shows the position of a gene between its bounds. If nearly all genes are in a small
     part of that range, the colours cover only this part. If there are more than a thousand
     generations, evenly spaced ones are drawn.
-
-    Raises:
-        NothingToPlotError: the genes are not bits and have no bounds.
-        RunError: no generation is finished yet.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure

@@ -33,10 +33,6 @@ def joints_figure(request: Request) -> "Figure":
     """Plot a channel of the joints, by default the angles, shaded while the foot is in stance.
 
     Angles are in degrees. If torques come near the stall torque, a line marks it.
-
-    Raises:
-        NothingToPlotError: the body has no joint angles.
-        GaitsimError: the channel has no joints, or the window holds no part of the motion.
     """
     individual, theme = request.individual, request.theme
     require_joints(individual)
@@ -116,11 +112,7 @@ def _stall_torque(individual: Individual, name: str, values: Floats) -> float | 
 
 
 def require_joints(individual: Individual) -> None:
-    """Check that the body has joint angles.
-
-    Raises:
-        NothingToPlotError: the body has no joint angles.
-    """
+    """Check that the body has joint angles."""
     if "joint_angles" not in individual.experiment.organism.channels:
         raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} has no joint angles to plot",

@@ -23,10 +23,6 @@ def plot_overlay(
         by: horizontal axis, a name in `gaitsim.study.compare_runs.AXES`.
         path: path of the file.
         theme: colours of the plot.
-
-    Raises:
-        RunError: none of the runs has a finished generation, or the file cannot be written.
-        GaitsimError: the file's suffix is not a known format.
     """
     from matplotlib.figure import Figure
 

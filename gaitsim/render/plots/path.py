@@ -53,10 +53,6 @@ def path_figure(request: Request) -> "Figure":
     """Plot the path from a corner of the room and from above, at one scale.
 
     A planar body, which is a line from above, is drawn from the side instead.
-
-    Raises:
-        NothingToPlotError: no frame of the skeleton is finite.
-        GaitsimError: the window holds no part of the motion.
     """
     individual, theme = request.individual, request.theme
     skeleton = individual.skeleton

@@ -24,9 +24,6 @@ def phase_figure(request: Request) -> "Figure":
     """Plot a ring for each foot with an arc from touch-down to lift-off, and a table.
 
     A stride is one clockwise turn, which starts at the touch-down of the first foot that steps.
-
-    Raises:
-        NothingToPlotError: the body has no feet, or its feet have no common stride.
     """
     from matplotlib.figure import Figure
 
@@ -52,11 +49,7 @@ def phase_figure(request: Request) -> "Figure":
 
 
 def stride_of(individual: Individual) -> tuple[GaitAnalysis, Footfalls, Stride]:
-    """Return the analysis of a gait, its footfalls and its stride.
-
-    Raises:
-        NothingToPlotError: the body has no feet, or its feet have no common stride.
-    """
+    """Return the analysis of a gait, its footfalls and its stride."""
     contacts_of(individual)
     gait = analyse_individual(individual)
     found = gait.footfalls

@@ -20,11 +20,7 @@ KEEPERS = {
 
 
 def require_kept(individual: Individual, kept: str) -> None:
-    """Check that the search of an individual's run keeps a 'front' or an 'archive'.
-
-    Raises:
-        NothingToPlotError: the search does not keep it.
-    """
+    """Check that the search of an individual's run keeps a 'front' or an 'archive'."""
     experiment = individual.experiment
     if experiment.search.keeps != kept:
         name = experiment.entries["search"].name
@@ -73,10 +69,6 @@ def window_slice(
         rate: frames per second, Hz.
         window: first and last second; None for the last `default` seconds.
         default: length of the default window, s; None for the whole motion.
-
-    Raises:
-        NothingToPlotError: the motion has only one frame.
-        GaitsimError: fewer than two frames are in the window.
     """
     if frames < 2:
         raise NothingToPlotError(

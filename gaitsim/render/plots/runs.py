@@ -26,10 +26,6 @@ def runs_figure(request: Request) -> "Figure":
 
     Repeats are in the same folder as the run and differ from it only in seed, name and length.
     Repeats of less than half the length are left out. The median ends with the shortest repeat.
-
-    Raises:
-        NothingToPlotError: there is only one run.
-        GaitsimError: a run cannot be read, or has no finished generation.
     """
     from matplotlib.figure import Figure
 

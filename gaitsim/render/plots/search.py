@@ -24,11 +24,7 @@ _LOGARITHMIC = 100  # ratio of largest to smallest value above which an axis is 
 
 
 def require_figures(individual: Individual) -> None:
-    """Check that the search of an individual's run records figures.
-
-    Raises:
-        NothingToPlotError: the search records no figures.
-    """
+    """Check that the search of an individual's run records figures."""
     if type(individual.experiment.search).figures is Search.figures:
         raise _no_figures(individual.experiment)
 
@@ -42,12 +38,7 @@ def _no_figures(experiment: Experiment) -> NothingToPlotError:
 
 
 def search_figure(request: Request) -> "Figure":
-    """Plot each figure of the search, such as coverage, in a panel against the evaluations.
-
-    Raises:
-        NothingToPlotError: the search records no figures.
-        RunError: no generation is finished yet.
-    """
+    """Plot each figure of the search, such as coverage, in a panel against the evaluations."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 

@@ -21,10 +21,6 @@ def stability_figure(request: Request) -> "Figure":
     """Plot the margin in millimetres, shaded below zero, and the number of feet on the ground.
 
     `gaitsim.gait.margin_of` computes the margin.
-
-    Raises:
-        NothingToPlotError: the body has no feet.
-        GaitsimError: the window holds no part of the motion.
     """
     from matplotlib.figure import Figure
 

@@ -145,24 +145,14 @@ def picture(figure: "Figure", format: str, theme: Theme, resolution: float = RES
 
 
 def save(figure: "Figure", path: Path, theme: Theme = LIGHT) -> None:
-    """Write a figure atomically, in the format of the file's suffix.
-
-    Raises:
-        GaitsimError: the file's suffix is not a known format.
-        RunError: the file cannot be written.
-    """
+    """Write a figure atomically, in the format of the file's suffix."""
     check_target(path)
     format = path.suffix.removeprefix(".").lower()
     write_bytes(path, picture(figure, format, theme))
 
 
 def check_target(path: Path) -> None:
-    """Check the path of a plot before drawing it.
-
-    Raises:
-        GaitsimError: the suffix is not a known format.
-        RunError: the folder of the file does not exist, or the path is a folder.
-    """
+    """Check the path of a plot before drawing it."""
     if path.suffix.removeprefix(".").lower() not in FORMATS:
         raise GaitsimError(
             f"{path} does not have the extension of a plot format",

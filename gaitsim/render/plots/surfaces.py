@@ -23,11 +23,7 @@ def surface_axis(study: Study) -> str | None:
 
 
 def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best]]) -> None:
-    """Draw the surface of each experiment into a folder, after removing old surfaces.
-
-    Raises:
-        RunError: a file cannot be written.
-    """
+    """Draw the surface of each experiment into a folder, after removing old surfaces."""
     for old in folder.glob("surface-*.png"):
         with writing(old):
             old.unlink()

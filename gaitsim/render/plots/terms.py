@@ -21,9 +21,6 @@ def terms_figure(request: Request) -> "Figure":
     """Plot a panel for each term, with the best individual's term and the population's mean.
 
     Each panel has its own scale, and a line at zero if zero is within it.
-
-    Raises:
-        RunError: no generation is finished yet, or there are too many terms.
     """
     history, theme = request.run.history, request.theme
     if not history:

@@ -51,9 +51,6 @@ class Clip:
         lane: displacement to the left, m.
         depth: height of the drawn ground, m; None derives it from the skeleton.
         named: whether to write the names of the feet beside them.
-
-    Raises:
-        GaitsimError: the skeleton cannot be drawn.
     """
 
     skeleton: Skeleton

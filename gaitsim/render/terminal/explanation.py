@@ -47,11 +47,7 @@ class Passage:
 def explanation(
     individual: Individual, history: Mapping[str, NDArray[np.float64]]
 ) -> Iterator[Passage]:
-    """Yield the terms of the score over time and by generation, and a summary.
-
-    Raises:
-        PluginError: the body or the fitness fails.
-    """
+    """Yield the terms of the score over time and by generation, and a summary."""
     try:
         yield _terms_over_time(individual)
     except MissingFunctionError as error:  # the recorded terms are known without the fitness
@@ -76,21 +72,13 @@ def travel_and_stability(gait: GaitAnalysis) -> Passage:
 
 
 def compare_with_twin(individual: Individual, twin: Individual) -> Passage:
-    """Compare a gait on the kinematic body with the same gait on the body's physical twin.
-
-    Raises:
-        PluginError: a body cannot be drawn or measured.
-    """
+    """Compare a gait on the kinematic body with the same gait on the body's physical twin."""
     title = f"The same joint angles in rigid-body physics, {twin.experiment.name}"
     return _compare(individual, twin, title, ("kinematic", "physics"))
 
 
 def compare_engines(individual: Individual, other: Individual) -> Passage:
-    """Compare a gait in its own physics engine with the same gait in a different engine.
-
-    Raises:
-        PluginError: a body cannot be drawn or measured.
-    """
+    """Compare a gait in its own physics engine with the same gait in a different engine."""
     names = engine_of(individual), engine_of(other)
     return _compare(individual, other, f"The same gait in the engine {names[1]}", names)
 

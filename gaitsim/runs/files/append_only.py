@@ -49,11 +49,7 @@ class AppendOnlyFile:
         self._gathered += data
 
     def flush(self, *, force: bool = True) -> None:
-        """Write the gathered records, and flush them to disk if `force` is true.
-
-        Raises:
-            RunError: the file was deleted or replaced since it was opened.
-        """
+        """Write the gathered records, and flush them to disk if `force` is true."""
         try:
             opened = os.fstat(self._descriptor)
         except OSError as error:
@@ -112,11 +108,7 @@ class AppendOnlyHistory:
         self._columns: tuple[str, ...] = ()
 
     def append(self, values: Mapping[str, float]) -> None:
-        """Add a generation's row, as returned by `history.row`.
-
-        Raises:
-            RunError: the existing rows cannot be read, or rewritten with more columns.
-        """
+        """Add a generation's row, as returned by `history.row`."""
         terms = terms_of(values)
         head = ""
         if terms != self._terms:
@@ -126,11 +118,7 @@ class AppendOnlyHistory:
         self._terms = terms
 
     def flush(self) -> None:
-        """Write the gathered rows, and flush them to disk.
-
-        Raises:
-            RunError: the file was deleted or replaced since it was opened.
-        """
+        """Write the gathered rows, and flush them to disk."""
         self._file.flush()
 
     def close(self) -> None:

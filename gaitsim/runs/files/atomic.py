@@ -39,9 +39,6 @@ def write_bytes(path: Path, data: bytes, *, follow: bool = True) -> None:
         data: new content.
         follow: whether to write to the target of a link, as for files named by the user. Links
             in a run folder are replaced instead, as their target may be anywhere.
-
-    Raises:
-        RunError: the file cannot be written; `path` is complete, and most likely unchanged.
     """
     with replacing(path, follow=follow) as partial:
         partial.write_bytes(data)
@@ -52,9 +49,6 @@ def write_rotating(path: Path, previous: Path, data: bytes) -> None:
 
     At every moment, existing files at `path` and `previous` are complete. If `path` does not
     exist yet, `previous` does not change.
-
-    Raises:
-        RunError: the files cannot be written; both are complete, and most likely unchanged.
     """
     with writing(path), _partial(path.parent, data) as partial:
         if path.is_file() and not path.is_symlink():
@@ -74,9 +68,6 @@ def replacing(path: Path, *, follow: bool = True) -> Iterator[Path]:
     Args:
         path: path of the file.
         follow: whether to write to the target of a link, rather than to replace the link.
-
-    Raises:
-        RunError: the file cannot be written; `path` is complete, and most likely unchanged.
     """
     with writing(path):
         # Folders of runs and studies are swept once by their writer, when it opens them.
@@ -92,11 +83,7 @@ def replacing(path: Path, *, follow: bool = True) -> Iterator[Path]:
 
 
 def set_aside(path: Path, word: str) -> Path:
-    """Rename `a.pickle` to the first free name of `a.<word>-1.pickle`, `a.<word>-2.pickle`, …
-
-    Raises:
-        RunError: the file cannot be renamed.
-    """
+    """Rename `a.pickle` to the first free name of `a.<word>-1.pickle`, `a.<word>-2.pickle`, …"""
     with writing(path):
         number = 1
         while True:

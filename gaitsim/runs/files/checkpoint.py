@@ -121,12 +121,7 @@ class Champion:
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None = None) -> None:
-    """Write `checkpoint` to `path` atomically, and keep the old file as `previous`.
-
-    Raises:
-        RunError: the file cannot be written; the old one is kept.
-        ValueError: the checkpoint is invalid; see `Checkpoint`.
-    """
+    """Write `checkpoint` to `path` atomically, and keep the old file as `previous`."""
     data = pack(checkpoint)
     if previous is None:
         write_bytes(path, data, follow=False)
@@ -135,23 +130,12 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None =
 
 
 def write_champion(path: Path, champion: Champion) -> None:
-    """Write `champion` to `path` atomically.
-
-    Raises:
-        RunError: the file cannot be written; the old one is kept.
-        ValueError: the champion is invalid; see `Champion`.
-    """
+    """Write `champion` to `path` atomically."""
     write_bytes(path, pack(champion), follow=False)
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
-    """Read a checkpoint without executing anything in it. The arrays are writable copies.
-
-    Raises:
-        SchemaVersionError: the file is intact, but from an older or newer gaitsim.
-        CheckpointError: the file is missing, damaged, hostile or of another kind.
-        RunError: permission denied.
-    """
+    """Read a checkpoint without executing anything in it. The arrays are writable copies."""
     return _unpack(path, Checkpoint.kind, _CHECKPOINT)
 
 
@@ -173,11 +157,6 @@ def read_with_fallback(
 
     Returns:
         The checkpoint, and a warning if it is the previous one, else None.
-
-    Raises:
-        SchemaVersionError: a file is intact, but from an older or newer gaitsim.
-        CheckpointError: neither file can be read; both are left unchanged.
-        RunError: permission denied.
     """
     try:
         return read_checkpoint(path), None
@@ -242,11 +221,7 @@ _CHAMPION = TypeAdapter(Champion)
 
 
 def pack(record: Checkpoint | Champion) -> bytes:
-    """Return the bytes of a file with `record`, after checking that it can be read.
-
-    Raises:
-        ValueError: the record is invalid; see `Checkpoint` and `Champion`.
-    """
+    """Return the bytes of a file with `record`, after checking that it can be read."""
     content = _plain(record)
     try:
         (_CHECKPOINT if isinstance(record, Checkpoint) else _CHAMPION).validate_python(content)

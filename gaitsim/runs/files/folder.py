@@ -34,11 +34,7 @@ def command(verb: str, *words: object) -> str:
 
 
 def find_run(reference: str) -> Path:
-    """Return the folder of a run, given by its path or by its name in `runs/`.
-
-    Raises:
-        RunError: the run does not exist.
-    """
+    """Return the folder of a run, given by its path or by its name in `runs/`."""
     paths = [Path(path) for path in (reference, RUNS / reference) if reference]
     for path in paths:
         if holds_run(path):
@@ -76,9 +72,6 @@ def resolve_run(path: Path, verb: str) -> Path:
     Args:
         path: folder of the run.
         verb: 'delete' or 'rename', for messages.
-
-    Raises:
-        RunError: the path is not a run, or is a link to one.
     """
     if path.is_symlink():
         raise RunError(
@@ -122,11 +115,7 @@ def deleted_or_moved(run: Path) -> RunError:
 
 
 def create_subfolder(run: Path, name: str) -> Path:
-    """Return a folder within a run; create it if it is missing.
-
-    Raises:
-        RunError: the folder cannot be created, or is a link, which could lead out of the run.
-    """
+    """Return a folder within a run; create it if it is missing."""
     folder = run / name
     with writing(folder):
         if folder.is_symlink():
@@ -136,11 +125,7 @@ def create_subfolder(run: Path, name: str) -> Path:
 
 
 def check_out_folder(folder: Path) -> None:
-    """Check, before a long computation, that an output folder exists or can be created.
-
-    Raises:
-        RunError: part of its path is a file.
-    """
+    """Check, before a long computation, that an output folder exists or can be created."""
     nearest = next(path for path in (folder, *folder.absolute().parents) if os.path.lexists(path))
     if not nearest.is_dir():
         raise RunError(
@@ -150,32 +135,20 @@ def check_out_folder(folder: Path) -> None:
 
 
 def create_out_folder(folder: Path) -> None:
-    """Create a folder and its parents if they are missing.
-
-    Raises:
-        RunError: the folder cannot be created.
-    """
+    """Create a folder and its parents if they are missing."""
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
 
 
 def exports_folder(run: Path) -> Path:
-    """Return the folder for exports of a run; create it if it is missing.
-
-    Raises:
-        RunError: the folder cannot be created, or it or a file in it is a link to elsewhere.
-    """
+    """Return the folder for exports of a run; create it if it is missing."""
     folder = create_subfolder(run, EXPORTS)
     check_links(folder, "remove it, or choose another place with --out")
     return folder
 
 
 def check_links(folder: Path, remedy: str = "remove it") -> None:
-    """Check that a folder contains no links to files outside it.
-
-    Raises:
-        RunError: the folder contains such a link, or cannot be read.
-    """
+    """Check that a folder contains no links to files outside it."""
     with writing(folder):
         for entry in folder.iterdir():
             if entry.is_symlink() and not entry.resolve().is_relative_to(folder.resolve()):
@@ -190,11 +163,7 @@ def champion_file(generation: int) -> str:
 
 
 def saved_champions(run: Path) -> list[int]:
-    """Return the generations whose champions are saved in a run's folder, in order.
-
-    Raises:
-        RunError: the folder of champions is a link, or cannot be read.
-    """
+    """Return the generations whose champions are saved in a run's folder, in order."""
     if not os.path.lexists(run / CHAMPIONS):
         return []
     folder = create_subfolder(run, CHAMPIONS)
@@ -204,11 +173,7 @@ def saved_champions(run: Path) -> list[int]:
 
 
 def list_runs(root: Path) -> list[Path]:
-    """Return the run folders in `root`, oldest first.
-
-    Raises:
-        RunError: `root` is not a folder, or cannot be read.
-    """
+    """Return the run folders in `root`, oldest first."""
     found = []
     try:
         # Folders with a leading dot are drafts that `create_run` is still writing.
@@ -238,9 +203,6 @@ def create_folder(
         wanted: path of the folder.
         files: contents of files by path relative to the folder, possibly in `folders`.
         folders: names of folders to create in it.
-
-    Raises:
-        RunError: the folder cannot be created.
     """
     if wanted.name in ("", ".."):
         raise RunError(

@@ -106,9 +106,6 @@ def read_islands(path: Path, islands: int, most: int | None = None) -> NDArray[n
 
     An incomplete last line, which is still being written, and rows after the first `most` are left
     out.
-
-    Raises:
-        RunError: the file cannot be read, or is damaged.
     """
 
     def check_header(names: Sequence[str]) -> str:
@@ -218,9 +215,6 @@ def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Colum
         head: first line of the file.
         rows: whole lines of the file.
         first: generation of the first row.
-
-    Raises:
-        RunError: the first line or a row is damaged.
     """
     columns = parse_rows(path, head, rows, first, header_problem)
     for name in ("stage", "evaluations"):
@@ -240,9 +234,6 @@ def read_history(path: Path, most: int | None = None) -> Columns:
 
     An incomplete last line, which is still being written, and rows after the first `most` are left
     out.
-
-    Raises:
-        RunError: the file cannot be read, or is damaged.
     """
     return read_table(path, most, parse_history)
 
@@ -263,9 +254,6 @@ def read_records(path: Path, layout: np.dtype[Any], most: int | None = None) -> 
 
     An incomplete last record, which is still being written, and records after the first `most` are
     left out.
-
-    Raises:
-        RunError: the file cannot be read.
     """
     with open_records(path, LARGEST_RECORDS) as file:
         data = read_up_to(file, LARGEST_RECORDS if most is None else most * layout.itemsize)

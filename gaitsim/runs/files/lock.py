@@ -20,12 +20,7 @@ _REMEDIES = dict.fromkeys((errno.ELOOP, errno.EINVAL, errno.EISDIR, errno.EMLINK
 
 
 class RunLock:
-    """The lock of a run folder; the system releases it however the process ends.
-
-    Raises:
-        RunError: another process holds the lock, or is waiting to evolve the run in the
-            background; the message names that process.
-    """
+    """The lock of a run folder; the system releases it however the process ends."""
 
     def __init__(self, folder: Path) -> None:
         from filelock import FileLock, Timeout

@@ -91,11 +91,7 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
 
 
 def write_provenance(folder: Path, first: int, parts: Mapping[str, str]) -> None:
-    """Add an entry unless it equals the last one, and drop entries from generation `first`.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
+    """Add an entry unless it equals the last one, and drop entries from generation `first`."""
     try:
         kept = [origin for origin in read_provenance(folder) if origin.first < first]
     except RunError:  # a damaged file must not prevent resuming
@@ -112,11 +108,7 @@ def provenance_bytes(entries: Sequence[Provenance]) -> bytes:
 
 
 def read_provenance(folder: Path) -> list[Provenance]:
-    """Return the entries of a run, in order; [] without a file.
-
-    Raises:
-        RunError: the file is damaged, or cannot be read.
-    """
+    """Return the entries of a run, in order; [] without a file."""
     path = folder / PROVENANCE
     try:
         return _ENTRIES.validate_json(read_regular(path, LARGEST), strict=True)

@@ -25,9 +25,6 @@ class RecordFiles:
         path: folder of the run.
         experiment: experiment of the run.
         done: number of generations to keep; later records are dropped.
-
-    Raises:
-        RunError: a file has fewer records, or cannot be written.
     """
 
     def __init__(self, path: Path, experiment: Experiment, done: int) -> None:
@@ -89,11 +86,7 @@ class RecordFiles:
         self._chain = record_of_checksums[-SIZE:]
 
     def flush(self) -> None:
-        """Write the records added since the last call, and flush them to disk.
-
-        Raises:
-            RunError: a file was deleted or replaced since it was opened.
-        """
+        """Write the records added since the last call, and flush them to disk."""
         self._history.flush()
         self._bests.flush()
         if self._number > 1:

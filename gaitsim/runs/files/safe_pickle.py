@@ -66,9 +66,6 @@ def dumps(content: dict[str, Any]) -> bytes:
     """Return the bytes of a file, header and pickle, with the given content.
 
     Equal content, with keys in the same order, gives equal bytes.
-
-    Raises:
-        ValueError: `content` is too large, or has types that a checkpoint cannot contain.
     """
     file = io.BytesIO()
     file.write(bytes(HEADER))
@@ -94,13 +91,7 @@ def dumps(content: dict[str, Any]) -> bytes:
 
 
 def load(path: Path) -> dict[str, Any]:
-    """Read the file at `path`.
-
-    Raises:
-        SchemaVersionError: the file is intact, but from an older or newer gaitsim.
-        CheckpointError: the file is missing, damaged, hostile or of another kind.
-        RunError: permission denied.
-    """
+    """Read the file at `path`."""
     try:
         with open_regular(path, MAX_BYTES) as file:
             return _load(file, path)
@@ -117,12 +108,7 @@ def load(path: Path) -> dict[str, Any]:
 
 
 def loads(data: bytes, path: Path) -> dict[str, Any]:
-    """Read the bytes of a file; `path` names it in errors.
-
-    Raises:
-        SchemaVersionError: the file is intact, but from an older or newer gaitsim.
-        CheckpointError: the file is damaged, hostile or of another kind.
-    """
+    """Read the bytes of a file; `path` names it in errors."""
     return _load(io.BytesIO(data), path)
 
 
@@ -187,12 +173,7 @@ def _digest(file: BinaryIO) -> bytes:
 
 
 def _scan(stream: io.BytesIO) -> None:
-    """Check every opcode of a file without building anything.
-
-    Raises:
-        RejectedPickleError: an opcode, length, depth or key cannot occur in a checkpoint.
-        Exception: any error of pickletools for bytes that are not a pickle.
-    """
+    """Check every opcode of a file without building anything."""
     # genops reads from a stream, which allocates no more than its length.
     end = stream.seek(0, os.SEEK_END)
     stream.seek(HEADER)

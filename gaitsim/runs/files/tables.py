@@ -39,9 +39,6 @@ def line_ends(path: Path, rows: int) -> list[int]:
     """Return the ends of the first line and the next `rows` lines, in bytes from the start.
 
     The list is shorter if the file has fewer whole lines, and empty without a file.
-
-    Raises:
-        RunError: the file cannot be read.
     """
     ends: list[int] = []
     with open_records(path) as file:
@@ -53,22 +50,14 @@ def line_ends(path: Path, rows: int) -> list[int]:
 
 
 def first_rows(path: Path, rows: int) -> bytes:
-    """Return the first line of a table and at most `rows` whole rows.
-
-    Raises:
-        RunError: the file cannot be read.
-    """
+    """Return the first line of a table and at most `rows` whole rows."""
     ends = line_ends(path, rows)
     with open_records(path) as file:
         return file.read(ends[-1] if ends else 0)
 
 
 def read_head(path: Path, file: BinaryIO) -> bytes:
-    """Return the first line of a table; b"" if it is incomplete.
-
-    Raises:
-        RunError: the line is too long.
-    """
+    """Return the first line of a table; b"" if it is incomplete."""
     head = file.readline(LONGEST_HEAD)
     if len(head) == LONGEST_HEAD:
         raise damaged_error(path, "its first line is too long")
@@ -83,9 +72,6 @@ def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> byte
         file: opened file.
         head: first line of the file; its number of columns limits the length of the rows.
         most: maximum number of lines; None for all.
-
-    Raises:
-        RunError: the first line or a row is damaged.
     """
     columns = len(column_names(path, head))
     if most == 0:
@@ -113,11 +99,7 @@ def read_up_to(file: BinaryIO, most: int) -> bytes:
 
 
 def column_names(path: Path, head: bytes) -> list[str]:
-    """Return the names of a table's columns.
-
-    Raises:
-        RunError: the first line is damaged.
-    """
+    """Return the names of a table's columns."""
     try:
         return next(csv.reader([head.decode()]), [])
     except (UnicodeDecodeError, csv.Error):
@@ -135,9 +117,6 @@ def read_table(
         path: path of the file.
         most: maximum number of rows; None for all.
         parse: function that checks and parses the path's first line and whole rows.
-
-    Raises:
-        RunError: the file cannot be read, or is damaged.
     """
     with open_records(path) as file:
         head = read_head(path, file)
@@ -156,9 +135,6 @@ def parse_rows(
         rows: whole lines of the file.
         first: generation of the first row.
         check_header: function that returns what is wrong with the names of the columns, or ''.
-
-    Raises:
-        RunError: the first line or a row is damaged.
     """
     count = rows.count(b"\n")
     names = column_names(path, head)
@@ -191,9 +167,6 @@ def check_values(
         name: name of the column.
         accepted: whether each value is valid, (rows,).
         allowed: description of valid values.
-
-    Raises:
-        RunError: a value is invalid; the message names the first one and its generation.
     """
     for at in np.flatnonzero(~accepted)[:1]:
         generation = columns["generation"][at]
@@ -213,11 +186,7 @@ def damaged_error(path: Path, reason: str) -> RunError:
 
 @contextmanager
 def open_records(path: Path, largest: int = LARGEST) -> Iterator[BinaryIO]:
-    """Open a file with one record per generation for reading; a missing file reads as empty.
-
-    Raises:
-        RunError: the file cannot be read.
-    """
+    """Open a file with one record per generation for reading; a missing file reads as empty."""
     try:
         with ExitStack() as resources:
             try:

@@ -81,9 +81,6 @@ def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
     """Return the differences between `experiment.toml` and the experiment of the last generation.
 
     Options that only affect when the search stops are left out.
-
-    Raises:
-        ExperimentError: the file has problems.
     """
     if run.finished.experiment == run.experiment_text:
         return ()
@@ -97,11 +94,7 @@ def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
 
 
 def inconsistencies(run: RunSnapshot) -> dict[int, list[str]]:
-    """Return the inconsistencies between the files of a run, by generation in order.
-
-    Raises:
-        GaitsimError: an experiment of the run has problems, or its body fails.
-    """
+    """Return the inconsistencies between the files of a run, by generation in order."""
     found: dict[int, list[str]] = {}
     for generation, what in (
         *_check_rows(run),
@@ -155,11 +148,7 @@ def _check_checkpoint(
 
 
 def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
-    """Return which gene of a checkpoint's population is outside the body's bounds; '' if none is.
-
-    Raises:
-        GaitsimError: the experiment of the stage has problems, or its body fails.
-    """
+    """Return which gene of a checkpoint's population is out of the body's bounds; '' if none."""
     experiment = run.experiment_at(checkpoint.generation)
     return out_of_bounds(experiment, checkpoint.genomes, "the population")
 

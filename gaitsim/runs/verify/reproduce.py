@@ -45,11 +45,7 @@ class Reproduced(NamedTuple):
 
 
 def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Iterator[Reproduced]:
-    """Reproduce the whole run from its experiments, stage by stage.
-
-    Raises:
-        GaitsimError: an experiment has problems, or a plugin fails.
-    """
+    """Reproduce the whole run from its experiments, stage by stage."""
     last: Generation | None = None
     for stage in run.stages:
         for generation in _evolve(run, last, stage.last, new_evaluator):
@@ -65,9 +61,6 @@ def reproduce_some(
     The first generation needs no previous population. The last one is reproduced from the previous
     checkpoint, if that exists, which is at most half a second of computing before it. In all other
     generations, only the best individual is re-evaluated.
-
-    Raises:
-        GaitsimError: an experiment has problems, or a plugin fails.
     """
     for number in generations:
         before = None

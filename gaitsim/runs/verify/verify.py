@@ -90,12 +90,6 @@ def verify(
             run's default, as the result must not depend on it.
         begin: callback with the number of generations to reproduce.
         advance: callback after each generation.
-
-    Raises:
-        RunError: the run is too damaged to compare, has no generation yet, or lacks a requested
-            generation.
-        ExperimentError: the experiment has problems, such as a plugin that is not installed.
-        PluginError: a plugin fails.
     """
     last = run.finished.generation
     _ = run.previous  # read and cached now, before the run grows

@@ -237,9 +237,5 @@ def _check_speed(
 
 
 def sample_motion(entry: Entry, body: Organism) -> Motion:
-    """Return the motion of a few individuals, as input for a fitness.
-
-    Raises:
-        PluginError: the body does not return a motion.
-    """
+    """Return the motion of a few individuals, as input for a fitness."""
     return check_motion(entry, body.move(sample_genomes(space_of(entry, body))))

@@ -91,9 +91,5 @@ def check_round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
 
 
 def build_plugin(model: type[Plugin], values: dict[str, Any]) -> Plugin:
-    """Return a plugin with options, validated as in an experiment file.
-
-    Raises:
-        ValidationError: a value is invalid.
-    """
+    """Return a plugin with options, validated as in an experiment file."""
     return model.model_validate_json(json.dumps(values), strict=True)

@@ -43,10 +43,6 @@ def select_plugins(reference: str | Path | None) -> Iterator[PluginSelection]:
 
     Args:
         reference: name or folder; None for all installed plugins.
-
-    Raises:
-        PluginError: the name is unknown.
-        GaitsimError: the folder does not contain a package with entry points of gaitsim.
     """
     everything = tuple(
         entry for kind in CHECKED for claims in registry.entries(kind).values() for entry in claims

@@ -16,11 +16,7 @@ FEW = 3  # number of individuals evaluated; the whole population is drawn and br
 
 
 def preset_rules(entry: Entry) -> Iterator[Finding]:
-    """Check all rules for a preset.
-
-    Raises:
-        GaitsimError: the preset is invalid; the message lists all problems.
-    """
+    """Check all rules for a preset."""
     experiment = load_experiment(entry.name)
     if parse_experiment(experiment.to_toml(), "again") != experiment:
         yield error(
@@ -54,11 +50,7 @@ def preset_rules(entry: Entry) -> Iterator[Finding]:
 
 
 def two_generations(experiment: Experiment) -> dict[str, Any]:
-    """Return scores from the first generation, the second population, and some of its scores.
-
-    Raises:
-        PluginError: a plugin fails or breaks its contract; the error names its package.
-    """
+    """Return scores from the first generation, the second population, and some of its scores."""
     space = experiment.space()
     first, state = ask(experiment, space, initial_state(experiment, space), None, 1)
     evaluation = evaluate(experiment, first[:FEW])

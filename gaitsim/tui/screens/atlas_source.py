@@ -75,12 +75,7 @@ class AtlasReader:
         self._elites: OrderedDict[bytes, Elite] = OrderedDict()
 
     def poll(self) -> Atlas | None:
-        """Return the current archive; None if the run has not changed.
-
-        Raises:
-            RunError: the search keeps no archive, or the run cannot be read.
-            GaitsimError: the experiment has problems.
-        """
+        """Return the current archive; None if the run has not changed."""
         try:
             run = self._follower.poll()
             if run is None:
@@ -107,11 +102,7 @@ class AtlasReader:
         return self._elites.get(_key(atlas, member))
 
     def elite(self, atlas: Atlas, member: int) -> Elite:
-        """Simulate a member and name its gait.
-
-        Raises:
-            GaitsimError: the body cannot be simulated or drawn.
-        """
+        """Simulate a member and name its gait."""
         shown = load_individual(atlas.run, Member(member))
         try:
             gait = analyse_individual(shown.individual).name

@@ -24,11 +24,7 @@ class ChangeableOption:
 
 
 def changeable_options(run: RunSnapshot) -> list[ChangeableOption]:
-    """Return the changeable options of a run's experiment, those that choose plugins last.
-
-    Raises:
-        GaitsimError: the experiment has problems.
-    """
+    """Return the changeable options of a run's experiment, those that choose plugins last."""
     experiment = run.experiment
     models: dict[str, BaseModel] = {
         kind: experiment.plugin(kind) for kind in reversed(experiment.kinds)
@@ -60,11 +56,7 @@ def changeable_options(run: RunSnapshot) -> list[ChangeableOption]:
 
 
 def parse_words(text: str) -> tuple[str, ...]:
-    """Split a text as a shell does.
-
-    Raises:
-        GaitsimError: a quotation mark is not closed.
-    """
+    """Split a text as a shell does."""
     try:
         return tuple(shlex.split(text))
     except ValueError:
@@ -72,11 +64,7 @@ def parse_words(text: str) -> tuple[str, ...]:
 
 
 def describe_effect(run: RunSnapshot, overrides: Overrides) -> str:
-    """Describe the effect of changes without applying them.
-
-    Raises:
-        GaitsimError: the changes are invalid, or the run cannot be continued.
-    """
+    """Describe the effect of changes without applying them."""
     plans = plan_resume(run, overrides, generations=None, any_version=True)
     if plans.last is None:
         return "The first generation will have these options." if overrides else ""

@@ -48,11 +48,7 @@ class Subject:
     plan: Plan
 
     def check(self, damage: Choice, *, physics: bool) -> None:
-        """Check whether the body, or its twin, can have this damage.
-
-        Raises:
-            GaitsimError: the body cannot have it.
-        """
+        """Check whether the body, or its twin, can have this damage."""
         (twin_of if physics else damage_body)(self.champion.experiment, damage_texts(damage))
 
     def damaged_legs(self, damage: Choice) -> list[str]:
@@ -74,11 +70,7 @@ class Subject:
 
 
 def read_subject(path: Path, which: Which = None) -> Subject:
-    """Read a run.
-
-    Raises:
-        GaitsimError: the run cannot be read, has no champion, or its body cannot be damaged.
-    """
+    """Read a run."""
     run = RunSnapshot(path)
     champion = run.individual(which)
     legs = champion.experiment.organism.leg_joints()
@@ -92,11 +84,7 @@ def read_subject(path: Path, which: Which = None) -> Subject:
 
 
 def simulate_walk(individual: Individual, damage: Choice, physics: bool) -> Walk:
-    """Simulate an individual on a damaged body, or on its twin in rigid-body physics.
-
-    Raises:
-        GaitsimError: the body cannot have this damage, or has no twin.
-    """
+    """Simulate an individual on a damaged body, or on its twin in rigid-body physics."""
     found = (play_on_twin if physics else with_damage)(individual, damage_texts(damage))
     _ = found.skeleton  # computed here because it is slow
     forward = found.measurements.get(DEFAULT_MEASURE)

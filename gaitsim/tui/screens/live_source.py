@@ -105,11 +105,7 @@ class ChampionSimulator:
         self._experiment: Experiment | None = None
 
     def simulate(self, champion: Best, stage: int) -> Skeleton:
-        """Return the skeleton of a champion, with the experiment of a stage.
-
-        Raises:
-            GaitsimError: the body's plugin is missing, or cannot simulate or draw the champion.
-        """
+        """Return the skeleton of a champion, with the experiment of a stage."""
         if self._experiment is None or stage != self._stage:
             run = RunSnapshot(self._run)
             # A generation that is not on disk yet belongs to the current experiment.

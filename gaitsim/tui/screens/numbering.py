@@ -45,20 +45,12 @@ def kind_of(which: Which) -> str:
 
 
 def parse_which(text: str, which: Which, shown: LoadedIndividual) -> int | Member:
-    """Read the number of an existing generation or member, of the kind of `which`.
-
-    Raises:
-        GaitsimError: the text is not such a number.
-    """
+    """Read the number of an existing generation or member, of the kind of `which`."""
     return with_number(which, parse_number(text, kind_of(which), last_of(shown, which)))
 
 
 def parse_number(text: str, kind: str, last: int) -> int:
-    """Read a number from 1 to `last` of a kind, such as 'member'.
-
-    Raises:
-        GaitsimError: the text is not such a number.
-    """
+    """Read a number from 1 to `last` of a kind, such as 'member'."""
     digits = text.replace(",", "").strip()
     if digits.isdecimal() and len(digits) < 10 and 1 <= int(digits) <= last:
         return int(digits)

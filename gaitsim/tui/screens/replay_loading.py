@@ -86,12 +86,7 @@ class Loader:
         self._read = 0.0
 
     def load(self, which: Which) -> LoadedIndividual:
-        """Simulate the best of a generation, the champion, or a member.
-
-        Raises:
-            GaitsimError: the individual does not exist, a file cannot be read, the run is
-                damaged, or the body cannot be drawn.
-        """
+        """Simulate the best of a generation, the champion, or a member."""
         try:
             run = self._snapshot(which if isinstance(which, int) else 1)
             return load_individual(run, which, self._damage)
@@ -121,13 +116,7 @@ class Loader:
 
 
 def load_individual(run: RunSnapshot, which: Which, damage: Sequence[str] = ()) -> LoadedIndividual:
-    """Simulate an individual of a run, with damage to its body if given.
-
-    Raises:
-        GaitsimError: the individual does not exist, the run is damaged, or the body cannot be
-            drawn.
-        OSError: a file cannot be read.
-    """
+    """Simulate an individual of a run, with damage to its body if given."""
     found = run.individual(which)
     if damage:
         found = with_damage(found, damage)

@@ -41,11 +41,7 @@ class StudyOptions(Settings):
         return [self.study, *self._flags("study")]
 
     def folder(self) -> Path:
-        """Check the request and return the folder to write.
-
-        Raises:
-            GaitsimError: the study has problems.
-        """
+        """Check the request and return the folder to write."""
         from gaitsim.study.file import cells, read_study
 
         study, _ = read_study(self.study)
@@ -96,11 +92,7 @@ class ComparisonOptions(Settings):
         return [*split_words(self.experiments), *self._flags("experiments")]
 
     def folder(self) -> Path:
-        """Check the request and return the folder to write.
-
-        Raises:
-            GaitsimError: an experiment has problems.
-        """
+        """Check the request and return the folder to write."""
         from gaitsim.study.comparison import check_request
         from gaitsim.study.competitors import equal_budgets, load_experiments
 

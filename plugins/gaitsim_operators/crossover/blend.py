@@ -28,11 +28,7 @@ class Blend(Crossover):
     def cross(
         self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
     ) -> Genomes:
-        """Return children, (pairs × children, genes) float64, of parents, (pairs, genes) each.
-
-        Raises:
-            PluginError: the genes are not real numbers.
-        """
+        """Return children, (pairs × children, genes) float64, of parents, (pairs, genes) each."""
         difference = parent_differences(mothers, fathers, real_space(space))
         share = uniform(rng, -self.alpha, 1 + self.alpha, (self.children, *difference.shape))
         return (mothers + share * difference).reshape(-1, difference.shape[1])

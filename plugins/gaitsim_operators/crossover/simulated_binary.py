@@ -45,9 +45,6 @@ class SimulatedBinary(Crossover):
 
         The mean of both children equals the mean of their parents. With one child per pair, the
         second is dropped.
-
-        Raises:
-            PluginError: the genes are not real numbers.
         """
         difference = parent_differences(mothers, fathers, real_space(space))
         # One draw gives the side, by the half of its range, and the position in that half.

@@ -37,11 +37,7 @@ class Gaussian(Mutation):
         return self.model_copy(update={"sigma": self.sigma * float(power(self.decay, generation))})
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Return mutated copies of genomes, (population, genes) float64.
-
-        Raises:
-            PluginError: the genes are not real numbers.
-        """
+        """Return mutated copies of genomes, (population, genes) float64."""
         deviation = self.sigma * real_space(space).width
         mutants = genomes.copy()
         sites = draw_sites(genomes.size, self.rate, rng)

@@ -25,11 +25,7 @@ class Polynomial(Mutation):
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
-        """Return mutated copies of genomes, (population, genes) float64.
-
-        Raises:
-            PluginError: the genes are not real numbers.
-        """
+        """Return mutated copies of genomes, (population, genes) float64."""
         bounds = real_space(space)
         mutants = genomes.copy()
         sites = draw_sites(genomes.size, self.rate, rng)

@@ -33,11 +33,7 @@ class Client:
 
 @contextmanager
 def open_client(dt: float) -> Iterator[Client]:
-    """Yield an empty world with time step `dt`, s, and close it afterwards.
-
-    Raises:
-        RobotError: PyBullet is not installed.
-    """
+    """Yield an empty world with time step `dt`, s, and close it afterwards."""
     client = Client(import_pybullet())
     try:
         with _silent(1):  # PyBullet prints the solver's name
@@ -54,11 +50,7 @@ def open_client(dt: float) -> Iterator[Client]:
 
 
 def import_pybullet() -> ModuleType:
-    """Import PyBullet, and return its module.
-
-    Raises:
-        RobotError: PyBullet is not installed.
-    """
+    """Import PyBullet, and return its module."""
     try:
         with _silent(2):  # PyBullet prints its build time
             import pybullet

@@ -78,11 +78,7 @@ class Link:
 
 
 def create_links(simulation: Simulation) -> tuple[Link, ...]:
-    """Return all links except the trunk, in Bullet's order: depth first.
-
-    Raises:
-        RobotError: the engine does not simulate some part of the robot.
-    """
+    """Return all links except the trunk, in Bullet's order: depth first."""
     model = simulation.model
     _check(model)
     total = float(model.body_subtreemass[TRUNK])

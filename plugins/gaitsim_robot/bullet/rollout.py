@@ -24,10 +24,6 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
         simulation: simulation of one robot.
         commands: commands to the servos of the legs, (population, frames, joints) rad, each held
             for one frame.
-
-    Raises:
-        RobotError: PyBullet is not installed, or the engine does not simulate some part of the
-            robot.
     """
     population, frames = commands.shape[:2]
     record = empty_record(simulation, population, frames)

@@ -14,9 +14,6 @@ def import_robot(path: Path, roots: Sequence[Path] = ()) -> BodyFile:
     Args:
         path: the file.
         roots: additional folders with files that the robot may use, such as other ROS packages.
-
-    Raises:
-        RobotError: the file cannot be read, or is not a robot.
     """
     argument = {"path": str(path.absolute()), "roots": [str(root.absolute()) for root in roots]}
     result = run_in_child("gaitsim_robot.importing.convert:convert", argument, where=str(path))

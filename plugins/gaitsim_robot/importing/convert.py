@@ -16,11 +16,7 @@ from gaitsim_robot.text import check_text, compile_text
 
 
 def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
-    """Return the name, text and repairs of the robot in a file.
-
-    Raises:
-        RobotError: the file cannot be read, or is not a robot.
-    """
+    """Return the name, text and repairs of the robot in a file."""
     file = Path(path)
     document = parse(read(file), path)
     files = Files(file.resolve(), [Path(root) for root in roots])

@@ -40,9 +40,6 @@ class Files:
         Args:
             name: a path, or a URI `package://`, `model://` or `file://`.
             folders: bases of relative paths, relative to the robot's file.
-
-        Raises:
-            RobotError: the file is outside the folders that the robot may use.
         """
         if "\0" in name or len(name) > 4096:
             return None
@@ -68,11 +65,7 @@ class Files:
         )
 
     def read(self, path: Path, largest: int = MESH_BYTES) -> bytes:
-        """Return the content of a file.
-
-        Raises:
-            RobotError: the file cannot be read, or is too large.
-        """
+        """Return the content of a file."""
         data = read(path, min(largest, self._left))
         self._left -= len(data)
         return data
@@ -103,11 +96,7 @@ class Files:
 
 
 def read(path: Path, largest: int = MODEL_BYTES) -> bytes:
-    """Return the content of a regular file.
-
-    Raises:
-        RobotError: the file cannot be read, or is too large.
-    """
+    """Return the content of a regular file."""
     try:
         return read_regular(path, largest, follow=True)
     except (OSError, ValueError) as error:

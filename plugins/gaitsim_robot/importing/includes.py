@@ -19,11 +19,7 @@ _DROPPED = {
 
 
 def inline_includes(root: Element, files: Files, where: str) -> None:
-    """Replace every <include> with the content of its file.
-
-    Raises:
-        RobotError: a file is missing, outside the allowed folders, or included twice.
-    """
+    """Replace every <include> with the content of its file."""
     seen: set[str] = set()
     count = 0
     pending = [root]
@@ -68,9 +64,6 @@ def resolve_files(root: Element, files: Files, where: str, repairs: list[str]) -
     """Load the meshes, drop elements that need other files, and return the meshes by new names.
 
     Afterwards, the document refers only to the returned files.
-
-    Raises:
-        RobotError: a mesh is outside the allowed folders, or the document attaches a model.
     """
     _drop_unsupported(root, where, repairs)
     strip, folder = _compiler(root)

@@ -17,9 +17,6 @@ def repair_joints(robot: Robot) -> None:
     """Free the trunk, fix joints that are not hinges, fuse fixed bodies, and limit hinges.
 
     Bodies keep their positions in the initial pose, in which all joints are at zero.
-
-    Raises:
-        RobotError: the robot has no hinge.
     """
     root = robot.root
     kinds = {joint.kind for joint in root.joints}

@@ -21,11 +21,7 @@ class MeshError(ValueError):
 
 
 def decode(data: bytes, suffix: str) -> Floats:
-    """Return the vertices of a mesh file, (n, 3), in the file's frame and in metres.
-
-    Raises:
-        MeshError: the format is unknown, or the file is damaged.
-    """
+    """Return the vertices of a mesh file, (n, 3), in the file's frame and in metres."""
     reader = _READERS.get(suffix.lower())
     if reader is None:
         raise MeshError(

@@ -37,11 +37,7 @@ _STANDING_NAMES = ("stand", "home")
 
 
 def read_mjcf(root: Element, files: Files, where: str) -> Robot:
-    """Return the robot of an MJCF document: the tree of bodies with the most joints.
-
-    Raises:
-        RobotError: MuJoCo cannot compile the document, or it has no bodies.
-    """
+    """Return the robot of an MJCF document: the tree of bodies with the most joints."""
     repairs: list[str] = []
     inline_includes(root, files, where)
     modernise(root, where, repairs)

@@ -25,9 +25,6 @@ def repair_shapes(robot: Robot) -> None:
     Without colliding shapes, the trunk, the ends of limbs and bodies with missing meshes collide
     with their visible geometry or a capsule. Other bodies lack colliding shapes on purpose, so
     their shapes are only drawn.
-
-    Raises:
-        RobotError: the robot has neither masses nor geometry.
     """
     bodies = list(robot.root.walk())
     if not any(body.mass or body.shapes for body in bodies):

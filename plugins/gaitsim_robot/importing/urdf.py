@@ -27,11 +27,7 @@ _KINDS = {
 
 
 def read_urdf(root: Element, files: Files, where: str) -> Robot:
-    """Return the robot of a URDF document.
-
-    Raises:
-        RobotError: the links do not form a tree, or a value is invalid.
-    """
+    """Return the robot of a URDF document."""
     reader = _Reader(root, files, where)
     return reader.robot()
 
