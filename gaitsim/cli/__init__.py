@@ -5,14 +5,13 @@ import gc
 import sys
 from contextlib import suppress
 
+from gaitsim.console import INTERRUPTED, MISTAKE
 from gaitsim.errors import GaitsimError
-
-MISTAKE, INTERRUPTED = 2, 130  # exit codes
 
 
 def main() -> None:
     """Run the command line; a user's error prints one message and exits with code 2."""
-    from gaitsim.cli import streams
+    from gaitsim.console import streams
 
     # Imports leave no cycles to collect; searching for them takes a sixth of the start-up time.
     gc.disable()
@@ -32,7 +31,7 @@ def main() -> None:
 
 
 def _run() -> None:
-    from gaitsim.cli import streams
+    from gaitsim.console import streams
 
     try:
         streams.check_environment()
@@ -52,8 +51,8 @@ def _run() -> None:
 
 
 def _fail(error: GaitsimError) -> None:
-    from gaitsim.cli.console import errors, print_record
-    from gaitsim.cli.streams import machine_readable
+    from gaitsim.console.printing import errors, print_record
+    from gaitsim.console.streams import machine_readable
 
     with suppress(OSError):  # a plugin may have closed standard error
         if machine_readable():

@@ -13,12 +13,12 @@ import typer
 
 from gaitsim.adaptation.settings import MOST_TRIALS, Settings
 from gaitsim.choices import DAMAGE_HELP, GaitFormat
-from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.completion import run_names
-from gaitsim.cli.console import echo, notice, output, report_files
-from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json, Workers
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import echo, notice, output, report_files
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import command, exports_folder, find_run
 

@@ -10,10 +10,10 @@ from gaitsim.adaptation.report import Report, make_report
 from gaitsim.adaptation.report_text import SUMMARY, TRIALS, summary, trials_table
 from gaitsim.adaptation.settings import Settings
 from gaitsim.adaptation.transfer import count_intact_gaits
-from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.console import echo, notice, report_files
-from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import echo, notice, report_files
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.render.plots.adaptation_report import kept_figure, pairs_figure
 from gaitsim.render.plots.style import save

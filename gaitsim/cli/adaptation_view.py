@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gaitsim.adaptation.adaptation import Adaptation
 from gaitsim.adaptation.trials import Proposal, Trial
-from gaitsim.cli.console import echo, output, print_json, report_files
+from gaitsim.console.printing import echo, output, print_json, report_files
 from gaitsim.gait import analyse_individual
 from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import command

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitsim.cli.console import echo, output, print_json, report_files, status
 from gaitsim.cli.options import (
     BestOf,
     Damage,
@@ -17,7 +16,8 @@ from gaitsim.cli.options import (
     Worlds,
     WorldSeed,
 )
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.printing import echo, output, print_json, report_files, status
+from gaitsim.console.progress_bar import Progress
 
 if TYPE_CHECKING:
     from gaitsim.gait import GaitAnalysis

@@ -1,8 +1,8 @@
 """Print an archive as a map."""
 
 from gaitsim.cli.characters import lines
-from gaitsim.cli.console import output
-from gaitsim.cli.streams import results
+from gaitsim.console.printing import output
+from gaitsim.console.streams import results
 from gaitsim.contracts import Members
 from gaitsim.errors import GaitsimError, RunError, unknown
 from gaitsim.individual import Member

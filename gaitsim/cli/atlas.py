@@ -4,7 +4,6 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.console import status
 from gaitsim.cli.options import (
     Dask,
     Detach,
@@ -19,6 +18,7 @@ from gaitsim.cli.options import (
     Workers,
 )
 from gaitsim.cli.parsing import parse_axes, parse_cells
+from gaitsim.console.printing import status
 from gaitsim.render.terminal.text import visible
 
 

@@ -3,9 +3,9 @@
 import asyncio
 import sys
 
-from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.console import notice
 from gaitsim.cli.options import Json, RunName
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.printing import notice
 from gaitsim.runs.files.folder import command
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from gaitsim.cli.console import notice, status
+from gaitsim.console.printing import notice, status
 from gaitsim.evaluation import Executor
 from gaitsim.evaluation.dask import LOCAL, DaskExecutor
 

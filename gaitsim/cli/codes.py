@@ -5,7 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from gaitsim.cli.console import notice, status
+from gaitsim.console.printing import notice, status
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Choice, Individual
 from gaitsim.opening import read_regular

@@ -10,10 +10,10 @@ import typer
 
 from gaitsim.choices import PlotFormat
 from gaitsim.cli.completion import preset_names
-from gaitsim.cli.console import as_json, notice, output, print_json, print_table, report_files
-from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers, WorldSeed
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.interrupts import all_or_nothing
+from gaitsim.console.printing import as_json, notice, output, print_json, print_table, report_files
+from gaitsim.console.progress_bar import Progress
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command, create_folder
 

@@ -3,8 +3,8 @@
 import time
 from pathlib import Path
 
-from gaitsim.cli.console import echo, output, print_json
 from gaitsim.cli.summary import summarise
+from gaitsim.console.printing import echo, output, print_json
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Overrides
 from gaitsim.live.background import (

@@ -11,8 +11,8 @@ from rich.text import Text
 
 from gaitsim.choices import Axis, Quantity, Theme
 from gaitsim.cli.completion import run_names
-from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
+from gaitsim.console.printing import echo, notice, output, print_json, print_table
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import find_run
 

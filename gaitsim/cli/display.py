@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from gaitsim.cli.console import notice
+from gaitsim.console.printing import notice
 from gaitsim.live.protocol import Snapshot
 
 Row = Mapping[str, Any]

@@ -10,13 +10,13 @@ from typing import NoReturn
 
 import numpy as np
 
-from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.cluster import warn
-from gaitsim.cli.console import notice, status
-from gaitsim.cli.interrupts import Interrupts, interruptible
 from gaitsim.cli.progress import display, row_of, snapshot_of
-from gaitsim.cli.streams import results
 from gaitsim.cli.summary import summarise
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.interrupts import Interrupts, interruptible
+from gaitsim.console.printing import notice, status
+from gaitsim.console.streams import results
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Overrides
 from gaitsim.registry.plugin_context import interrupted_plugin

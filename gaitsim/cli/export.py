@@ -7,10 +7,10 @@ from typing import Annotated
 import typer
 
 from gaitsim.choices import ExportFormat
-from gaitsim.cli.console import echo, notice, report_files, status
-from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, RunName, World
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.interrupts import all_or_nothing
+from gaitsim.console.printing import echo, notice, report_files, status
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 
 _robot = partial(typer.Option, rich_help_panel="For robots")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from gaitsim.cli.console import output
+from gaitsim.console.printing import output
 from gaitsim.render.terminal.text import visible
 
 if TYPE_CHECKING:

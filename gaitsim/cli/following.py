@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.cli.console import notice, output
 from gaitsim.cli.display import RESTING, Display, Row
 from gaitsim.cli.progress import display
+from gaitsim.console.printing import notice, output
 from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watching import RunWatcher

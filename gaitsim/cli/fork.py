@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.console import echo, notice, print_json
 from gaitsim.cli.options import Json, RunName, Set
+from gaitsim.console.printing import echo, notice, print_json
 from gaitsim.runs.files.folder import command, find_run
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from rich.text import Text
 
-from gaitsim.cli.console import output, print_table
 from gaitsim.cli.score_view import print_section
+from gaitsim.console.printing import output, print_table
 from gaitsim.gait import Footfalls, GaitAnalysis
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import format_or_dash, travel_and_stability

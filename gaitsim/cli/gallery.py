@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.console import echo, notice, report_files
-from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.runs import check_root
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import echo, notice, report_files
+from gaitsim.console.progress_bar import Progress
 
 
 def gallery(

@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
-from gaitsim.cli import streams
+from gaitsim.console import streams
 from gaitsim.errors import GaitsimError, nearest
 
 SCREENS = ("tui", "serve")

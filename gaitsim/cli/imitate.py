@@ -12,11 +12,11 @@ import typer
 
 from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPreset
 from gaitsim.cli import completion
-from gaitsim.cli.console import notice, print_json, report_files, status
-from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Json, MemberOf
 from gaitsim.cli.parsing import parse_individual
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.interrupts import all_or_nothing
+from gaitsim.console.printing import notice, print_json, report_files, status
+from gaitsim.console.progress_bar import Progress
 from gaitsim.runs.files.folder import check_out_folder, create_out_folder
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import degrees, sqrt
 
-from gaitsim.cli.console import notice, output, print_table
+from gaitsim.console.printing import notice, output, print_table
 from gaitsim.imitation.imitating import Result
 from gaitsim.imitation.results import Files
 from gaitsim.individual import Individual

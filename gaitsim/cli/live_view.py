@@ -15,8 +15,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gaitsim.cli.console import output
 from gaitsim.cli.display import BEST_SHOWN, RESTING, STOPPING, Display, Row, stage_line
+from gaitsim.console.printing import output
 from gaitsim.live.protocol import Snapshot
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number, visible

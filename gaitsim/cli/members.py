@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitsim.cli.console import echo, output, print_json, print_table, report_files
 from gaitsim.cli.options import Json, RunName, Workers
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.printing import echo, output, print_json, print_table, report_files
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.atomic import write_bytes

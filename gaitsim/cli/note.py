@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.console import echo, notice, print_json
 from gaitsim.cli.options import Json, RunName
+from gaitsim.console.printing import echo, notice, print_json
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.notes import read_note, write_note
 

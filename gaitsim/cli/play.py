@@ -10,10 +10,10 @@ from rich.console import Group
 from rich.text import Text
 
 from gaitsim.choices import TerminalView
-from gaitsim.cli.console import output
-from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import BestOf, Damage, Engine, MemberOf, RunOrCode, World
 from gaitsim.cli.parsing import parse_body_changes, parse_individual
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import output
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import number, visible
 

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 import typer
 
 from gaitsim.choices import PlotFormat, PlotKind, Theme
-from gaitsim.cli.console import status
 from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName, World
+from gaitsim.console.printing import status
 
 Kind = Literal[PlotKind, "all"]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Literal
 
 from gaitsim.choices import PlotFormat, PlotKind
-from gaitsim.cli.console import echo, notice, report_files, status
 from gaitsim.cli.parsing import BodyChange, choose_format
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.printing import echo, notice, report_files, status
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError, unsupported_flags
 from gaitsim.individual import Choice
 from gaitsim.render.plots.channel import KINDS_OF_CHANNELS, default_channel

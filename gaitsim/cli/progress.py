@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from gaitsim.cli.console import echo, output, print_json
 from gaitsim.cli.display import BEST_SHOWN, Display, Row, stage_line
 from gaitsim.cli.live_view import LiveView
+from gaitsim.console.printing import echo, output, print_json
 from gaitsim.evolution import Generation
 from gaitsim.experiment import Experiment
 from gaitsim.live.protocol import Best, Snapshot, top_individuals

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from gaitsim.cli.completion import run_names
-from gaitsim.cli.console import confirm, echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
+from gaitsim.console.printing import confirm, echo, notice, output, print_json, print_table
 from gaitsim.errors import GaitsimError
 from gaitsim.registry.entry_points import PYTHON
 from gaitsim.registry.python_entries import is_outside

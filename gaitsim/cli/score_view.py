@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.text import Text
 
-from gaitsim.cli.console import output, print_table
+from gaitsim.console.printing import output, print_table
 from gaitsim.gait.robustness import Robustness
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import Passage, explanation

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.console import notice
 from gaitsim.cli.tui import Root, ThemeName
+from gaitsim.console.printing import notice
 from gaitsim.errors import GaitsimError, not_installed
 
 

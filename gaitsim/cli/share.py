@@ -1,8 +1,8 @@
 """`gaitsim share`."""
 
-from gaitsim.cli.console import echo, notice
 from gaitsim.cli.options import BestOf, MemberOf, RunName
 from gaitsim.cli.parsing import parse_individual
+from gaitsim.console.printing import echo, notice
 from gaitsim.runs.files.folder import find_run
 
 LONG = 4000  # characters; chat programs truncate longer messages

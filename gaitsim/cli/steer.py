@@ -64,7 +64,7 @@ def steer(
     replaced = dict(map(_parse_controller, controller or ()))
     controllers = controllers_of(loaded, replaced)
     if out is not None:
-        from gaitsim.cli.console import echo, report_files
+        from gaitsim.console.printing import echo, report_files
         from gaitsim.render.page.steering import write_page
 
         description = write_page(loaded, controllers, out)

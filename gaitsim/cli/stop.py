@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.completion import run_names
-from gaitsim.cli.console import echo, notice, print_json, status
 from gaitsim.cli.options import Json
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.printing import echo, notice, print_json, status
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.files.folder import command
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.completion import study_names
-from gaitsim.cli.console import notice, output, print_table, report_files
-from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Dask, Workers
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import notice, output, print_table, report_files
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.files.folder import check_links, command, create_folder
 

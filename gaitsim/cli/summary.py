@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from gaitsim.cli.console import output, print_json, print_table
 from gaitsim.cli.unseen import evaluate_champion
+from gaitsim.console.printing import output, print_json, print_table
 from gaitsim.gait.damaged import can_be_damaged
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView

@@ -1,8 +1,8 @@
 """Evaluate gaits in unseen worlds from the command line, with a progress bar."""
 
-from gaitsim.cli.console import notice
-from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import notice
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of
 from gaitsim.gait.unseen import check_request, evaluate_unseen

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitsim.cli.console import echo, print_json, status
-from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json, RunOrCode, Workers
 from gaitsim.cli.parsing import not_combinable, parse_generations
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import echo, print_json, status
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import EXPERIMENT, find_run
 from gaitsim.sharing.code import PREFIX

@@ -94,7 +94,7 @@ def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):
 
 
 def test_the_output_fits_80_columns(gaitsim, spider, monkeypatch):
-    monkeypatch.setattr("gaitsim.cli.console.PIPED_WIDTH", 80)
+    monkeypatch.setattr("gaitsim.console.printing.PIPED_WIDTH", 80)
     for arguments in (("--perturb", "--physics"), ("--gait", GAITS / "wave.npz")):
         lines = gaitsim("analyse", "spider", *arguments).stdout.splitlines()
         assert max(map(len, lines)) <= 80

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitsim.cli import streams
+from gaitsim.console import streams
 
 
 def test_a_closed_pipe_is_not_an_error(monkeypatch):

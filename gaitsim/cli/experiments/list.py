@@ -1,6 +1,6 @@
 """`gaitsim experiments list`."""
 
-from gaitsim.cli.console import print_table
+from gaitsim.console.printing import print_table
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.registry.presets import read_preset

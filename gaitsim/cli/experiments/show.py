@@ -2,9 +2,9 @@
 
 import io
 
-from gaitsim.cli.console import echo, notice
 from gaitsim.cli.options import ExperimentName
-from gaitsim.cli.streams import results
+from gaitsim.console.printing import echo, notice
+from gaitsim.console.streams import results
 
 
 def show(

@@ -9,10 +9,10 @@ import typer
 from rich.text import Text
 
 from gaitsim.cli.completion import plugin_names
-from gaitsim.cli.console import output, print_json
-from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json
-from gaitsim.cli.progress_bar import Progress
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import output, print_json
+from gaitsim.console.progress_bar import Progress
 
 if TYPE_CHECKING:
     from gaitsim.testing import Report

@@ -1,6 +1,6 @@
 """`gaitsim plugins list`."""
 
-from gaitsim.cli.console import notice, print_table
+from gaitsim.console.printing import notice, print_table
 from gaitsim.registry import KINDS, entries, unreadable
 
 

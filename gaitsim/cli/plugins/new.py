@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.console import output
+from gaitsim.console.printing import output
 from gaitsim.scaffold import PREFIX, new_package
 
 

@@ -7,8 +7,8 @@ import typer
 from rich.text import Text
 
 from gaitsim.cli.completion import plugin_names
-from gaitsim.cli.console import output, print_table
 from gaitsim.cli.facts import print_facts
+from gaitsim.console.printing import output, print_table
 from gaitsim.errors import PluginError, nearest
 from gaitsim.registry import KINDS, entries, find, load_class
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitsim.cli.console import echo, errors, print_json, print_record, report_files, status
 from gaitsim.cli.facts import print_facts
 from gaitsim.cli.options import Json
 from gaitsim.cli.parsing import choose_format
-from gaitsim.cli.streams import machine_readable
+from gaitsim.console.printing import echo, errors, print_json, print_record, report_files, status
+from gaitsim.console.streams import machine_readable
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.registry import FILES, entries, plugin_errors
 from gaitsim.runs.files.atomic import write_bytes

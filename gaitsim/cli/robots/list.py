@@ -1,8 +1,8 @@
 """`gaitsim robots list`."""
 
-from gaitsim.cli.console import output, print_json
 from gaitsim.cli.facts import print_facts
 from gaitsim.cli.options import Json
+from gaitsim.console.printing import output, print_json
 from gaitsim.registry import find, load_class, plugin_errors
 
 

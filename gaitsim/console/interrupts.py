@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-from gaitsim.cli import INTERRUPTED
-from gaitsim.cli.console import notice
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.printing import notice
 
 
 class Interrupts:

@@ -5,8 +5,8 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from gaitsim.cli.console import errors, notice, print_record
-from gaitsim.cli.streams import machine_readable
+from gaitsim.console.printing import errors, notice, print_record
+from gaitsim.console.streams import machine_readable
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar

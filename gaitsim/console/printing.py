@@ -19,7 +19,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text, TextType
 
-from gaitsim.cli.streams import machine_readable, results
+from gaitsim.console.streams import machine_readable, results
 from gaitsim.render.terminal.text import visible, visible_lines
 
 PIPED_WIDTH = 1000  # columns, so that rows are not wrapped for programs

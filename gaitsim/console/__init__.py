@@ -1,0 +1,3 @@
+"""The terminal of commands: their output, progress, exit codes and interruption."""
+
+MISTAKE, INTERRUPTED = 2, 130  # exit codes
