@@ -26,7 +26,7 @@ from gaitsim.gait.unseen import evaluate_unseen
 from gaitsim.gait.unseen_results import UnseenResults
 from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
-from gaitsim.registry.python_registration import python_options
+from gaitsim.registry.python_plugins import python_options
 from gaitsim.render.notebook import RunViews, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.creation import create_run

@@ -11,8 +11,8 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.contracts import Array, Channel, Genomes, Skeleton, option
-from gaitsim.registry import python_entries
-from gaitsim.registry.python_entries import find_registered
+from gaitsim.registry import entry_points
+from gaitsim.registry.entry_points import find_registered
 from gaitsim.render.terminal.explanation import explanation
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -73,7 +73,7 @@ class Stick(gs.Organism):
 @pytest.fixture
 def forget_functions(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     """Return a function that makes this process forget given functions, like a new process."""
-    return lambda: monkeypatch.setattr(python_entries, "_registered", {})
+    return lambda: monkeypatch.setattr(entry_points, "_registered", {})
 
 
 def run_to_end(search: gs.Search) -> gs.Generation:

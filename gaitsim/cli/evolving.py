@@ -19,7 +19,7 @@ from gaitsim.console.printing import notice, status
 from gaitsim.console.streams import results
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Overrides
-from gaitsim.registry.plugin_context import interrupted_plugin
+from gaitsim.registry.entry_points import interrupted_plugin
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.history import row
 from gaitsim.runs.session import Session

@@ -11,8 +11,7 @@ from gaitsim.cli.completion import run_names
 from gaitsim.cli.options import Json
 from gaitsim.console.printing import confirm, echo, notice, output, print_json, print_table
 from gaitsim.errors import GaitsimError
-from gaitsim.registry.entry_points import PYTHON
-from gaitsim.registry.python_entries import is_outside
+from gaitsim.registry.entry_points import PYTHON, is_outside
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import RUNS, command, find_run, holds_run
 from gaitsim.runs.overview import Overview, list_overviews

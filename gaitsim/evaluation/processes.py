@@ -18,7 +18,7 @@ from typing import Any
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import MAX_ATTEMPTS, Executor, Result, Task, WorkerLostError
-from gaitsim.registry.plugin_context import guard_process
+from gaitsim.registry.entry_points import guard_process
 
 OnWarning = Callable[[str], None]
 

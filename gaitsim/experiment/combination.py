@@ -20,7 +20,7 @@ from gaitsim.experiment.problems import Problems
 from gaitsim.experiment.transferability import NO_REALITY, TRANSFERABILITY, Transferability
 from gaitsim.experiment.worlds import WORLD, Worlds
 from gaitsim.registry import Entry
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.options import PLUGIN
 from gaitsim.registry.python_plugins import MissingBody
 
 

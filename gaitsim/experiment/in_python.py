@@ -11,10 +11,9 @@ from gaitsim.experiment.model import Experiment
 from gaitsim.experiment.outline import ExperimentOutline
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.registry import options
-from gaitsim.registry.class_validation import PLUGIN
-from gaitsim.registry.entry_points import PYTHON
-from gaitsim.registry.python_entries import ARGUMENTS
-from gaitsim.registry.python_registration import python_options
+from gaitsim.registry.entry_points import ARGUMENTS, PYTHON
+from gaitsim.registry.options import PLUGIN
+from gaitsim.registry.python_plugins import python_options
 
 _REAL = '[search]\nplugin = "cma-es"\n'
 _BITS = """[selection]

@@ -12,7 +12,7 @@ from gaitsim.experiment.model import Experiment, space_of
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides
 from gaitsim.experiment.reader import Reader
 from gaitsim.opening import read_regular
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 from gaitsim.toml import LARGEST
 
 

@@ -21,8 +21,8 @@ from gaitsim.contracts import (
 from gaitsim.experiment.transferability import NO_REALITY, TRANSFERABILITY, Transferability
 from gaitsim.experiment.worlds import OWN_WORLD, WORLD, Worlds
 from gaitsim.registry import KINDS, Entry, contract_error, options, plugin_errors
-from gaitsim.registry.class_validation import PLUGIN
-from gaitsim.registry.python_entries import PythonEntry, is_outside
+from gaitsim.registry.entry_points import PythonEntry, is_outside
+from gaitsim.registry.options import PLUGIN
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 SCHEMA = 1
@@ -194,7 +194,7 @@ class Experiment(ReprMixin):
         Raises:
             MissingFunctionError: a function is not registered.
         """
-        for entry in self.in_python:
+        for entry in self.outside:
             if entry.model is None:
                 raise entry.missing_error
 

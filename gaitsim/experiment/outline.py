@@ -13,7 +13,7 @@ from gaitsim.experiment.model import DEFAULT_SEARCH, Evolution, Islands
 from gaitsim.experiment.transferability import TRANSFERABILITY
 from gaitsim.experiment.worlds import Worlds
 from gaitsim.registry import KINDS
-from gaitsim.registry.class_validation import OPERATORS, PLUGIN
+from gaitsim.registry.options import OPERATORS, PLUGIN
 
 # Options of [evolution] that change the individuals. The others limit the length of the search and
 # choose which individuals are saved.

@@ -12,7 +12,7 @@ from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems, Typed
 from gaitsim.experiment.transferability import TRANSFERABILITY, Transferability
 from gaitsim.experiment.worlds import Worlds
 from gaitsim.registry import KINDS, options
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.options import PLUGIN
 from gaitsim.toml import literal, text
 
 HEAD = ("schema", "name", "description", "seed")

@@ -26,7 +26,7 @@ from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems
 from gaitsim.experiment.transferability import TRANSFERABILITY, Transferability
 from gaitsim.experiment.worlds import Worlds
 from gaitsim.registry import KINDS, Entry, options, plugin_errors
-from gaitsim.registry.class_validation import OPERATORS, PLUGIN
+from gaitsim.registry.options import OPERATORS, PLUGIN
 from gaitsim.toml import literal
 
 _Scalar = TypeVar("_Scalar", int, str)

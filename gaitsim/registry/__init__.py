@@ -6,12 +6,14 @@ from gaitsim.registry.entry_points import (
     KINDS,
     STUDIES,
     Entry,
+    contract_error,
     entries,
     find,
+    plugin_context,
+    plugin_errors,
     unreadable,
 )
 from gaitsim.registry.loading import load_class, load_entry, scan
-from gaitsim.registry.plugin_context import contract_error, plugin_context, plugin_errors
 
 __all__ = [
     "EXPERIMENTS",

@@ -1,14 +1,30 @@
-"""Entry points of installed packages, listed without importing any plugin."""
+"""Plugins by name: entry points of installed packages, listed without importing any plugin.
+
+Calls into a plugin are tracked, and its errors name its package.
+
+Fitness functions and bodies passed in Python are registered in this process alone. Their name, such
+as `python:forward@1a2b3c4d`, ends with a checksum of the code, so that a changed function gets
+another name. An experiment with a function that is not registered can be read, but its individuals
+can neither move nor be scored.
+"""
 
 import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint, distributions
+from keyword import iskeyword
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from gaitsim.errors import PluginError, nearest
+from gaitsim.errors import ContractError, GaitsimError, MissingFunctionError, PluginError, nearest
+
+if TYPE_CHECKING:
+    from gaitsim.contracts import Plugin
+
 
 KINDS = ("organism", "fitness", "search", "selection", "crossover", "mutation")
 """The kinds of plugin; the last three are the operators of a search that uses them."""
@@ -147,8 +163,6 @@ def _name(distribution: Distribution) -> str:
 def find(kind: str, name: str) -> Entry:
     """Return the entry of a kind with a name."""
     if name.startswith(PYTHON) and kind in KINDS:
-        from gaitsim.registry.python_entries import find_registered  # avoids a cyclic import
-
         return find_registered(kind, name)
     known = entries(kind)
     what = {EXPERIMENTS: "experiment", STUDIES: "study", FILES: "format"}.get(
@@ -168,3 +182,220 @@ def find(kind: str, name: str) -> Entry:
             remedy="uninstall one of them, or ask its author to choose another name",
         )
     return claims[0]
+
+
+class _Call(NamedTuple):
+    entry: Entry
+    doing: str
+    process: int
+    thread: int
+
+
+# Shared by all threads, because Ctrl-C stops the process while plugins run in any thread.
+_active: dict[object, _Call] = {}  # in order of entry; each key is a unique object
+_interrupted: list[_Call] = []
+
+
+@contextmanager
+def plugin_context(entry: Entry, doing: str) -> Iterator[None]:
+    """Record which plugin is running, for `interrupted_plugin`.
+
+    If the plugin forks the process with `os.fork`, the child is killed at the end of the block:
+    otherwise it would write to the same run and release this process's locks.
+
+    Args:
+        entry: entry of the plugin.
+        doing: task of the plugin, such as 'moving a population'.
+    """
+    key, call = object(), _Call(entry, doing, os.getpid(), threading.get_ident())
+    _active[key] = call
+    try:
+        yield
+    except KeyboardInterrupt:
+        _interrupted.append(call)
+        raise
+    finally:
+        del _active[key]
+        if os.getpid() != call.process:
+            text = f"{entry} called os.fork while {doing}; the child process is killed"
+            with suppress(OSError):
+                os.write(2, f"Warning: {text}\n".encode())  # the lock of sys.stderr may be held
+            _end_process(2)
+
+
+@contextmanager
+def plugin_errors(entry: Entry, doing: str) -> Iterator[None]:
+    """Convert any exception of a plugin to a `GaitsimError` that names its package.
+
+    Args:
+        entry: entry of the plugin.
+        doing: task of the plugin, such as 'moving a population'.
+    """
+    with plugin_context(entry, doing):
+        try:
+            yield
+            _check_descriptors(entry, doing)
+        except GaitsimError as error:
+            error.where = error.where or f"{entry}, {entry.target}"
+            raise
+        except (KeyboardInterrupt, GeneratorExit):
+            raise
+        except BaseException as error:  # also SystemExit: a plugin must not end the program
+            try:
+                reason = f"{type(error).__name__}: {error}".rstrip(": ")
+            except Exception:  # `__str__` may be the plugin's code
+                reason = type(error).__name__
+            failed = contract_error(entry, f"failed while {doing}: {reason}")
+            failed.where = entry.place_of(error)
+            raise failed from error
+
+
+def contract_error(entry: Entry, what: str, allowed: str = "") -> ContractError:
+    """Return the error for a plugin that fails or breaks its contract; it names the package."""
+    return ContractError(
+        f"{entry} {what}", where=entry.target, allowed=allowed, remedy=entry.remedy
+    )
+
+
+def interrupted_plugin() -> str:
+    """Return the plugin that Ctrl-C interrupted and its task, once; '' if there is none."""
+    # The innermost call is recorded first; other threads may still be inside theirs.
+    calls = [*_interrupted[:1], *list(_active.values())[-1:]]
+    _interrupted.clear()
+    return f"{calls[0].entry} was {calls[0].doing}" if calls else ""
+
+
+_end_process = os._exit
+_errors: list[int] = []  # a duplicate of the descriptor of standard error, once guarded
+
+
+def guard_process() -> None:
+    """Keep plugins from ending the process or closing its output; further calls do nothing.
+
+    In a plugin, `os._exit` raises SystemExit, so that gaitsim reports the call and closes the run.
+    """
+    if os._exit is not _exit:
+        os._exit = _exit
+        with suppress(OSError):  # closed by the caller
+            _errors.append(os.dup(2))
+
+
+def _exit(status: int) -> NoReturn:
+    here = os.getpid(), threading.get_ident()
+    if any((call.process, call.thread) == here for call in [*_active.values()]):
+        raise SystemExit(f"os._exit({status})")
+    _end_process(status)
+
+
+def _check_descriptors(entry: Entry, doing: str) -> None:
+    """Raise an error if a plugin closed standard output or error.
+
+    The next file that is opened would reuse the descriptor, and messages would be written to it.
+    """
+    closed = [number for number in (1, 2) if _errors and not _is_open(number)]
+    for number in closed:
+        with suppress(OSError):
+            os.dup2(_errors[0], number)
+    if closed:
+        names = " and ".join(f"file descriptor {number}" for number in closed)
+        raise contract_error(entry, f"closed {names} while {doing}", "only files that it opened")
+
+
+def _is_open(descriptor: int) -> bool:
+    try:
+        # Unlike fstat, this call keeps the interpreter lock, so it never waits.
+        os.get_inheritable(descriptor)
+    except OSError:
+        return False
+    return True
+
+
+OUTSIDE = "Python code outside the run"
+"""The text shown instead of a package for plugins passed in Python."""
+ARGUMENTS = {"fitness": "fitness", "organism": "body"}
+"""The argument of `gs.evolve` for a plugin of a kind."""
+SCORE = f"{PYTHON}score"
+"""The name of the fitness for a body that computes its own score; always available."""
+
+
+def is_outside(name: str) -> bool:
+    """Return whether a plugin's name refers to a user's code outside any package."""
+    return name.startswith(PYTHON) and name != SCORE
+
+
+@dataclass(frozen=True)
+class PythonEntry(Entry):
+    """A function or class that a user passed in Python.
+
+    Attributes:
+        model: plugin class of the function or class; None if it is not registered in this process.
+        file: path of the file that contains the code; '' if unknown.
+    """
+
+    model: "type[Plugin] | None" = field(default=None, repr=False, compare=False)
+    file: str = field(default="", repr=False, compare=False)
+
+    @property
+    def label(self) -> str:
+        """The name of the function or class."""
+        return self.name.removeprefix(PYTHON).partition("@")[0]
+
+    @property
+    def argument(self) -> str:
+        """The argument that passes it to `gs.evolve`, such as `fitness=forward`.
+
+        A name from a file can be any text, even code that a reader would paste and run. The
+        argument therefore contains only an identifier.
+        """
+        usable = self.label.isidentifier() and not iskeyword(self.label)
+        value = self.label if usable else "…"
+        return f"{ARGUMENTS.get(self.kind, self.kind)}={value}"
+
+    @property
+    def remedy(self) -> str:
+        """The remedy for a violation of its contract."""
+        return f"correct {self.label}"
+
+    def __str__(self) -> str:
+        return f"Python {ARGUMENTS.get(self.kind, self.kind)} {self.label!r}"
+
+    def place_of(self, error: BaseException) -> str:
+        """Return the file and the innermost line of its code in the traceback of an error."""
+        place, at = self.target, error.__traceback__
+        while at is not None:
+            if at.tb_frame.f_code.co_filename == self.file:
+                place = f"{self.file}, line {at.tb_lineno}"
+            at = at.tb_next
+        return place
+
+    @property
+    def notice(self) -> str:
+        """A warning for readers of the experiment, one sentence."""
+        return f"The {self} is code outside the run: the run's files alone cannot reproduce it"
+
+    @property
+    def missing_error(self) -> MissingFunctionError:
+        """The error to raise if it is used without being registered in this process."""
+        space = ", space=…" if self.kind == "organism" else ""
+        note = " (space only if the body is a function)" if space else ""
+        return MissingFunctionError(
+            f"the {self} is not stored in the experiment's file and must be passed again",
+            where=f"{self.kind}.plugin = {self.name!a}",
+            remedy=f"in Python, gs.load(RUN, {self.argument}{space}) or "
+            f"gs.evolve(…, {self.argument}{space}){note}",
+        )
+
+
+_registered: dict[tuple[str, str], PythonEntry] = {}
+
+
+def register(entry: PythonEntry) -> None:
+    """Register an entry in this process; it replaces an earlier entry of the same name."""
+    _registered[entry.kind, entry.name] = entry
+
+
+def find_registered(kind: str, name: str) -> PythonEntry:
+    """Return the entry of a `python:` name; its model is None if the name is not registered."""
+    if (kind, name) == ("fitness", SCORE):
+        return PythonEntry(kind, name, "gaitsim", "gaitsim", "")
+    return _registered.get((kind, name)) or PythonEntry(kind, name, "Python", OUTSIDE, "")

@@ -1,12 +1,22 @@
-"""Load and validate plugin classes: a single class, or all classes of a kind."""
+"""Load plugin classes, validated against their contracts, and the TOML files of packages."""
 
 from importlib.metadata import EntryPoint
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gaitsim.errors import GaitsimError, PluginError
-from gaitsim.registry.entry_points import Entry, entries, find
+from gaitsim.registry.entry_points import (
+    EXPERIMENTS,
+    Entry,
+    PythonEntry,
+    contract_error,
+    entries,
+    find,
+    guard_process,
+    plugin_errors,
+)
 from gaitsim.registry.kernel_cache import allow_missing_cache
-from gaitsim.registry.plugin_context import contract_error, guard_process, plugin_errors
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Plugin
@@ -21,11 +31,12 @@ def load_entry(entry: Entry) -> "type[Plugin]":
     """Return the plugin class of an entry, validated against its contract."""
     # Imported here because listing names needs neither NumPy nor pydantic.
     from gaitsim import contracts
-    from gaitsim.registry.class_validation import problems
-    from gaitsim.registry.python_entries import PythonEntry
+    from gaitsim.registry.options import problems
 
     if isinstance(entry, PythonEntry):
-        return entry.load()
+        from gaitsim.registry.python_plugins import plugin_class
+
+        return plugin_class(entry)
     allow_missing_cache()
     guard_process()
     with plugin_errors(entry, "being imported"):
@@ -61,3 +72,34 @@ def scan(kind: str) -> "tuple[dict[str, type[Plugin]], dict[str, GaitsimError]]"
         except GaitsimError as error:
             failures[name] = error
     return classes, failures
+
+
+def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
+    """Return the TOML text of a preset or study.
+
+    The package is imported only if it is in an archive.
+
+    Args:
+        name: name of the preset or study.
+        kind: `EXPERIMENTS` or `STUDIES`.
+    """
+    entry = find(kind, name)
+    with plugin_errors(entry, "being read"):
+        text = _read(entry, f"{name}.toml")
+    if text is None:
+        raise contract_error(entry, f"has no file {name}.toml")
+    return text
+
+
+def _read(entry: Entry, file: str) -> str | None:
+    # Only locate the package's folders: an import would run its code.
+    top, *inner = entry.target.split(".")
+    spec = find_spec(top)
+    for folder in (spec and spec.submodule_search_locations) or ():
+        path = Path(folder, *inner, file)
+        if path.is_file():
+            return path.read_text(encoding="utf-8-sig")
+    from importlib.resources import files
+
+    resource = files(entry.target) / file
+    return resource.read_text(encoding="utf-8-sig") if resource.is_file() else None

@@ -1,6 +1,12 @@
-"""Plugin classes that wrap functions passed in Python, and placeholders for missing ones."""
+"""Functions and objects that a user passes in Python, as plugins of this process."""
 
+import functools
+import inspect
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from types import CodeType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,8 +24,18 @@ from gaitsim.contracts import (
     Skeleton,
 )
 from gaitsim.errors import GaitsimError
-from gaitsim.registry.plugin_context import contract_error
-from gaitsim.registry.python_entries import PythonEntry
+from gaitsim.registry import options
+from gaitsim.registry.entry_points import (
+    ARGUMENTS,
+    OUTSIDE,
+    PYTHON,
+    SCORE,
+    PythonEntry,
+    contract_error,
+    entries,
+    register,
+)
+from gaitsim.registry.options import PLUGIN, problems
 
 
 class UnknownChannelError(KeyError):
@@ -151,8 +167,16 @@ _FIRST = "an array whose first axis is the population,"
 _CHANNELS = f"a dict of channels, or one array: {_FIRST[:-1]}"
 
 
-def placeholder(entry: PythonEntry) -> type[Plugin]:
-    """Return a class that accepts any options, and raises an error when its code is needed."""
+def plugin_class(entry: PythonEntry) -> type[Plugin]:
+    """Return the class of an entry.
+
+    If it is not registered, a placeholder accepts any options, and raises an error when its code is
+    needed.
+    """
+    if entry.model is not None:
+        return entry.model
+    if (entry.kind, entry.name) == ("fitness", SCORE):
+        return ScoreChannel
     base = MissingBody if entry.kind == "organism" else MissingFitness
     return type(base.__name__, (base,), {"entry": entry, "__module__": __name__})
 
@@ -189,3 +213,197 @@ class MissingBody(Organism):
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Raise the error of the missing function."""
         raise self.entry.missing_error
+
+
+_BASES: dict[str, type[Plugin]] = {"fitness": Fitness, "organism": Organism}
+_SIGNATURES = {
+    "fitness": "def forward(motion): return motion['feet'][:, -1].mean(axis=(1, 2))",
+    "organism": "def sphere(genomes): return -(genomes**2).sum(axis=1)",
+}
+
+
+def python_options(
+    fitness: Any = None, body: Any = None, space: Any = None
+) -> dict[str, dict[str, Any]]:
+    """Register a fitness and a body in this process; return the sections that choose them.
+
+    Args:
+        fitness: function (motion) -> scores (population,) or a dict of such terms; or an instance
+            of a subclass of `Fitness`; or None.
+        body: function (genomes) -> dict of channels or scores (population,); or an instance of a
+            subclass of `Organism`; or None.
+        space: genome space of a body that is a function.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    if body is not None and not isinstance(body, Organism):
+        _code_of("organism", body)  # first: a class passed by mistake needs no space
+    _check_space(body, space)
+    if body is not None:
+        found["organism"] = _section("organism", body, space)
+        if fitness is None and not isinstance(body, Organism):
+            found["fitness"] = {PLUGIN: SCORE}
+    if fitness is not None:
+        found["fitness"] = _section("fitness", fitness, None)
+    return found
+
+
+def _check_space(body: Any, space: Any) -> None:
+    example = "space=gs.RealSpace([-5, -5], [5, 5])"
+    if isinstance(body, Organism) or body is None:
+        if space is not None:
+            reason = "has its own genome space" if body is not None else "is missing"
+            raise GaitsimError(
+                f"a space is allowed only with a body that is a function, but the body {reason}",
+                where="space",
+                remedy="omit the space" if body is not None else "also pass a body",
+            )
+    elif space is None:
+        raise GaitsimError(
+            "a body that is a function needs a genome space",
+            where="space",
+            allowed="a gs.RealSpace or a gs.BitSpace",
+            remedy=f"pass the bounds of its genes, as in {example}",
+        )
+    elif not isinstance(space, GenomeSpace):
+        named = isinstance(space, type)
+        what = f"the class {space.__name__}" if named else f"a {type(space).__name__}"
+        raise GaitsimError(
+            f"{what} is not a genome space",
+            where="space",
+            allowed="a gs.RealSpace or a gs.BitSpace",
+            remedy=f"pass the bounds of the genes, as in {example}",
+        )
+
+
+def _section(kind: str, thing: Any, space: GenomeSpace | None) -> dict[str, Any]:
+    """Return the section of an experiment that chooses a function or an object."""
+    if isinstance(thing, _BASES[kind]) and isinstance(thing, Plugin):
+        values = dict.fromkeys(type(thing).model_fields, options.NOT_SET)
+        return {PLUGIN: _name_of(kind, type(thing)), **values, **options.values(thing)}
+    code = _code_of(kind, thing)
+    label, target = thing.__name__.strip("<>"), f"{code.co_filename}, line {code.co_firstlineno}"
+    name = f"{PYTHON}{label}@{_checksum(thing, space)}"
+    entry = PythonEntry(kind, name, target, OUTSIDE, "", file=code.co_filename)
+    space_of = {"space": space} if space is not None else {}
+    base = FunctionFitness if kind == "fitness" else FunctionBody
+    parts = {"entry": entry, "function": staticmethod(thing), "__module__": __name__, **space_of}
+    model = type(label, (base,), {**parts, "__doc__": inspect.getdoc(thing)})
+    register(replace(entry, model=model))
+    return {PLUGIN: name}
+
+
+def _name_of(kind: str, model: type[Plugin]) -> str:
+    """Return the name of a class in its installed package, or else a new `python:` name."""
+    target = f"{model.__module__}:{model.__qualname__}"
+    for name, claims in entries(kind).items():
+        if [claim.target for claim in claims] == [target]:
+            return name
+    code = next((code for part in vars(model).values() if (code := _code(part))), None)
+    file = code.co_filename if code else ""
+    name = f"{PYTHON}{model.__name__}@{_checksum(model, None)}"
+    where = f"{file}, class {model.__name__}" if file else f"class {model.__name__}"
+    entry = PythonEntry(kind, name, where, OUTSIDE, "", file=file)
+    if found := problems(kind, model):
+        raise contract_error(entry, f"breaks its contract: {'; '.join(found)}")
+    register(replace(entry, model=model))
+    return name
+
+
+def _code_of(kind: str, thing: Any) -> CodeType:
+    """Return the code of a function."""
+    argument = ARGUMENTS[kind]
+    base = f"gs.{_BASES[kind].__name__}"
+    name = getattr(thing, "__name__", "")
+    what, remedy = "", f"write a function, as in {_SIGNATURES[kind]}"
+    if isinstance(thing, type):
+        what = f"{name} is a class, not an instance"
+        remedy = f"{argument}={name}()" if issubclass(thing, _BASES[kind]) else remedy
+    elif isinstance(thing, functools.partial):
+        inner = getattr(thing.func, "__name__", "function")
+        what = f"a functools.partial of {inner} has no name, which is needed to resume a run"
+        remedy = f"write a function that calls {inner} with these arguments"
+    elif not callable(thing):
+        what = f"{thing!r:.80} is not a function"
+    elif (code := _code(thing)) is None:
+        what = f"{thing!r:.80} has no Python code"
+    elif inspect.iscoroutinefunction(thing) or inspect.isgeneratorfunction(thing):
+        what = f"{name} is an async or generator function, which cannot return an array"
+    else:
+        return code
+    raise GaitsimError(
+        what,
+        where=argument,
+        allowed=f"a function, or an instance of a subclass of {base}",
+        remedy=remedy,
+    )
+
+
+def _code(thing: Any) -> CodeType | None:
+    """Return the code of a function, a method or a wrapper, such as Numba's; None without code."""
+    inner = thing.fget if isinstance(thing, property) else thing
+    found = getattr(inspect.unwrap(inner), "__code__", None) if callable(inner) else None
+    if isinstance(thing, staticmethod | classmethod):
+        found = getattr(thing.__func__, "__code__", None)
+    return found if isinstance(found, CodeType) else None
+
+
+def _checksum(thing: Any, space: GenomeSpace | None) -> str:
+    """Return 8 hex digits of the SHA-256 of the code, defaults, closure and genome space."""
+    parts = _class_parts(thing) if isinstance(thing, type) else _function_parts(thing)
+    digest = sha256("\n".join(parts).encode())
+    for name, value in sorted(vars(space).items()) if space is not None else ():
+        digest.update(f"{name} {_plain(value)}".encode())
+    return digest.hexdigest()[:8]
+
+
+def _class_parts(model: type) -> Iterator[str]:
+    for one in model.__mro__:
+        if one.__module__.partition(".")[0] in ("gaitsim", "pydantic", "abc", "builtins"):
+            continue
+        for name, value in sorted(vars(one).items()):
+            if name.startswith(("__", "model_")):
+                continue
+            if (code := _code(value)) is not None:
+                yield name
+                yield from _code_parts(code)
+            else:
+                yield f"{name} {_plain(value)}"
+    for name, field in getattr(model, "model_fields", {}).items():
+        yield f"{name} {field.annotation} {_plain(field.default)}"
+
+
+def _function_parts(function: Any) -> Iterator[str]:
+    code, inner = _code(function), inspect.unwrap(function)
+    if code is not None:
+        yield from _code_parts(code)
+    values = [*(getattr(inner, "__defaults__", None) or ())]
+    values += sorted((getattr(inner, "__kwdefaults__", None) or {}).items())
+    for cell in getattr(inner, "__closure__", None) or ():
+        try:
+            values.append(cell.cell_contents)
+        except ValueError:  # not bound yet
+            values.append(None)
+    yield from map(_plain, values)
+
+
+def _code_parts(code: CodeType) -> Iterator[str]:
+    yield f"{code.co_code.hex()} {code.co_names} {code.co_varnames}"
+    for value in code.co_consts:
+        if isinstance(value, CodeType):
+            yield from _code_parts(value)
+        else:
+            yield _plain(value)
+
+
+def _plain(value: Any) -> str:
+    """Return a text that identifies a plain value or array in any process; '' for other objects."""
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        return f"{value.dtype} {value.shape} {sha256(value.tobytes()).hexdigest()}"
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_plain, value))}]"
+    if isinstance(value, frozenset | set):
+        return f"{{{', '.join(sorted(map(_plain, value)))}}}"
+    simple = isinstance(
+        value, bool | int | float | complex | str | bytes | Path | None | np.generic
+    )
+    return repr(value) if simple else ""

@@ -13,7 +13,7 @@ from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
 from gaitsim.errors import CheckpointError, GaitsimError
 from gaitsim.experiment import Experiment, parse_space, read_outline
 from gaitsim.registry import KINDS, entries, plugin_errors
-from gaitsim.registry.python_entries import OUTSIDE
+from gaitsim.registry.entry_points import OUTSIDE
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 

@@ -20,7 +20,7 @@ from gaitsim.experiment import (
 )
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.individual import NEAR_TOLERANCE, Choice, Individual, Member, Near
-from gaitsim.registry.python_entries import PythonEntry, find_registered, is_outside
+from gaitsim.registry.entry_points import PythonEntry, find_registered, is_outside
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.contents import RunFiles
 from gaitsim.runs.files.folder import BESTS, CHECKPOINT, EXPERIMENT, HISTORY, command

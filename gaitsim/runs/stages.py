@@ -15,7 +15,7 @@ from gaitsim.experiment import (
     read_outline,
 )
 from gaitsim.registry import load_class
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.options import PLUGIN
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 from gaitsim.toml import brief, text
 

@@ -15,7 +15,7 @@ from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluate, stop_reason
 from gaitsim.experiment import Overrides
 from gaitsim.opening import is_folder
-from gaitsim.registry.plugin_context import contract_error
+from gaitsim.registry.entry_points import contract_error
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
 from gaitsim.runs.files.atomic import write_bytes, writing

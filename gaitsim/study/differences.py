@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gaitsim.experiment import ExperimentOutline
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.options import PLUGIN
 from gaitsim.runs.stages import SCORING
 from gaitsim.toml import brief
 

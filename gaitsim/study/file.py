@@ -18,7 +18,7 @@ from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.loading import read_file
 from gaitsim.experiment.problems import Problems, invalid_value, missing_option
 from gaitsim.registry import STUDIES, options
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 
 SCHEMA = 1
 MOST_CELLS = 100_000

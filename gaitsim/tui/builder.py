@@ -30,7 +30,7 @@ from gaitsim.experiment import (
     parse_experiment,
 )
 from gaitsim.registry import KINDS, options
-from gaitsim.registry.class_validation import OPERATORS, PLUGIN
+from gaitsim.registry.options import OPERATORS, PLUGIN
 from gaitsim.runs.files.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 

@@ -11,7 +11,7 @@ from gaitsim.experiment import Experiment, read_outline
 from gaitsim.experiment.combination import compatible
 from gaitsim.experiment.model import space_of
 from gaitsim.registry import EXPERIMENTS, KINDS
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 
 
 @dataclass(frozen=True)

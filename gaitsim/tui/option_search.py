@@ -8,7 +8,7 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.content import Content
 
 from gaitsim.registry import KINDS, options
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.options import PLUGIN
 from gaitsim.render.terminal.text import visible
 from gaitsim.tui.builder import Validation
 from gaitsim.tui.catalogue import Catalogue

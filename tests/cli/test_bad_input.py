@@ -9,7 +9,7 @@ import pytest
 
 from gaitsim import cli
 from gaitsim.registry import KINDS
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 
 SPIDER = read_preset("spider")
 

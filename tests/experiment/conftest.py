@@ -7,7 +7,7 @@ import tomlkit
 
 from gaitsim.errors import ExperimentError
 from gaitsim.experiment import parse_assignments, parse_experiment
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from gaitsim.experiment import (
     with_overrides,
 )
 from gaitsim.registry import KINDS
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 
 SPIDER = read_preset("spider")
 

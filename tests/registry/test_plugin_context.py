@@ -10,7 +10,7 @@ import pytest
 
 from gaitsim.errors import PluginError
 from gaitsim.registry import Entry, plugin_errors
-from gaitsim.registry.plugin_context import guard_process, interrupted_plugin, plugin_context
+from gaitsim.registry.entry_points import guard_process, interrupted_plugin, plugin_context
 
 BODY = Entry("organism", "hopper", "fake:Hopper", "fake", "1.0")
 FITNESS = Entry("fitness", "far", "fake:Far", "fake", "1.0")
@@ -101,7 +101,7 @@ def test_a_plugin_that_closes_an_output_is_refused_and_the_output_opened(guarded
 FORKS = """
 import os
 from gaitsim.registry import Entry, plugin_errors
-from gaitsim.registry.plugin_context import guard_process
+from gaitsim.registry.entry_points import guard_process
 guard_process()
 with plugin_errors(Entry("organism", "hopper", "fake:Hopper", "fake", "1.0"), "moving"):
     proper = os.fork()

@@ -10,7 +10,7 @@ import pytest
 from gaitsim.errors import PluginError
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import EXPERIMENTS, entries
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 
 RAISES = "raise RuntimeError('imported')"
 

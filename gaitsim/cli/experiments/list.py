@@ -3,7 +3,7 @@
 from gaitsim.console.printing import print_table
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import EXPERIMENTS, entries
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 from gaitsim.toml import parse
 
 

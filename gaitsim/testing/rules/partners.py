@@ -8,8 +8,8 @@ from gaitsim.contracts import Fitness, Organism
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment.combination import compatible
 from gaitsim.registry import EXPERIMENTS, Entry, entries, load_entry, plugin_errors
-from gaitsim.registry.class_validation import PLUGIN
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
+from gaitsim.registry.options import PLUGIN
 from gaitsim.testing.rules.declared import build_plugin
 
 

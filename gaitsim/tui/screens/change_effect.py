@@ -9,7 +9,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import TRANSFERABILITY, Overrides
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.registry import options
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.options import PLUGIN
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 

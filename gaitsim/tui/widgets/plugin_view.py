@@ -13,7 +13,7 @@ from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import default_conditions
 from gaitsim.registry import options
-from gaitsim.registry.presets import read_preset
+from gaitsim.registry.loading import read_preset
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.catalogue import Catalogue
 from gaitsim.tui.widgets.toml_view import highlight
