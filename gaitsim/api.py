@@ -20,7 +20,7 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.worlds import Ranges, World
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
-from gaitsim.experiment.in_python import check_functions_match, python_experiment, resumed_options
+from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import with_world
 from gaitsim.gait.unseen import evaluate_unseen
 from gaitsim.gait.unseen_results import UnseenResults

@@ -27,7 +27,7 @@ from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evaluation.scoring import Evaluation, evaluate, join_evaluations
 from gaitsim.evaluation.serialized import SerializedExperiment, prepare
 from gaitsim.experiment import Experiment
-from gaitsim.registry import entry_points
+from gaitsim.registry import plugin_context
 from gaitsim.registry.kernel_cache import missing_cache
 
 # Individuals per chunk for a compiled body: few enough for its arrays to fit into the cache, but
@@ -213,7 +213,7 @@ class Evaluator:
         function: Callable[[Experiment, Task], Result],
         tasks: Sequence[Task],
     ) -> list[Result]:
-        context = entry_points(
+        context = plugin_context(
             self.experiment.entries["organism"], "moving a population in worker processes"
         )
         with self._explain_lost_workers(), context:

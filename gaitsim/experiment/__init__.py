@@ -8,22 +8,21 @@ from gaitsim.experiment.loading import (
     with_overrides,
 )
 from gaitsim.experiment.model import (
+    FEATURES,
+    NO_REALITY,
+    OWN_WORLD,
     PORTABLE,
     SCHEMA,
+    TRANSFERABILITY,
+    WORLD,
     Evolution,
     Experiment,
     Islands,
+    Transferability,
+    Worlds,
 )
 from gaitsim.experiment.outline import ExperimentOutline, read_outline
-from gaitsim.experiment.overrides import parse_assignments
-from gaitsim.experiment.problems import Overrides, Typed
-from gaitsim.experiment.transferability import (
-    FEATURES,
-    NO_REALITY,
-    TRANSFERABILITY,
-    Transferability,
-)
-from gaitsim.experiment.worlds import OWN_WORLD, WORLD, Worlds
+from gaitsim.experiment.overrides import Overrides, Typed, parse_assignments
 
 __all__ = [
     "FEATURES",

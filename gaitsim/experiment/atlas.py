@@ -6,7 +6,7 @@ from typing import Any
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment.loading import load_experiment
 from gaitsim.experiment.model import Experiment
-from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Typed
+from gaitsim.experiment.overrides import COMMAND_LINE, Overrides, Typed
 from gaitsim.legged.stepping import DUTY
 from gaitsim.registry import EXPERIMENTS, contract_error, entries, options, plugin_errors
 

@@ -15,10 +15,17 @@ from gaitsim.contracts import (
     Selection,
 )
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.experiment.model import Evolution, Islands, space_of
-from gaitsim.experiment.problems import Problems
-from gaitsim.experiment.transferability import NO_REALITY, TRANSFERABILITY, Transferability
-from gaitsim.experiment.worlds import WORLD, Worlds
+from gaitsim.experiment.model import (
+    NO_REALITY,
+    TRANSFERABILITY,
+    WORLD,
+    Evolution,
+    Islands,
+    Transferability,
+    Worlds,
+    space_of,
+)
+from gaitsim.experiment.overrides import Problems
 from gaitsim.registry import Entry
 from gaitsim.registry.options import PLUGIN
 from gaitsim.registry.python_plugins import MissingBody

@@ -1,18 +1,36 @@
-"""Load experiments from presets, files and texts."""
+"""Load experiments from presets, files, texts and Python functions.
+
+The name of an entry point of the group `gaitsim.files` is the suffix of files that describe a body,
+such as a robot's URDF. Its value is the class of the body, as in the group `gaitsim.organism`,
+followed by the option that takes the path: `urdf = "gaitsim_robot.organism:Robot.model"`.
+"""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from gaitsim import registry
-from gaitsim.contracts import BodyFile, GenomeSpace, Organism
+from gaitsim.contracts import BitSpace, BodyFile, GenomeSpace, Organism, RealSpace
 from gaitsim.errors import GaitsimError, PluginError
-from gaitsim.experiment.body_files import experiment_name, is_body_file, reader_of
 from gaitsim.experiment.model import Experiment, space_of
-from gaitsim.experiment.problems import COMMAND_LINE, Overrides
-from gaitsim.experiment.reader import Reader
+from gaitsim.experiment.outline import ExperimentOutline
+from gaitsim.experiment.overrides import COMMAND_LINE, Overrides
+from gaitsim.experiment.reader import LONGEST_NAME, NOT_IN_NAMES, Reader
 from gaitsim.opening import read_regular
+from gaitsim.registry import (
+    FILES,
+    Entry,
+    contract_error,
+    entries,
+    find,
+    load_class,
+    options,
+    plugin_errors,
+)
+from gaitsim.registry.entry_points import ARGUMENTS, PYTHON
 from gaitsim.registry.loading import read_preset
+from gaitsim.registry.options import PLUGIN
+from gaitsim.registry.python_plugins import python_options
 from gaitsim.toml import LARGEST
 
 
@@ -49,7 +67,7 @@ def load_experiment(
     try:
         text = read_preset(reference)
     except PluginError as error:
-        if formats := registry.entries(registry.FILES):
+        if formats := entries(FILES):
             suffixes = ", ".join(f".{suffix}" for suffix in formats)
             error.allowed += f"; or a file with the extension .toml, {suffixes}"
         # Unlike pathlib, os.path does not raise an error for an invalid file name.
@@ -72,9 +90,9 @@ def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experim
         GaitsimError: the file does not exist, or does not describe a valid body.
     """
     body, option = reader_of(path)
-    entry, model = registry.find("organism", body), registry.load_class("organism", body)
+    entry, model = find("organism", body), load_class("organism", body)
     assert issubclass(model, Organism)
-    with registry.plugin_errors(entry, "reading a file"):
+    with plugin_errors(entry, "reading a file"):
         found = model.read_file(path, roots)
     given = {"name": experiment_name(path), f"organism.{option}": found.text}
     return found, parse_experiment(read_preset(body), str(path), given, str(path))
@@ -151,3 +169,171 @@ def with_overrides(
         ExperimentError: the overrides have problems; the error lists all of them.
     """
     return parse_experiment(experiment.to_toml(), "the experiment", overrides, place)
+
+
+def is_body_file(reference: str) -> bool:
+    """Return whether a reference to an experiment ends with the suffix of a body's file."""
+    return Path(reference).suffix[1:].lower() in entries(FILES)
+
+
+def reader_of(path: Path) -> tuple[str, str]:
+    """Return the name of the body that reads a file, and the option that takes its path."""
+    if not is_body_file(str(path)):
+        raise GaitsimError(
+            f"{path} is not a file that describes a body",
+            allowed=", ".join(f".{suffix}" for suffix in entries(FILES)),
+        )
+    entry = find(FILES, path.suffix[1:].lower())
+    # Unlike pathlib, os.path does not raise an error for an invalid file name.
+    if not os.path.isfile(path):  # noqa: PTH113
+        found = "not a file" if os.path.lexists(path) else "file not found"
+        raise GaitsimError(f"{found}: {path}", remedy="check the path")
+    # The entry point must refer to a body of the same package.
+    if body := _body_of(entry):
+        return body, entry.target.rpartition(".")[2]
+    raise contract_error(
+        entry,
+        "does not refer to a body of this package",
+        "the class and the option of an organism, such as package.module:Robot.model",
+    )
+
+
+def _body_of(entry: Entry) -> str:
+    """Return the name of the body to which an entry refers; '' if it does not exist."""
+    body = entry.target.rpartition(".")[0], entry.package
+    names = (
+        name
+        for name, claims in entries("organism").items()
+        if any((one.target, one.package) == body for one in claims)
+    )
+    return next(names, "")
+
+
+def experiment_name(path: Path) -> str:
+    """Return a name for the experiment of a file: the file's name without invalid characters."""
+    stem = "".join(c if c.isprintable() and c not in NOT_IN_NAMES else "-" for c in path.stem)
+    short = stem.encode()[: LONGEST_NAME // 2].decode(errors="ignore")
+    return short.strip(" .-") or "experiment"
+
+
+def readers() -> dict[str, list[str]]:
+    """Return the suffixes of the files that each body reads, by the name of the body."""
+    found: dict[str, list[str]] = {}
+    for suffix, claims in entries(FILES).items():
+        for entry in claims:
+            if body := _body_of(entry):
+                found.setdefault(body, []).append(suffix)
+    return found
+
+
+_REAL = '[search]\nplugin = "cma-es"\n'
+_BITS = """[selection]
+plugin = "tournament"
+[crossover]
+plugin = "uniform"
+[mutation]
+plugin = "bit-flip"
+"""
+
+
+def python_experiment(
+    experiment: str | Path | Experiment | None,
+    overrides: Mapping[str, Any],
+    place: str = COMMAND_LINE,
+    *,
+    fitness: Any = None,
+    body: Any = None,
+    space: Any = None,
+) -> Experiment:
+    """Return an experiment with overrides, and with a fitness and a body passed in Python.
+
+    Args:
+        experiment: name of a preset, path of a file, or an experiment; None for a body only.
+        overrides: values of options by key.
+        place: origin of the overrides, for messages.
+        fitness: see `gaitsim.evolve`.
+        body: see `gaitsim.evolve`.
+        space: see `gaitsim.evolve`.
+    """
+    sections = python_options(fitness, body, space)
+    for kind in sections:
+        if f"{kind}.{PLUGIN}" in overrides:
+            what = (
+                f"both the argument {ARGUMENTS[kind]!r} and the option '{kind}.{PLUGIN}' are given"
+            )
+            raise GaitsimError(what, where=place, remedy="omit one of them")
+    given = {**_keys(sections), **overrides}
+    text = ""
+    if experiment is None:
+        text = _default_toml(body, space)
+    if "organism" in sections:
+        label = getattr(body, "__name__", type(body).__name__).strip("<>")  # '<lambda>'
+        given = {"name": label, "description": f"the body {label}", **given}
+    if text:
+        return parse_experiment(text, "the experiment of a body", given, place)
+    if not isinstance(experiment, Experiment):
+        return load_experiment(str(experiment), given, place)
+    return with_overrides(experiment, given, place) if given else experiment
+
+
+def _keys(sections: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    return {f"{kind}.{key}": v for kind, table in sections.items() for key, v in table.items()}
+
+
+def _default_toml(body: Any, space: Any) -> str:
+    """Return the TOML of a default search for a body: CMA-ES, or a genetic algorithm for bits."""
+    presets = "name a preset to use its search and options: gs.evolve('spider', …)"
+    if body is None:
+        raise GaitsimError(
+            "there is nothing to evolve",
+            where="experiment",
+            allowed="a preset's name, a path, an experiment, or a body",
+            remedy=presets,
+        )
+    genomes = body.genome_space() if isinstance(body, Organism) else space
+    if isinstance(genomes, RealSpace):
+        return _REAL
+    if isinstance(genomes, BitSpace):
+        return _BITS
+    what = f"there is no default search for genomes of a {type(genomes).__name__}"
+    raise GaitsimError(what, where="experiment", remedy=presets)
+
+
+def check_functions_match(
+    sections: Mapping[str, Mapping[str, Any]], outlines: Collection[ExperimentOutline], where: str
+) -> None:
+    """Check that the functions passed for a run are those that evolved it, in any stage."""
+    for kind, table in sections.items():
+        known = [one.plugins[kind] for one in outlines]
+        if table[PLUGIN] in known:
+            continue
+        last, argument = known[-1], ARGUMENTS[kind]
+        edited = last.startswith(PYTHON) and _label(last) == _label(table[PLUGIN])
+        reason = "the code, the space or the version of Python has changed" if edited else ""
+        raise GaitsimError(
+            f"the {argument} of the run is {last!r}, not {table[PLUGIN]!r}"
+            + (f": {reason}" if reason else ""),
+            where=where,
+            allowed=f"the {argument} that evolved the run",
+            remedy=f"run.resume({argument}=…) continues with another {argument}, as a new stage",
+        )
+
+
+def resumed_options(
+    sections: Mapping[str, Mapping[str, Any]], outline: ExperimentOutline
+) -> dict[str, Any]:
+    """Return the options of functions and objects that differ from those of a run, by key."""
+    changed = {
+        kind: {key: value for key, value in table.items() if _differs(outline, kind, key, value)}
+        for kind, table in sections.items()
+    }
+    return _keys(changed)
+
+
+def _differs(outline: ExperimentOutline, kind: str, key: str, value: Any) -> bool:
+    now = outline.sections[kind].get(key, options.NOT_SET)
+    return bool(now != value)
+
+
+def _label(name: str) -> str:
+    return name.partition("@")[0]

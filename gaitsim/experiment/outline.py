@@ -9,9 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment.model import DEFAULT_SEARCH, Evolution, Islands
-from gaitsim.experiment.transferability import TRANSFERABILITY
-from gaitsim.experiment.worlds import Worlds
+from gaitsim.experiment.model import DEFAULT_SEARCH, TRANSFERABILITY, Evolution, Islands, Worlds
 from gaitsim.registry import KINDS
 from gaitsim.registry.options import OPERATORS, PLUGIN
 

@@ -20,11 +20,24 @@ from gaitsim.experiment.combination import (
     check_transferability,
     check_worlds,
 )
-from gaitsim.experiment.model import DEFAULT_SEARCH, SCHEMA, Evolution, Experiment, Islands
-from gaitsim.experiment.overrides import HEAD, SECTIONS, apply_overrides
-from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems
-from gaitsim.experiment.transferability import TRANSFERABILITY, Transferability
-from gaitsim.experiment.worlds import Worlds
+from gaitsim.experiment.model import (
+    DEFAULT_SEARCH,
+    SCHEMA,
+    TRANSFERABILITY,
+    Evolution,
+    Experiment,
+    Islands,
+    Transferability,
+    Worlds,
+)
+from gaitsim.experiment.overrides import (
+    COMMAND_LINE,
+    HEAD,
+    SECTIONS,
+    Overrides,
+    Problems,
+    apply_overrides,
+)
 from gaitsim.registry import KINDS, Entry, options, plugin_errors
 from gaitsim.registry.options import OPERATORS, PLUGIN
 from gaitsim.toml import literal

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from gaitsim import toml
 from gaitsim.errors import ExperimentError, GaitsimError, nearest
 from gaitsim.experiment.loading import read_file
-from gaitsim.experiment.problems import Problems, invalid_value
+from gaitsim.experiment.overrides import Problems, invalid_value
 from gaitsim.hardware.calibration import BUSES, Calibration, Joint
 from gaitsim.legged import SERVOS
 

@@ -18,7 +18,7 @@ from gaitsim.experiment import (
     Overrides,
     parse_experiment,
 )
-from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.experiment.overrides import COMMAND_LINE
 from gaitsim.individual import NEAR_TOLERANCE, Choice, Individual, Member, Near
 from gaitsim.registry.entry_points import PythonEntry, find_registered, is_outside
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds

@@ -16,7 +16,7 @@ from gaitsim import toml
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import PORTABLE, Experiment, Overrides, parse_experiment
 from gaitsim.experiment.model import MOST_GENERATIONS
-from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.experiment.overrides import COMMAND_LINE
 from gaitsim.individual import Individual, Member
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch, missing_packages
 from gaitsim.runs.files.checkpoint import Champion

@@ -14,7 +14,7 @@ from gaitsim.experiment import (
     read_outline,
     with_overrides,
 )
-from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.experiment.overrides import COMMAND_LINE
 from gaitsim.study.differences import differences, scoring_warning
 
 

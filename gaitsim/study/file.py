@@ -16,7 +16,7 @@ from gaitsim.contracts import option
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.loading import read_file
-from gaitsim.experiment.problems import Problems, invalid_value, missing_option
+from gaitsim.experiment.overrides import Problems, invalid_value, missing_option
 from gaitsim.registry import STUDIES, options
 from gaitsim.registry.loading import read_preset
 

@@ -8,7 +8,7 @@ import pytest
 import gaitsim as gs
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.experiment.body_files import experiment_name
+from gaitsim.experiment.loading import experiment_name
 
 
 @pytest.mark.parametrize("name", ["My robot.shape", "My robot.SHAPE"])

@@ -63,8 +63,7 @@ def check(
 
     gaitsim robots check my_robot.urdf --root ../meshes --model-out robot.xml
     """
-    from gaitsim.experiment.body_files import reader_of
-    from gaitsim.experiment.loading import read_body
+    from gaitsim.experiment.loading import read_body, reader_of
     from gaitsim.gait.files.writer import check_folder
     from gaitsim.render.still import write_still
 
@@ -120,7 +119,7 @@ def check(
 
 def _check_model_out(path: Path) -> None:
     """Check that the robot can be written to a new file whose extension gaitsim reads."""
-    from gaitsim.experiment.body_files import is_body_file
+    from gaitsim.experiment.loading import is_body_file
     from gaitsim.gait.files.writer import check_folder
 
     if not is_body_file(str(path)):

@@ -16,7 +16,7 @@ def list_(json: Json = False) -> None:
     gaitsim run robot --set organism.model=hexapod
     """
     from gaitsim.contracts import Organism
-    from gaitsim.experiment.body_files import readers
+    from gaitsim.experiment.loading import readers
 
     for body, formats in readers().items():
         model, entry = load_class("organism", body), find("organism", body)

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import TRANSFERABILITY, Overrides
-from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.experiment.overrides import COMMAND_LINE
 from gaitsim.registry import options
 from gaitsim.registry.options import PLUGIN
 from gaitsim.runs.resume import plan_resume
