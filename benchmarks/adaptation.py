@@ -20,8 +20,8 @@ from gaitsim.adaptation.report import Case, Report, leg_losses
 from gaitsim.adaptation.settings import Settings
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import play_on_twin
-from gaitsim.gait.damaged import damage_body
-from gaitsim.gait.files.reader import GaitFile, play_gait
+from gaitsim.gait.changed import damage_body
+from gaitsim.gait.gait_files import GaitFile, play_gait
 
 SETTINGS = Settings()
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")

@@ -22,8 +22,7 @@ from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import with_world
-from gaitsim.gait.unseen import evaluate_unseen
-from gaitsim.gait.unseen_results import UnseenResults
+from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
 from gaitsim.registry.python_plugins import python_options

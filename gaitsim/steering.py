@@ -11,7 +11,7 @@ from gaitsim.choices import STEERING_PRESET
 from gaitsim.contracts import Command, Genomes, Motion, Organism, Skeleton, Steered
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.gait.trunk import heading, size, trunk
+from gaitsim.gait.travel import heading, size, trunk
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
 from gaitsim.runs.start import find_individual

@@ -6,8 +6,7 @@ from dataclasses import replace
 from gaitsim.adaptation.performance import DEFAULT_MEASURE, performance_of
 from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.experiment import Experiment
-from gaitsim.gait.damaged import damage_body
-from gaitsim.gait.twin import play_on, twin_of
+from gaitsim.gait.changed import damage_body, play_on, twin_of
 from gaitsim.individual import Individual
 
 

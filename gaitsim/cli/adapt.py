@@ -322,7 +322,7 @@ def _number(text: str) -> float:
 
 def _gait_file(adaptation: Adaptation, name: str, format: GaitFormat) -> Path:
     """Write the proposed gait for the robot, and return the file."""
-    from gaitsim.gait.files.writer import gait_of, write_gait
+    from gaitsim.gait.gait_files import gait_of, write_gait
 
     proposal, prior = adaptation.proposal, adaptation.prior
     if proposal is None:

@@ -21,7 +21,7 @@ from gaitsim.console.progress_bar import Progress
 
 if TYPE_CHECKING:
     from gaitsim.gait import GaitAnalysis
-    from gaitsim.gait.unseen_results import UnseenResults
+    from gaitsim.gait.unseen import UnseenResults
     from gaitsim.individual import Choice, Individual
     from gaitsim.runs.snapshot import RunSnapshot
 
@@ -188,7 +188,7 @@ def _other_simulations(
 
 def _individual(run: "RunSnapshot", choice: "Choice", gait: Path | None) -> "Individual":
     from gaitsim.cli.parsing import not_combinable
-    from gaitsim.gait.files.reader import play_gait, read_gait
+    from gaitsim.gait.gait_files import play_gait, read_gait
     from gaitsim.individual import Member
 
     if gait is None:

@@ -6,7 +6,7 @@ from gaitsim.cli.unseen import evaluate_with_progress
 from gaitsim.console.printing import notice, output, print_json, print_table
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges
-from gaitsim.gait.unseen_results import UnseenResults
+from gaitsim.gait.unseen import UnseenResults
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import format_or_dash
 from gaitsim.render.terminal.unseen_results import format_percent, format_spans, format_strongest

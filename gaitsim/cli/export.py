@@ -117,7 +117,7 @@ def export(
         # These imports take most of the start-up time.
         from gaitsim.cli.parsing import parse_body_changes, parse_individual, parse_individuals
         from gaitsim.exporting import FORMATS, Subject, check_flags, default_name
-        from gaitsim.gait.files.writer import check_folder
+        from gaitsim.gait.gait_files import check_folder
         from gaitsim.hardware.exporting import export_template
         from gaitsim.hardware.options import Options
         from gaitsim.runs.files.folder import exports_folder, find_run

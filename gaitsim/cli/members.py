@@ -80,7 +80,7 @@ def members(
 
     gaitsim run spider --from spider-front#3
     """
-    from gaitsim.gait.files.writer import check_folder
+    from gaitsim.gait.gait_files import check_folder
     from gaitsim.runs.snapshot import RunSnapshot
 
     if axes is not None and not show_map:

@@ -78,8 +78,7 @@ def parse_body_changes(
     if not (damage or world or engine):
         return lambda individual: individual
     from gaitsim.evaluation.worlds import parse_world
-    from gaitsim.gait.changed import in_engine, with_world
-    from gaitsim.gait.damaged import with_damage
+    from gaitsim.gait.changed import in_engine, with_damage, with_world
 
     conditions = parse_world(world or (), "--world")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from gaitsim.cli.unseen import evaluate_champion
 from gaitsim.console.printing import output, print_json, print_table
-from gaitsim.gait.damaged import can_be_damaged
+from gaitsim.gait.changed import can_be_damaged
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.text import number

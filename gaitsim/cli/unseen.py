@@ -5,8 +5,7 @@ from gaitsim.console.printing import notice
 from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of
-from gaitsim.gait.unseen import check_request, evaluate_unseen
-from gaitsim.gait.unseen_results import UnseenResults
+from gaitsim.gait.unseen import UnseenResults, check_request, evaluate_unseen
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 

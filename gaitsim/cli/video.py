@@ -77,7 +77,7 @@ def video(
                 parse_individuals,
                 parse_size,
             )
-            from gaitsim.gait.files.writer import check_folder
+            from gaitsim.gait.gait_files import check_folder
             from gaitsim.render.settings import FORMATS, RenderSettings
             from gaitsim.render.tempo import format_speed
             from gaitsim.render.video import Video

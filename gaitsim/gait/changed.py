@@ -1,15 +1,19 @@
-"""Move a gait on a body with changed options, such as one in another world."""
+"""Move a gait on another body: with changed options, damaged, or its twin in another engine."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation.playing import play
 from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.evaluation.worlds import World, conditions_of, describe
-from gaitsim.experiment import WORLD, Experiment, with_overrides
-from gaitsim.individual import Individual
+from gaitsim.experiment import WORLD, Experiment, load_experiment, with_overrides
+from gaitsim.gait.gait_files import GaitFile, play_gait
+from gaitsim.gait.report import analyse_individual, quantities
+from gaitsim.individual import Individual, Measurement
 
 
 def with_changed_body(
@@ -98,3 +102,135 @@ def _options(experiment: Experiment, world: World) -> dict[str, World]:
     """Return the overrides that put a body into a world."""
     conditions_of(experiment)  # raises an error for a body without conditions
     return {f"organism.{WORLD}": {**getattr(experiment.organism, WORLD), **world}}
+
+
+KEY = "organism.damage"
+
+
+def can_be_damaged(experiment: Experiment) -> bool:
+    """Return whether the body has the option `damage`."""
+    return "damage" in type(experiment.organism).model_fields
+
+
+def damage_body(experiment: Experiment, damage: Sequence[str]) -> Experiment:
+    """Return an experiment with damage to its body, such as 'L2 lost'."""
+    _require_damage(experiment)
+    return with_body(experiment, {KEY: [*damage]}, f"damage {', '.join(damage)!r}")
+
+
+def with_damage(individual: Individual, damage: Sequence[str]) -> Individual:
+    """Return an individual with a damaged body, and the score of its motion.
+
+    The damage replaces any earlier damage of the body.
+
+    Args:
+        individual: individual of a run or from a file.
+        damage: damaged legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
+    """
+    _require_damage(individual.experiment)
+    return with_changed_body(individual, {KEY: [*damage]}, f"damage {', '.join(damage)!r}")
+
+
+def _require_damage(experiment: Experiment) -> None:
+    if not can_be_damaged(experiment):
+        raise GaitsimError(
+            f"the body {experiment.entries['organism'].name!r} cannot be damaged",
+            allowed="a body with the option 'damage', such as the spider",
+            key=KEY,
+        )
+
+
+class QuantityPair(NamedTuple):
+    """A quantity of a gait on two bodies.
+
+    Attributes:
+        name: name of the quantity.
+        own: value on the body that the gait evolved on; NaN if that body does not have it.
+        other: value on the other body.
+        unit: unit of both values.
+        help: description of the quantity.
+    """
+
+    name: str
+    own: float
+    other: float
+    unit: str
+    help: str
+
+
+def has_twin(individual: Individual) -> bool:
+    """Return whether the body declares a twin, which can play its joint angles in physics."""
+    return _has_twin(individual.experiment)
+
+
+def twin_of(
+    experiment: Experiment, damage: Sequence[str] = (), world: World | None = None
+) -> Experiment:
+    """Return the experiment of a body's twin in rigid-body physics.
+
+    Args:
+        experiment: experiment with the kinematic body.
+        damage: damage to the twin.
+        world: conditions of the twin's world; None for the world of its preset.
+    """
+    if not _has_twin(experiment):
+        raise GaitsimError(
+            f"{experiment.entries['organism']} has no twin in rigid-body physics",
+            allowed="a kinematic body whose plugin declares a twin, such as the spider",
+        )
+    twin = load_experiment(experiment.organism.twin)
+    if damage:
+        twin = damage_body(twin, damage)
+    return put_in_world(twin, world) if world else twin
+
+
+def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Individual:
+    """Play the joint angles of an individual on its body's twin in physics, in the same world.
+
+    Args:
+        individual: individual of a kinematic body with a twin.
+        damage: damage to the twin; None for the damage of the individual's own body.
+    """
+    damage = individual.damage if damage is None else damage
+    return play_on(individual, twin_of(individual.experiment, damage, individual.world))
+
+
+def play_on(individual: Individual, twin: Experiment) -> Individual:
+    """Play the joint angles of an individual on another body, such as the twin of its own."""
+    angles = individual.joint_angles
+    assert angles is not None, "the body has the channel joint_angles"
+    gait = GaitFile(
+        individual.source or Path(individual.name),
+        angles,
+        individual.motion.frame_rate,
+        tuple(individual.experiment.organism.joint_names()),
+    )
+    return play_gait(gait, twin)
+
+
+def compare_bodies(individual: Individual, other: Individual) -> tuple[QuantityPair, ...]:
+    """Return the quantities of a gait on its own body and on another body, such as its twin.
+
+    These are the quantities of the gait analysis, and all measures of the other body, such as
+    energy.
+    """
+    return tuple(_pair_quantities(_quantities(individual), _quantities(other)))
+
+
+def _has_twin(experiment: Experiment) -> bool:
+    organism = experiment.organism
+    return bool(organism.twin) and "joint_angles" in organism.channels
+
+
+def _quantities(individual: Individual) -> dict[str, Measurement]:
+    return quantities(analyse_individual(individual)) | individual.measurements
+
+
+def _pair_quantities(
+    own: Mapping[str, Measurement], others: Mapping[str, Measurement]
+) -> Iterator[QuantityPair]:
+    for name, (value, unit, meaning) in others.items():
+        found = own.get(name)
+        known = found is not None and found.unit == unit
+        first = found.value if known and found else math.nan
+        yield QuantityPair(name, first, value, unit, meaning)

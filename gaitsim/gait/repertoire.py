@@ -11,11 +11,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import Experiment
-from gaitsim.gait.contact import feet_of
-from gaitsim.gait.intervals import Floats
-from gaitsim.gait.layout import body_order
+from gaitsim.gait.feet import Floats, body_order, feet_of, phases_of
 from gaitsim.gait.naming import NONE, Name, name_of
-from gaitsim.gait.phases import phases_of
 from gaitsim.gait.report import relative_feet, stands
 from gaitsim.gait.travel import frames_in
 from gaitsim.registry import plugin_errors

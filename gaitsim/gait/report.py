@@ -1,21 +1,40 @@
 """Analyse a gait from a skeleton."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from gaitsim.contracts import Array, Skeleton
-from gaitsim.gait import exploits
-from gaitsim.gait.contact import Contacts, Foot, Stride, feet_of
-from gaitsim.gait.exploits import Flag
-from gaitsim.gait.intervals import Floats
-from gaitsim.gait.layout import body_order, in_body_frame
-from gaitsim.gait.naming import Name, name_of
-from gaitsim.gait.phases import phases_of
-from gaitsim.gait.support import stability_margin
-from gaitsim.gait.travel import NONE, Slip, Travel, frames_in, lying, slip_of, travel_of
-from gaitsim.gait.trunk import heading, size, trunk
+from gaitsim.errors import GaitsimError
+from gaitsim.gait import naming
+from gaitsim.gait.feet import (
+    Contacts,
+    Floats,
+    Foot,
+    Stride,
+    body_order,
+    feet_of,
+    in_body_frame,
+    phases_of,
+)
+from gaitsim.gait.naming import Flag, Name, name_of
+from gaitsim.gait.travel import (
+    NONE,
+    Slip,
+    Travel,
+    frames_in,
+    heading,
+    lying,
+    size,
+    slip_of,
+    stability_margin,
+    travel_of,
+    trunk,
+)
+from gaitsim.individual import Individual, Measurement
+from gaitsim.registry import contract_error, plugin_errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +118,7 @@ def analyse_gait(
         # Flip-flop is only meaningful for joints that are commanded in every frame.
         if joint_angles is not None:
             ends = in_body_frame(skeleton.segments[:, :, 1].astype(np.float64), path, turned)
-            found = exploits.flip_flop(ends, skeleton.names, length, skeleton.frame_rate)
+            found = naming.flip_flop(ends, skeleton.names, length, skeleton.frame_rate)
         return GaitAnalysis(
             skeleton.frame_rate,
             travel,
@@ -142,12 +161,12 @@ def analyse_gait(
     still = stands(skeleton, upright)
     name, distances = name_of(feet, stride, phases, consistency, relative, still)
     flags = (
-        exploits.flip_flop(relative, names, length, skeleton.frame_rate),
-        exploits.flickering(touching, names, skeleton.frame_rate),
-        exploits.sliding(footfalls.slip),
-        None if dynamic else exploits.unsupported(footfalls.margin, path, lying_share),
-        exploits.leap(touching, path[upright], length, skeleton.frame_rate) if dynamic else None,
-        None if carried is None else exploits.not_on_feet(carried[upright]),
+        naming.flip_flop(relative, names, length, skeleton.frame_rate),
+        naming.flickering(touching, names, skeleton.frame_rate),
+        naming.sliding(footfalls.slip),
+        None if dynamic else naming.unsupported(footfalls.margin, path, lying_share),
+        naming.leap(touching, path[upright], length, skeleton.frame_rate) if dynamic else None,
+        None if carried is None else naming.not_on_feet(carried[upright]),
     )
     missing = () if joint_angles is not None else ("joint travel: the body has no joint angles",)
     return GaitAnalysis(
@@ -172,4 +191,160 @@ def relative_feet(skeleton: Skeleton) -> Floats:
 def stands(skeleton: Skeleton, upright: slice) -> bool:
     """Return whether the feet do not move relative to the body in the frames before a fall."""
     moved = np.abs(np.diff(relative_feet(skeleton)[upright], axis=0)).mean()
-    return bool(moved < exploits.STILL * size(skeleton))
+    return bool(moved < naming.STILL * size(skeleton))
+
+
+_SI = {"": 1.0, "s": 1.0, "m": 1.0, "mm": 1e-3, "rad": 1.0, "°": math.radians(1)}
+
+
+def analyse_individual(individual: Individual) -> GaitAnalysis:
+    """Analyse the gait of an individual; the body's own measures take precedence."""
+    organism = individual.experiment.organism
+    return analyse_gait(
+        individual.skeleton,
+        individual.joint_angles,
+        dynamic=organism.dynamic,
+        margin=_own_margin(individual),
+        measured=_measured(individual),
+        carried=_carried(individual),
+    )
+
+
+def vertical_loads(individual: Individual) -> Floats | None:
+    """Return the vertical force of the ground on each foot, (frames, feet) N.
+
+    Return None if the body has no channel `load` over frames and feet with a component z.
+    """
+    channel = individual.experiment.organism.channels.get("load")
+    if channel is None or channel.axes[:2] != ("frames", "feet") or "z" not in channel.axes[-1]:
+        return None
+    values = _channel(individual, "load")
+    return values[..., channel.axes[-1].index("z")]
+
+
+def weight_of(individual: Individual) -> float | None:
+    """Return the weight of the body, N; None if it has no channel `weight` with a single value."""
+    channel = individual.experiment.organism.channels.get("weight")
+    return float(_channel(individual, "weight")) if channel and channel.axes == () else None
+
+
+def frames_before_fall(individual: Individual) -> int:
+    """Return the number of frames before a fall, from the channel `lasted`, or all frames."""
+    frames = len(individual.skeleton.segments)
+    channel = individual.experiment.organism.channels.get("lasted")
+    if channel is None or channel.axes or channel.unit != "s":
+        return frames
+    lasted = float(_channel(individual, "lasted"))
+    return min(frames, frames_in(lasted, individual.skeleton.frame_rate))
+
+
+def _carried(individual: Individual) -> Floats | None:
+    """Return the share of the weight that the feet carry, (frames,)."""
+    loads, weight = vertical_loads(individual), weight_of(individual)
+    return loads.sum(axis=1) / weight if loads is not None and weight else None
+
+
+def _channel(individual: Individual, name: str) -> Floats:
+    """Return a channel of one individual, without the axis of the population."""
+    entry = individual.experiment.entries["organism"]
+    channel = individual.experiment.organism.channels[name]
+    with plugin_errors(entry, f"computing the channel {name!r}"):
+        values = np.asarray(individual.motion[name])
+    if values.shape[:1] != (1,) or not channel.fits(values.shape):
+        raise contract_error(
+            entry, f"returned the channel {name!r} with the shape {values.shape}", channel.shape
+        )
+    return np.asarray(values[0], dtype=np.float64)
+
+
+def margin_of(individual: Individual) -> Floats:
+    """Return the static stability margin, (frames,), metres; −inf without a foot on the ground.
+
+    The channel `margin` of the body, if it has one, takes precedence over its skeleton.
+    """
+    own = _own_margin(individual)
+    return stability_margin(individual.skeleton) if own is None else own
+
+
+def _own_margin(individual: Individual) -> Floats | None:
+    channel = individual.experiment.organism.channels.get("margin")
+    if channel is None or channel.axes != ("frames",):
+        return None
+    margin = _channel(individual, "margin")
+    expected = (len(individual.skeleton.segments),)
+    if margin.shape != expected:
+        entry = individual.experiment.entries["organism"]
+        raise contract_error(
+            entry,
+            f"returned the channel 'margin' with the shape (1, {len(margin)})",
+            f"(1, {expected[0]})",
+        )
+    return margin
+
+
+def _measured(individual: Individual) -> dict[str, float]:
+    """Return the finite measures of the body in SI units, by name; {} if measuring fails."""
+    try:
+        found = individual.measurements
+    except GaitsimError:
+        return {}
+    return {
+        name: one.value * _SI[one.unit]
+        for name, one in found.items()
+        if one.unit in _SI and math.isfinite(one.value)
+    }
+
+
+SCALES = {"°": math.degrees(1), "mm": 1000.0, "%": 100.0}  # from SI units
+
+
+def quantities(gait: GaitAnalysis) -> dict[str, Measurement]:
+    """Return the quantities that `gaitsim analyse` prints, by name; NaN if not defined."""
+    travel, feet = gait.travel, gait.footfalls
+    rows: list[tuple[str, float | None, str, str]] = [
+        ("speed", travel.speed, "m/s", f"displacement over {travel.seconds:.2f} s"),
+        ("forward", travel.forward, "m", "displacement along x"),
+        ("lateral", travel.lateral, "m", "displacement to the left"),
+    ]
+    if feet is None:
+        rows.append(("climb", travel.climb, "m", "displacement upwards"))
+    rows += [
+        ("deviation", travel.deviation, "m", "greatest distance from the starting line"),
+        ("straightness", travel.straightness, "", "displacement over length of path"),
+        ("yaw", travel.yaw, "°", "turn to the left at the end"),
+        ("yaw range", travel.yaw_range, "°", "angle between the extreme headings"),
+    ]
+    if feet is not None:
+        rows += [
+            ("Froude number", travel.froude, "", "speed² / (g · height of the centre)"),
+            ("slip ratio", feet.slip.ratio, "", "slide of standing feet over length of path"),
+            ("least margin", feet.margin.min(), "mm", "static stability, minimum over time"),
+            (
+                "median margin",
+                float(np.median(feet.margin)),
+                "mm",
+                "static stability, median over time",
+            ),
+            ("unsupported", float(np.mean(feet.margin < 0)), "%", _unsupported(feet)),
+        ]
+    if travel.joint_travel is not None:
+        rows.append(
+            ("joint travel", travel.joint_travel, "rad/m", "sum of all joints; not an energy")
+        )
+    if travel.cost_of_transport is not None:
+        cost = travel.cost_of_transport
+        rows.append(("cost of transport", cost, "", "work over weight times displacement"))
+    if travel.lasted is not None:
+        rows.append(("lasted", travel.lasted, "s", "time before a fall, or the whole motion"))
+    return {
+        name: Measurement(
+            math.nan if value is None else float(value) * SCALES.get(unit, 1.0), unit, meaning
+        )
+        for name, value, unit, meaning in rows
+    }
+
+
+def _unsupported(found: Footfalls) -> str:
+    if found.lying > 0:
+        return f"by the feet; the trunk lies on the ground {100 * found.lying:.0f} % of the time"
+    return "share of the time with the centre outside the support"

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitsim.contracts import Channel, Motion
 from gaitsim.evaluation.scoring import evaluate_motion
-from gaitsim.gait.intervals import Floats
+from gaitsim.gait.feet import Floats
 from gaitsim.individual import Individual
 from gaitsim.runs.files.history import COLUMNS, MEAN
 

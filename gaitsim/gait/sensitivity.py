@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.gait.intervals import Floats
+from gaitsim.gait.feet import Floats
 
 PARTS = 3
 LEAST = 12  # least number of worlds: four per third

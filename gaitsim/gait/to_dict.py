@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.changed import engine_of
+from gaitsim.gait.changed import QuantityPair, compare_bodies, engine_of
 from gaitsim.gait.report import Footfalls, GaitAnalysis
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
-from gaitsim.gait.twin import QuantityPair, compare_bodies
 from gaitsim.individual import Individual
 
 

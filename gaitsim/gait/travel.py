@@ -1,15 +1,78 @@
-"""Travel of a body: displacement, speed, straightness, slip and joint travel."""
+"""The trunk and its heading, the travel of the body and its static stability."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, Skeleton
-from gaitsim.gait.contact import Contacts
-from gaitsim.gait.intervals import Floats, half_way, steps
-from gaitsim.gait.trunk import heading, size, trunk
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.feet import Contacts, Floats, half_way, steps
+
+_FRAMES = 30  # number of frames in which distances are compared
+_SEGMENTS = 200  # number of segments compared, for bodies with thousands of them
+_RIGID = 1e-4  # tolerance for distances within the trunk, as a share of the body's size
+
+_SEEN = 0.3  # least share of the shape that is visible from above in a body with a heading
+
+
+def size(skeleton: Skeleton) -> float:
+    """Return the longest diagonal of the box around the body over time, metres."""
+    points = skeleton.segments.reshape(len(skeleton.segments), -1, 3).astype(np.float64)
+    return float(np.linalg.norm(np.ptp(points, axis=1), axis=-1).max(initial=0.0))
+
+
+@lru_cache(4)  # it takes 3 ms, and several measures of a motion and its picture need it
+def trunk(skeleton: Skeleton) -> Floats:
+    """Return the points of the trunk over time, (frames, points, 3), metres.
+
+    For each segment, the ends of all segments that keep a constant distance from both of its ends
+    form a rigid group. The trunk is the group with the most distinct points; ties go to the group
+    of the first segment.
+    """
+    every = -(-skeleton.segments.shape[1] // _SEGMENTS)
+    segments = skeleton.segments[:, ::every].astype(np.float64)
+    points = segments.reshape(len(segments), -1, 3)
+    compared = np.unique(np.linspace(0, len(points) - 1, _FRAMES).astype(int))
+    least = np.full((points.shape[1],) * 2, np.inf)
+    most = np.zeros_like(least)
+    for frame in compared:
+        distance = np.linalg.norm(points[frame, :, None] - points[frame], axis=-1)
+        least, most = np.minimum(least, distance), np.maximum(most, distance)
+    rigid = most - least <= _RIGID * size(skeleton)
+    places = np.unique(points[0].round(9), axis=0, return_inverse=True)[1].ravel()
+    groups = [rigid[2 * segment] & rigid[2 * segment + 1] for segment in range(segments.shape[1])]
+    best: NDArray[np.bool_] = max(groups, key=lambda group: len(np.unique(places[group])))
+    if not best.any():  # no segment has a constant length
+        best[:2] = True
+    found: Floats = points[:, best]
+    found.flags.writeable = False
+    return found
+
+
+def heading(body: Floats) -> Floats | None:
+    """Return the turn of a rigid group of points to the left since the start, seen from above.
+
+    Args:
+        body: positions of the points, (frames, points, 3), metres.
+
+    Returns:
+        The turn, (frames,), radians, not wrapped; None if the points lie almost vertically above
+        one another in any frame, as a body that tumbles has no heading.
+    """
+    flat = body[..., :2] - body[..., :2].mean(axis=1, keepdims=True)
+    if np.abs(flat).max(initial=0.0) < 1e-9:
+        return None
+    x, y = flat[0].T
+    along = flat[..., 0] @ x + flat[..., 1] @ y
+    across = flat[..., 1] @ x - flat[..., 0] @ y
+    if np.hypot(along, across).min() < _SEEN * along[0]:
+        return None
+    return np.asarray(np.unwrap(np.arctan2(across, along)))
+
 
 GRAVITY = 9.81  # m/s²
 NONE: Mapping[str, float] = MappingProxyType({})
@@ -155,3 +218,78 @@ def lying(skeleton: Skeleton) -> float:
 def frames_in(lasted: float, frame_rate: float) -> int:
     """Return the number of frames before a fall at `lasted`, s; at least 2."""
     return max(round(lasted * frame_rate) + 1, 2)
+
+
+_LINE = 1e-6  # tolerance for points in a vertical plane, m
+
+
+def stability_margin(skeleton: Skeleton) -> Floats:
+    """Return the static stability margin over time, (frames,) float64, metres.
+
+    The margin is the distance of the centre, seen from above, from the nearest edge of the support
+    polygon, which is the convex hull of the feet on the ground (McGhee & Frank 1968, Mathematical
+    Biosciences 3:331). It is negative if the centre is outside the polygon, and with one or two
+    feet on the ground, which span no polygon. Without a foot on the ground, it is −inf. It is
+    computed half-way from each frame to the next.
+
+    A body whose centre and feet all move in one vertical plane along x, such as a planar walker,
+    cannot tip sideways: its support extends from its hindmost to its foremost foot.
+    """
+    if skeleton.contacts is None or skeleton.touching is None:
+        raise GaitsimError(
+            "a body without feet has no stability margin",
+            allowed="a skeleton with contacts and touching",
+        )
+    feet = half_way(skeleton.contacts)[..., :2]
+    centre = half_way(skeleton.path)[:, :2]
+    sideways = np.concatenate([feet[..., 1].ravel(), centre[:, 1]])
+    planar = np.ptp(sideways) < _LINE
+    margin = np.full(len(feet), -np.inf)
+    for frame, (places, down) in enumerate(zip(feet, skeleton.touching, strict=True)):
+        standing = places[down]
+        if not len(standing):
+            continue
+        if planar:
+            x = centre[frame, 0]
+            margin[frame] = min(x - standing[:, 0].min(), standing[:, 0].max() - x)
+        else:
+            margin[frame] = distance_inside(convex_hull(standing), centre[frame])
+    return margin
+
+
+def distance_inside(corners: Floats, point: Floats) -> float:
+    """Return the distance of a point to the edge of a convex polygon, negative outside.
+
+    Args:
+        corners: corners of the polygon, (corners, 2), counter-clockwise; two corners are a line and
+            one is a point, which have no inside.
+        point: position of the point, (2,).
+    """
+    along = np.roll(corners, -1, axis=0) - corners
+    away = point - corners
+    squares = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip((away * along).sum(axis=1) / squares, 0, 1)
+    nearest = float(np.hypot(*(away - share[:, None] * along).T).min())
+    left = along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0]
+    return nearest if len(corners) > 2 and (left >= 0).all() else 0.0 - nearest
+
+
+def convex_hull(points: Floats) -> Floats:
+    """Return the corners of the convex hull, counter-clockwise, (corners, 2) (Andrew 1979)."""
+    ordered = np.unique(points, axis=0).tolist()
+    if len(ordered) < 3:
+        return np.array(ordered)
+    halves = []
+    for sweep in (ordered, ordered[::-1]):
+        half: list[list[float]] = []
+        for point in sweep:
+            while len(half) > 1 and _turn(half[-2], half[-1], point) <= 0:
+                half.pop()
+            half.append(point)
+        halves += half[:-1]
+    return np.array(halves)
+
+
+def _turn(a: list[float], b: list[float], c: list[float]) -> float:
+    """Return twice the area of a triangle, positive if a, b, c turn left."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

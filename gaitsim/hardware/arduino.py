@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.gait.files.writer import check_parent
+from gaitsim.gait.gait_files import check_parent
 from gaitsim.hardware.calibration import Calibration
 from gaitsim.hardware.keyframes import DECIMALS, Keyframes, range_error
 from gaitsim.runs.files.atomic import write_bytes, writing

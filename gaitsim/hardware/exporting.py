@@ -9,8 +9,8 @@ import numpy as np
 
 from gaitsim.choices import GaitFormat, RosFormat
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait, gait_of, write_gait
-from gaitsim.gait.individual_analysis import frames_before_fall
+from gaitsim.gait.gait_files import Gait, gait_of, write_gait
+from gaitsim.gait.report import frames_before_fall
 from gaitsim.hardware.arduino import FLASH, MAX_NAME, create_sketch, sketch_name, write_sketch
 from gaitsim.hardware.calibration import (
     BUSES,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait
+from gaitsim.gait.gait_files import Gait
 from gaitsim.hardware.calibration import Calibration
 from gaitsim.hardware.loop import Loop
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.errors import RunError, not_installed
-from gaitsim.gait.files.writer import check_parent
+from gaitsim.gait.gait_files import check_parent
 from gaitsim.hardware.trajectory import Trajectory
 from gaitsim.runs.files.atomic import sync_folder, writing
 from gaitsim.runs.files.drafts import draft_folder

@@ -5,7 +5,7 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from gaitsim.gait.files.writer import check_folder
+from gaitsim.gait.gait_files import check_folder
 from gaitsim.hardware.calibration import Calibration
 from gaitsim.hardware.keyframes import DECIMALS, Keyframes
 from gaitsim.runs.files.atomic import write_bytes

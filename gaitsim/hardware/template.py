@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait, check_folder
+from gaitsim.gait.gait_files import Gait, check_folder
 from gaitsim.hardware.calibration import BUSES, Calibration
 from gaitsim.hardware.calibration_file import SCHEMA
 from gaitsim.legged import SERVOS

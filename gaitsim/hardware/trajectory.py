@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait, check_folder
+from gaitsim.gait.gait_files import Gait, check_folder
 from gaitsim.hardware.keyframes import check_playback, interpolate
 from gaitsim.runs.files.atomic import write_bytes
 

@@ -12,8 +12,7 @@ from gaitsim import registry
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play, require_play
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.gait.files.reader import SUFFIXES, GaitFile, fit_to_body, read_gait
-from gaitsim.gait.files.writer import Gait, gait_of
+from gaitsim.gait.gait_files import SUFFIXES, Gait, GaitFile, fit_to_body, gait_of, read_gait
 from gaitsim.individual import Choice, Individual
 from gaitsim.registry import plugin_errors
 from gaitsim.render.plots.labels import heading_of_run

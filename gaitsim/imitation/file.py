@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.reader import read_bounded, read_npz
-from gaitsim.gait.files.writer import Gait
+from gaitsim.gait.gait_files import Gait, read_bounded, read_npz
 from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import Network
 from gaitsim.runs.files.atomic import write_bytes

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gaitsim.choices import GaitFormat, TrainingPreset
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.evaluation.playing import play
-from gaitsim.gait.files.writer import gait_of
+from gaitsim.gait.gait_files import gait_of
 from gaitsim.imitation.expert import Expert, expert_of, find_expert
 from gaitsim.imitation.file import Imitation
 from gaitsim.imitation.imitator import Angles

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import write_gait
+from gaitsim.gait.gait_files import write_gait
 from gaitsim.imitation.file import save_imitator
 from gaitsim.imitation.imitating import Result
 from gaitsim.individual import Individual

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.gait.files.writer import check_folder
+from gaitsim.gait.gait_files import check_folder
 from gaitsim.render.encoder import encode
 from gaitsim.render.intro import figure_picture
 from gaitsim.render.scene import THEMES, Picture, Scene

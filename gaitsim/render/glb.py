@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.gait.files.writer import check_folder
+from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.gltf.document import STILL, Document

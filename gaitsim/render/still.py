@@ -5,7 +5,7 @@ from io import BytesIO
 from pathlib import Path
 
 from gaitsim.contracts import Skeleton
-from gaitsim.gait.files.writer import check_folder
+from gaitsim.gait.gait_files import check_folder
 from gaitsim.render.scene import Clip, Scene
 from gaitsim.runs.files.atomic import write_bytes
 

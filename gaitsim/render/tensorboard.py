@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, RunError, not_installed
-from gaitsim.gait.files.writer import check_parent
+from gaitsim.gait.gait_files import check_parent
 from gaitsim.individual import Individual
 from gaitsim.runs.files.atomic import replacing, writing
 from gaitsim.runs.files.history import FIGURE, MEAN, SCORES, terms_of

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of, ranges_of
-from gaitsim.gait.unseen import check_request, evaluate_unseen
-from gaitsim.gait.unseen_results import UnseenResults, worst_tenth
+from gaitsim.gait.unseen import UnseenResults, check_request, evaluate_unseen, worst_tenth
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.statistics import interval

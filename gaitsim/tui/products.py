@@ -151,7 +151,7 @@ PRODUCTS = tuple(product for products in GROUPS.values() for product in products
 
 def unavailable_products(run: Path) -> dict[Product, GaitsimError]:
     """Return the products that cannot be exported from a run, with the commands' errors."""
-    from gaitsim.gait.files.writer import gait_of
+    from gaitsim.gait.gait_files import gait_of
     from gaitsim.hardware.exporting import check_bag
     from gaitsim.imitation.expert import expert_of
     from gaitsim.render.individual_clip import clip_of

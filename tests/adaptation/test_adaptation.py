@@ -25,7 +25,7 @@ from gaitsim.adaptation.trials import (
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import play_on_twin
-from gaitsim.gait.damaged import with_damage
+from gaitsim.gait.changed import with_damage
 from gaitsim.gaussian_process import posterior
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot

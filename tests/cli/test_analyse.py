@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gaitsim.gait import analyse_individual, with_damage
-from gaitsim.gait.files.writer import gait_of, write_gait
+from gaitsim.gait.gait_files import gait_of, write_gait
 from gaitsim.runs.snapshot import RunSnapshot
 
 GAITS = Path(__file__).parents[2] / "data/gaits"

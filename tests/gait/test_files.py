@@ -8,7 +8,7 @@ from scipy.io import loadmat
 
 from gaitsim.contracts import Channel
 from gaitsim.errors import GaitsimError, PluginError, RunError
-from gaitsim.gait.files.writer import gait_of, write_gait
+from gaitsim.gait.gait_files import gait_of, write_gait
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.reader import GaitFile, play_gait, read_gait
-from gaitsim.gait.files.writer import Gait, write_gait
+from gaitsim.gait.gait_files import Gait, GaitFile, play_gait, read_gait, write_gait
 
 NAMES = ("L1 coxa", "naïve, joint", "c")
 ANGLES = np.array([[0.0, 0.1, -0.2], [0.05, 0.125, -0.25], [0.1, 1 / 3, 0]])
@@ -96,7 +95,7 @@ def test_a_pipe_is_refused_at_once(tmp_path):
 
 
 def test_files_too_large_are_not_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("gaitsim.gait.files.reader.LARGEST", 2000)
+    monkeypatch.setattr("gaitsim.gait.gait_files.LARGEST", 2000)
     packed = tmp_path / "packed.npz"
     np.savez_compressed(packed, joint_angles=np.zeros((100, 3)))
     assert packed.stat().st_size < 2000

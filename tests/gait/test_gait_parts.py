@@ -9,13 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitsim.contracts import Skeleton
-from gaitsim.gait import analyse_gait, exploits
-from gaitsim.gait.contact import feet_of, without_chatter
-from gaitsim.gait.layout import Layout, layout_of
-from gaitsim.gait.patterns import NEAR, nearest, references
-from gaitsim.gait.phases import circular_mean, fit, wrap
-from gaitsim.gait.travel import Slip, lying, slip_of, travel_of
-from gaitsim.gait.trunk import heading, trunk
+from gaitsim.gait import analyse_gait, naming
+from gaitsim.gait.feet import Layout, circular_mean, feet_of, fit, layout_of, without_chatter, wrap
+from gaitsim.gait.naming import NEAR, nearest, references
+from gaitsim.gait.travel import Slip, heading, lying, slip_of, travel_of, trunk
 
 
 def contacts(*rows):
@@ -212,16 +209,16 @@ def test_slip_is_the_slide_of_standing_feet():
 def test_the_rhythm_of_a_sine_is_its_frequency(frequency):
     course = np.zeros((300, 1, 3))
     course[:, 0, 2] = np.sin(2 * np.pi * frequency * np.arange(300) / 30)
-    assert exploits.rhythm(course, 30.0) == pytest.approx([frequency], rel=0.02)
+    assert naming.rhythm(course, 30.0) == pytest.approx([frequency], rel=0.02)
 
 
 def test_feet_that_flicker_are_flagged():
     steady = contacts("....####" * 10)
     fast = contacts("#." * 40)
     two = contacts("##.." * 20)
-    assert exploits.flickering(steady, ("a",), 30.0) is None
+    assert naming.flickering(steady, ("a",), 30.0) is None
     for touching in (fast, two):
-        flag = exploits.flickering(np.hstack([touching, steady]), ("a", "b"), 30.0)
+        flag = naming.flickering(np.hstack([touching, steady]), ("a", "b"), 30.0)
         assert flag.name == "flickering feet"
         assert flag.seen.startswith("a touch down or lift off")
 
@@ -230,10 +227,10 @@ def test_unsupported_travel_is_flagged():
     path = np.zeros((11, 3))
     path[:, 0] = np.arange(11)
     margin = np.where(np.arange(11) < 4, -0.01, 0.01)
-    assert "40 % of the path" in exploits.unsupported(margin, path, 0.0).seen
-    assert exploits.unsupported(margin, path, 0.5) is None  # it lies on its belly
-    assert exploits.unsupported(np.abs(margin), path, 0.0) is None
-    assert exploits.unsupported(margin, path * 0, 0.0) is None
+    assert "40 % of the path" in naming.unsupported(margin, path, 0.0).seen
+    assert naming.unsupported(margin, path, 0.5) is None  # it lies on its belly
+    assert naming.unsupported(np.abs(margin), path, 0.0) is None
+    assert naming.unsupported(margin, path * 0, 0.0) is None
 
 
 def test_the_analysis_of_a_body_without_feet_names_the_missing_results():
@@ -278,18 +275,18 @@ def hopping(flight, stride, count):
 
 def test_a_single_flight_is_a_leap_and_a_running_gait_is_none():
     touching, path = hopping(50, 100, 1)
-    (flag,) = [exploits.leap(touching, path, 0.3, 100.0)]
+    (flag,) = [naming.leap(touching, path, 0.3, 100.0)]
     assert flag.seen == "one flight of 0.50 s covers 0.50 m, 51 % of the path"
-    assert exploits.leap(touching, path, 1.1, 100.0) is None  # shorter than half of the body
-    assert exploits.leap(*hopping(50, 100, 4), 0.3, 100.0) is None
-    assert exploits.leap(*hopping(0, 100, 1), 0.3, 100.0) is None
-    assert exploits.leap(touching, 0 * path, 0.3, 100.0) is None
+    assert naming.leap(touching, path, 1.1, 100.0) is None  # shorter than half of the body
+    assert naming.leap(*hopping(50, 100, 4), 0.3, 100.0) is None
+    assert naming.leap(*hopping(0, 100, 1), 0.3, 100.0) is None
+    assert naming.leap(touching, 0 * path, 0.3, 100.0) is None
 
 
 def test_a_body_whose_feet_carry_little_of_its_weight_is_not_on_its_feet():
     bouncing = 1 + np.sin(np.linspace(0, 20 * np.pi, 500))
-    assert exploits.not_on_feet(bouncing) is None
-    assert "carry only 30 %" in exploits.not_on_feet(0.3 * bouncing).seen
+    assert naming.not_on_feet(bouncing) is None
+    assert "carry only 30 %" in naming.not_on_feet(0.3 * bouncing).seen
 
 
 def test_a_body_in_physics_is_analysed_until_it_falls():

@@ -15,9 +15,8 @@ from mutations import mutations
 from scipy.io import savemat
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.matlab import read_matlab
-from gaitsim.gait.files.reader import MOST_FRAMES, read_gait
-from gaitsim.gait.files.writer import Gait, write_gait
+from gaitsim.gait.gait_files import MOST_FRAMES, Gait, read_gait, write_gait
+from gaitsim.gait.matlab import read_matlab
 from gaitsim.imitation import load_imitator
 from gaitsim.imitation.file import Imitation, save_imitator
 from gaitsim.imitation.imitator import Imitator
@@ -169,7 +168,7 @@ def test_files_that_crashed_scipy_are_rejected(crasher, tmp_path):
 def test_a_matlab_file_is_unpacked_within_bounds(tmp_path, monkeypatch):
     path = tmp_path / "gait.mat"
     path.write_bytes(packed(matlab("5", junk=np.zeros(10_000))))
-    monkeypatch.setattr("gaitsim.gait.files.reader.LARGEST", 5000)
+    monkeypatch.setattr("gaitsim.gait.gait_files.LARGEST", 5000)
     assert read_gait(path).angles.shape == ANGLES.shape  # other variables stay packed
     path.write_bytes(packed(matlab("5", bestGait=np.zeros((1000, 3)))))
     with pytest.raises(GaitsimError, match="unpacks to too many bytes"):

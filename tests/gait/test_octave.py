@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from gaitsim.gait.files.writer import gait_of, write_gait
+from gaitsim.gait.gait_files import gait_of, write_gait
 
 OCTAVE = shutil.which("octave-cli")
 pytestmark = pytest.mark.skipif(OCTAVE is None, reason="GNU Octave is not installed")

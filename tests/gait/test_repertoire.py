@@ -7,8 +7,8 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.gait.individual_analysis import analyse_individual
 from gaitsim.gait.repertoire import gaits_of, patterns
+from gaitsim.gait.report import analyse_individual
 from gaitsim.individual import Individual
 
 

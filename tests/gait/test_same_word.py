@@ -6,8 +6,7 @@ import math
 import pytest
 
 from gaitsim.gait import analyse_gait, analyse_individual
-from gaitsim.gait.individual_analysis import _SI
-from gaitsim.gait.quantities import quantities
+from gaitsim.gait.report import _SI, quantities
 from gaitsim.gait.to_dict import gait_to_dict
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.stability import stability_figure

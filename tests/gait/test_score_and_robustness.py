@@ -9,9 +9,15 @@ import pytest
 from gaitsim.contracts import Channel, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
-from gaitsim.gait.files.reader import GaitFile, play_gait
-from gaitsim.gait.perturbations import apply_lag, interpolate_every_second, mirrored_joints
-from gaitsim.gait.robustness import EXPLOIT, FRAGILE, measure_robustness
+from gaitsim.gait.gait_files import GaitFile, play_gait
+from gaitsim.gait.robustness import (
+    EXPLOIT,
+    FRAGILE,
+    apply_lag,
+    interpolate_every_second,
+    measure_robustness,
+    mirrored_joints,
+)
 from gaitsim.gait.score_breakdown import cut_motion, summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
 from gaitsim.legged import delay_angles

@@ -6,7 +6,7 @@ import pytest
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import stability_margin
-from gaitsim.gait.intervals import half_way
+from gaitsim.gait.feet import half_way
 
 SQUARE = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
 

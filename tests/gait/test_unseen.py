@@ -10,8 +10,7 @@ from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evaluation.worlds import draw_unseen_worlds, draw_worlds
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import with_world
-from gaitsim.gait.unseen import evaluate_unseen
-from gaitsim.gait.unseen_results import Outcome, UnseenResults
+from gaitsim.gait.unseen import Outcome, UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.unseen_results import summary_line, world_results
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait
+from gaitsim.gait.gait_files import Gait
 from gaitsim.hardware.arduino import create_sketch, sketch_name, write_sketch
 from gaitsim.hardware.calibration import Calibration, Joint
 from gaitsim.hardware.keyframes import keyframes_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait
+from gaitsim.gait.gait_files import Gait
 from gaitsim.hardware.calibration import default_calibration
 from gaitsim.hardware.calibration_file import read_calibration
 from gaitsim.hardware.keyframes import keyframes_of

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait
+from gaitsim.gait.gait_files import Gait
 from gaitsim.hardware.trajectory import trajectory_of, write_goal
 
 NAMES = ("hip: [1]", 'knee "left"', "# foot")

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.gait.files.writer import Gait
+from gaitsim.gait.gait_files import Gait
 from gaitsim.hardware.calibration import uniform_calibration
 from gaitsim.hardware.keyframes import keyframes_of
 from gaitsim.hardware.tables import write_degrees

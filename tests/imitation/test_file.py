@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait
+from gaitsim.gait.gait_files import Gait
 from gaitsim.imitation import load_imitator
 from gaitsim.imitation.file import Imitation, save_imitator
 from gaitsim.imitation.learning import Settings, learn

@@ -9,8 +9,7 @@ import pytest
 import gaitsim as gs
 from gaitsim import registry
 from gaitsim.experiment import load_experiment
-from gaitsim.gait.files.reader import read_gait
-from gaitsim.gait.files.writer import Gait, gait_of, write_gait
+from gaitsim.gait.gait_files import Gait, gait_of, read_gait, write_gait
 from gaitsim.imitation import load_imitator
 from gaitsim.individual import Individual
 

@@ -7,7 +7,7 @@ import pytest
 
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import analyse_individual, play_on_twin
-from gaitsim.gait.files.reader import play_gait, read_gait
+from gaitsim.gait.gait_files import play_gait, read_gait
 from gaitsim.legged import stepping_measures
 
 GAITS = Path(__file__).parents[2] / "data/gaits"

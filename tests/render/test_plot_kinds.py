@@ -17,7 +17,7 @@ from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment import load_atlas
 from gaitsim.gait import margin_of, stability_margin, with_damage
-from gaitsim.gait.contact import feet_of
+from gaitsim.gait.feet import feet_of
 from gaitsim.render.plots.channel import default_channel
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES

@@ -9,7 +9,7 @@ from rigid_body import replay
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import compare_bodies, play_on_twin
-from gaitsim.gait.files.reader import play_gait, read_gait
+from gaitsim.gait.gait_files import play_gait, read_gait
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
 

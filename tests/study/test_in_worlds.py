@@ -7,7 +7,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.gait.unseen_results import Outcome, UnseenResults
+from gaitsim.gait.unseen import Outcome, UnseenResults
 from gaitsim.individual import Individual
 from gaitsim.study.in_worlds import common_ranges, rank_in_worlds, ranking
 

@@ -64,7 +64,7 @@ def check(
     gaitsim robots check my_robot.urdf --root ../meshes --model-out robot.xml
     """
     from gaitsim.experiment.loading import read_body, reader_of
-    from gaitsim.gait.files.writer import check_folder
+    from gaitsim.gait.gait_files import check_folder
     from gaitsim.render.still import write_still
 
     reader_of(file)
@@ -120,7 +120,7 @@ def check(
 def _check_model_out(path: Path) -> None:
     """Check that the robot can be written to a new file whose extension gaitsim reads."""
     from gaitsim.experiment.loading import is_body_file
-    from gaitsim.gait.files.writer import check_folder
+    from gaitsim.gait.gait_files import check_folder
 
     if not is_body_file(str(path)):
         raise GaitsimError(

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitsim.contracts import Rig
 from gaitsim.errors import RunError
-from gaitsim.gait.files.writer import check_folder
+from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual, Member
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.render.archive_view import ArchiveView, colour_scale_low

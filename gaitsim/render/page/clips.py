@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton, Solid, Terrain
-from gaitsim.gait.files.writer import gait_of
+from gaitsim.gait.gait_files import gait_of
 from gaitsim.individual import Individual
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.gltf.meshes import mesh_of

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import check_folder
+from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual
 from gaitsim.render.html import program_version
 from gaitsim.render.page.clips import clip_data, finite_or_none

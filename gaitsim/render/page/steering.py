@@ -9,7 +9,7 @@ from typing import Any
 from gaitsim.contracts import Genomes, SteeringPage
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
-from gaitsim.gait.files.writer import check_folder
+from gaitsim.gait.gait_files import check_folder
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.render.html import program_version
 from gaitsim.render.page.clips import body_data

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.gait.contact import feet_of
-from gaitsim.gait.individual_analysis import frames_before_fall, vertical_loads, weight_of
+from gaitsim.gait.feet import feet_of
+from gaitsim.gait.report import frames_before_fall, vertical_loads, weight_of
 from gaitsim.individual import Individual
 from gaitsim.render.plots.labels import add_heading, heading_of, shorten
 from gaitsim.render.plots.panels import BAR, draw_bars

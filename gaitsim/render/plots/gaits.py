@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-from gaitsim.gait.individual_analysis import frames_before_fall
 from gaitsim.gait.repertoire import Gait, gaits_of, patterns
+from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual, Member
 from gaitsim.render.plots.footfall import contacts_of
 from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.individual_analysis import frames_before_fall
-from gaitsim.gait.intervals import Floats
+from gaitsim.gait.feet import Floats
+from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
 from gaitsim.render.colours import MIDDLE, sides
 from gaitsim.render.plots.channels import Signal, read_signal, read_values

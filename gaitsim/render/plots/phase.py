@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitsim.gait import Footfalls, GaitAnalysis, analyse_individual
-from gaitsim.gait.contact import Stride
+from gaitsim.gait.feet import Stride
 from gaitsim.individual import Individual
 from gaitsim.render.plots.footfall import contacts_of
 from gaitsim.render.plots.labels import add_heading, heading_of, shorten

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from gaitsim.choices import PlotFormat
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import check_folder
+from gaitsim.gait.gait_files import check_folder
 from gaitsim.render.colours import (
     LEFT,
     LEFT_COLOUR,

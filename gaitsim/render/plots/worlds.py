@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitsim.gait.intervals import Floats
+from gaitsim.gait.feet import Floats
 from gaitsim.gait.sensitivity import PARTS
-from gaitsim.gait.unseen_results import UnseenResults
+from gaitsim.gait.unseen import UnseenResults
 from gaitsim.render.plots.labels import add_heading, format_number
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.render.terminal.unseen_results import format_falls, spaced

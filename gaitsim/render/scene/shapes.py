@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.gait.support import convex_hull
+from gaitsim.gait.travel import convex_hull
 from gaitsim.render.scene.camera import Points
 
 _ARC = np.linspace(-np.pi / 2, np.pi / 2, 12)  # a round end

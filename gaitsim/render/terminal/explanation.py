@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, MissingFunctionError
 from gaitsim.gait import GaitAnalysis, compare_bodies
-from gaitsim.gait.changed import engine_of
-from gaitsim.gait.quantities import quantities
+from gaitsim.gait.changed import QuantityPair, engine_of
+from gaitsim.gait.report import quantities
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
-from gaitsim.gait.twin import QuantityPair
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number
 

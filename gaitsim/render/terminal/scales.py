@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
-from gaitsim.gait.intervals import Floats
-from gaitsim.gait.trunk import heading, trunk
+from gaitsim.gait.feet import Floats
+from gaitsim.gait.travel import heading, trunk
 from gaitsim.render.scene.camera import Camera
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import HIGH, SPACE, WIDE, Inks, cells, empty

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from gaitsim.evaluation.worlds import describe
 from gaitsim.gait.sensitivity import Effect
-from gaitsim.gait.unseen_results import SCORE, UnseenResults
+from gaitsim.gait.unseen import SCORE, UnseenResults
 from gaitsim.render.terminal.explanation import Passage, format_or_dash
 from gaitsim.render.terminal.text import number
 

@@ -7,9 +7,15 @@ import numpy as np
 
 from gaitsim.adaptation.performance import DEFAULT_MEASURE
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.damaged import can_be_damaged, damage_body, with_damage
-from gaitsim.gait.individual_analysis import frames_before_fall
-from gaitsim.gait.twin import has_twin, play_on_twin, twin_of
+from gaitsim.gait.changed import (
+    can_be_damaged,
+    damage_body,
+    has_twin,
+    play_on_twin,
+    twin_of,
+    with_damage,
+)
+from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.plan import Plan, plan_of
 from gaitsim.runs.snapshot import RunSnapshot

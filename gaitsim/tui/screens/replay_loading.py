@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.gait.damaged import with_damage
+from gaitsim.gait.changed import with_damage
 from gaitsim.individual import Individual, Measurement, Member, Which
 from gaitsim.runs.files.folder import CHECKPOINT
 from gaitsim.runs.snapshot import RunSnapshot

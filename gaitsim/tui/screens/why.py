@@ -15,7 +15,7 @@ from textual.widgets import Static
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import has_worlds
 from gaitsim.gait import GaitAnalysis, analyse_individual, play_on_twin
-from gaitsim.gait.twin import has_twin
+from gaitsim.gait.changed import has_twin
 from gaitsim.gait.unseen import evaluate_unseen
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.explanation import (

@@ -1,0 +1,276 @@
+"""Feet: contacts with the ground, phases within a stride and their place on the body."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gaitsim.legged.rhythm import CHATTER, MIN_TOUCH_DOWNS, stride_lag
+
+Floats = NDArray[np.float64]
+
+
+def half_way(places: NDArray[np.floating[Any]]) -> Floats:
+    """Return the positions, (frames, …), in the middle of the interval after each frame."""
+    exact = places.astype(np.float64)
+    if len(exact) > 1:
+        exact[:-1] = (exact[:-1] + exact[1:]) / 2
+        exact[-1] = exact[-2]
+    return exact
+
+
+def steps(places: NDArray[np.floating[Any]]) -> Floats:
+    """Return the horizontal distance moved, (frames − 1, …), by points, (frames, …, 3), m."""
+    moved = np.diff(places[..., :2].astype(np.float64), axis=0)
+    return np.asarray(np.hypot(moved[..., 0], moved[..., 1]))
+
+
+Contacts = NDArray[np.bool_]
+"""Whether each foot is on the ground until the next frame, (frames, feet)."""
+
+
+@dataclass(frozen=True)
+class Foot:
+    """The steps of one foot.
+
+    Attributes:
+        name: name of the foot.
+        duty_factor: share of the time on the ground, including chatter.
+        touch_downs: frames in which the foot touches down, without chatter.
+        stance, swing: mean duration of complete stances or swings, s; None if there are none.
+    """
+
+    name: str
+    duty_factor: float
+    touch_downs: tuple[int, ...]
+    stance: float | None
+    swing: float | None
+
+    @property
+    def steps(self) -> bool:
+        """Whether the foot touches down more than once."""
+        return len(self.touch_downs) >= MIN_TOUCH_DOWNS
+
+
+@dataclass(frozen=True)
+class Stride:
+    """The stride of all feet.
+
+    Attributes:
+        frames: duration of a stride, frames.
+        frequency: strides per second, Hz.
+        periodicity: autocorrelation of the contacts at the lag of a stride; 1 if all strides are
+            equal.
+    """
+
+    frames: float
+    frequency: float
+    periodicity: float
+
+
+def feet_of(
+    touching: Contacts, names: tuple[str, ...], frame_rate: float
+) -> tuple[tuple[Foot, ...], Stride | None]:
+    """Return the steps of each foot, and their common stride; None if they are not periodic."""
+    lags, periodicity = stride_lag(touching[None], np.array([len(touching)]))
+    lag = int(lags[0])
+    shortest = max(1, round(CHATTER * lag))
+    clean = np.stack([without_chatter(foot, shortest) for foot in touching.T], axis=1)
+    feet = tuple(
+        _foot(name, raw, tidy, frame_rate)
+        for name, raw, tidy in zip(names, touching.T, clean.T, strict=True)
+    )
+    if not lag:
+        return feet, None
+    intervals = np.array([b - a for foot in feet for a, b in pairwise(foot.touch_downs)])
+    near = intervals[np.abs(intervals - lag) <= lag / 2]
+    frames = float(near.mean()) if len(near) else float(lag)
+    return feet, Stride(frames, frame_rate / frames, float(periodicity[0]))
+
+
+def runs(foot: Contacts) -> tuple[NDArray[np.intp], Contacts]:
+    """Return the lengths of alternating stances and swings, frames, and a mask of the stances."""
+    starts = np.flatnonzero(np.diff(foot)) + 1
+    edges = np.concatenate([[0], starts, [len(foot)]])
+    return np.diff(edges), foot[edges[:-1]]
+
+
+def without_chatter(foot: Contacts, shortest: int) -> Contacts:
+    """Remove stances and swings shorter than `shortest` frames, the shortest ones first.
+
+    The first and the last one are kept, because they may be incomplete.
+    """
+    tidy = foot.copy()
+    while True:
+        lengths, _ = runs(tidy)
+        inner = lengths[1:-1]
+        if not len(inner) or inner.min() >= shortest:
+            return tidy
+        first = int(np.argmin(inner)) + 1
+        start = int(lengths[:first].sum())
+        tidy[start : start + lengths[first]] ^= True
+
+
+def _foot(name: str, raw: Contacts, tidy: Contacts, frame_rate: float) -> Foot:
+    lengths, stance = runs(tidy)
+    whole = np.zeros(len(lengths), dtype=bool)
+    whole[1:-1] = True
+    touch_downs = np.flatnonzero(~tidy[:-1] & tidy[1:]) + 1
+
+    def mean(chosen: Contacts) -> float | None:
+        return float(lengths[chosen].mean()) / frame_rate if chosen.any() else None
+
+    return Foot(
+        name,
+        float(raw.mean()),
+        tuple(touch_downs.tolist()),
+        mean(whole & stance),
+        mean(whole & ~stance),
+    )
+
+
+def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
+    """Return the phase of each foot after the first foot that steps, and its consistency.
+
+    Every touch-down is placed in the stride of the first foot, from one of its touch-downs to the
+    next, as in Hildebrand (1965, Science 150:701). Before the first and after the last touch-down
+    of that foot, strides have the mean length.
+
+    Args:
+        feet: steps of each foot; the first foot that steps is the reference.
+        stride: common stride, with its mean length.
+
+    Returns:
+        The phases, (feet,), circular means in cycles from 0 to 1, and the lengths of the mean
+        vectors, (feet,): 1 if the phase is the same in every stride, near 0 if it is random. Both
+        are NaN for feet that do not step.
+    """
+    phases, consistency = np.full((2, len(feet)), np.nan)
+    first = next((foot for foot in feet if foot.steps), None)
+    if first is None:
+        return phases, consistency
+    starts = np.array(first.touch_downs, dtype=np.float64)
+    for number, foot in enumerate(feet):
+        if foot.steps:
+            passed = _strides_passed(np.array(foot.touch_downs, dtype=np.float64), starts, stride)
+            phases[number], consistency[number] = circular_mean(passed)
+    if len(starts) > 1:
+        # A foot is always in phase with itself, so use the regularity of its strides instead.
+        even = starts / stride.frames
+        consistency[feet.index(first)] = circular_mean(even - np.arange(len(even)))[1]
+    return phases, consistency
+
+
+def _strides_passed(times: Floats, starts: Floats, stride: Stride) -> Floats:
+    """Return the number of strides, which start at `starts`, that have passed at `times`."""
+    passed = np.interp(times, starts, np.arange(len(starts), dtype=np.float64))
+    passed += np.minimum(times - starts[0], 0) / stride.frames
+    passed += np.maximum(times - starts[-1], 0) / stride.frames
+    return np.asarray(passed)
+
+
+def circular_mean(cycles: ArrayLike) -> tuple[float, float]:
+    """Return the mean direction of angles in cycles, 0 to 1, and the length of the mean vector."""
+    mean = np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64)).mean()
+    return float(_wrap_to_cycle(np.angle(mean) / (2 * np.pi))), float(abs(mean))
+
+
+def _wrap_to_cycle(cycles: ArrayLike) -> Floats:
+    """Wrap phases to 0 to 1; a phase just below 1, due to rounding, becomes 0."""
+    phases = np.asarray(cycles, dtype=np.float64) % 1.0
+    return np.where(phases < 1 - 1e-9, phases, 0.0)
+
+
+def wrap(cycles: NDArray[np.float64]) -> Floats:
+    """Wrap differences in cycles to −½ to ½."""
+    return np.asarray((cycles + 0.5) % 1.0 - 0.5)
+
+
+def fit(phases: Floats, patterns: Floats) -> tuple[Floats, Floats]:
+    """Return the rms circular distance of phases to patterns in cycles, and the shifted patterns.
+
+    The distance is the exact minimum over all common shifts. On a circle, the differences have one
+    candidate mean per foot, and the best shift is one of these (Hotz and Huckemann 2015,
+    "Intrinsic means on the circle").
+
+    Args:
+        phases: phase of each foot, (feet,), cycles; feet with NaN are ignored.
+        patterns: phases of the patterns, (..., feet), cycles.
+
+    Returns:
+        The distances, (...), and the shifted patterns, (..., feet), from 0 to 1.
+    """
+    known = ~np.isnan(phases)
+    away = np.sort((phases - patterns)[..., known] % 1.0, axis=-1)
+    count = away.shape[-1]
+    # The mean of the differences if the first k of them are taken one cycle later.
+    k = np.arange(count)
+    before = np.cumsum(away, axis=-1) - away
+    means = (away.sum(axis=-1, keepdims=True) + k) / count
+    squares = ((away**2).sum(axis=-1, keepdims=True) + 2 * before + k) / count
+    best = np.argmin(squares - means**2, axis=-1)[..., None]
+    shift = np.take_along_axis(means, best, axis=-1)
+    distances = np.sqrt((wrap(away - shift) ** 2).mean(axis=-1))
+    return distances, _wrap_to_cycle(patterns + shift)
+
+
+_MIDDLE = 0.02  # largest distance from the midline of a foot on neither side, as a share of width
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Feet in pairs.
+
+    Attributes:
+        pairs: number of pairs.
+        side: side of each foot, (feet,): 0 left, 1 right.
+        place: place of each foot, (feet,): 0 is the foremost on its side.
+    """
+
+    pairs: int
+    side: NDArray[np.intp]
+    place: NDArray[np.intp]
+
+
+def in_body_frame(points: Floats, path: Floats, turned: Floats | None) -> Floats:
+    """Return points over time, (frames, points, 3), relative to the body's position and heading."""
+    away = points - path[:, None]
+    if turned is None:
+        return away
+    cos, sin = np.cos(turned)[:, None], np.sin(turned)[:, None]
+    return np.stack(
+        [
+            cos * away[..., 0] + sin * away[..., 1],
+            cos * away[..., 1] - sin * away[..., 0],
+            away[..., 2],
+        ],
+        axis=-1,
+    )
+
+
+def layout_of(feet: Floats) -> Layout | None:
+    """Return the pairs of feet; None if the numbers of left and right feet differ.
+
+    Args:
+        feet: positions relative to the body, (frames, feet, 3), metres: x forward, y left.
+    """
+    x, y, _ = feet.mean(axis=0).T
+    width = np.abs(y).max(initial=0.0)
+    left, right = np.flatnonzero(y > _MIDDLE * width), np.flatnonzero(y < -_MIDDLE * width)
+    if not len(left) or len(left) != len(right) or len(left) + len(right) != len(x):
+        return None
+    side, place = np.zeros(len(x), dtype=np.intp), np.zeros(len(x), dtype=np.intp)
+    for number, feet_of_side in enumerate((left, right)):
+        side[feet_of_side] = number
+        place[feet_of_side[np.argsort(-x[feet_of_side])]] = np.arange(len(left))
+    return Layout(len(left), side, place)
+
+
+def body_order(feet: Floats) -> NDArray[np.intp]:
+    """Return the order of feet from left to right and front to back, (feet,): L1 L2 … R1 R2 …"""
+    layout = layout_of(feet)
+    if layout is None:
+        return np.argsort(-feet.mean(axis=0)[:, 0], kind="stable")
+    return np.lexsort((layout.place, layout.side))

@@ -1,1 +1,0 @@
-"""Read and write gait files, which hold joint angles: MATLAB, CSV and NumPy."""
