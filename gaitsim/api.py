@@ -32,7 +32,6 @@ from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.notes import read_note, write_note
 from gaitsim.runs.renaming import rename_run
-from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import code_of
 
@@ -415,9 +414,10 @@ def _recorded(
     overrides: Overrides | None = None,
     generations: int | None = None,
 ) -> Generations:
-    writer = RunWriter.open(path, overrides=overrides, generations=generations)
-    writers.append(writer)
-    with Session(writer, workers=workers, on_warning=warn) as session:
+    with RunWriter.open(
+        path, overrides=overrides, generations=generations, workers=workers, on_warning=warn
+    ) as writer:
+        writers.append(writer)
         if writer.warning:
             warn(writer.warning)
-        yield from session.evolve()
+        yield from writer.evolve()

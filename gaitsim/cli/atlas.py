@@ -65,11 +65,19 @@ def atlas(
 
     gaitsim atlas hexapod --axes 'duty factor,yaw=-90:90' --cells 30x30
     """
-    from gaitsim.cli.starting import command_line_options, start_run
+    from gaitsim.cli.evolving import (
+        chosen_place,
+        command_line_options,
+        evolve_run,
+        starting_individual,
+    )
     from gaitsim.experiment import load_atlas
+    from gaitsim.runs.creation import create_run
 
     given = command_line_options(generations, population, seed, set_)
     ends, count = parse_axes(axes), parse_cells(cells)
     with status(f"Reading {visible(body)} …"):
         loaded = load_atlas(body, axes=ends, cells=count, set=given)
-    start_run(loaded, from_, out, workers=workers, dask=dask, detach=detach, json=json)
+    start = starting_individual(loaded, from_)
+    with chosen_place(dask, workers, detach=detach) as place:
+        evolve_run(create_run(loaded, out, start), place, workers=workers, json=json)

@@ -22,7 +22,7 @@ def attach(run: RunName, json: Json = False) -> None:
 
     gaitsim attach night --json > log.jsonl
     """
-    from gaitsim.cli.detaching import find_run_folder, not_evolving
+    from gaitsim.cli.evolving import find_run_folder, not_evolving
     from gaitsim.cli.following import follow_run
     from gaitsim.cli.summary import summarise
     from gaitsim.live.background import background_state

@@ -44,29 +44,16 @@ def resume(
 
     gaitsim resume spider --detach
     """
-    from gaitsim.cli.cluster import cluster
-    from gaitsim.cli.detaching import check_detachable, evolve_detached
-    from gaitsim.cli.evolving import evolve_run
+    from gaitsim.cli.evolving import chosen_place, evolve_run
     from gaitsim.experiment import parse_assignments
 
     path, overrides = find_run(run), parse_assignments(set_ or ())
-    if detach:
-        check_detachable(dask)
-        evolve_detached(
-            path,
-            workers=workers,
-            json=json,
-            overrides=overrides,
-            generations=generations,
-            any_version=any_version,
-        )
-        return
-    with cluster(dask, workers) as executor:
+    with chosen_place(dask, workers, detach=detach) as place:
         evolve_run(
             path,
+            place,
             workers=workers,
             json=json,
-            cluster=executor,
             overrides=overrides,
             generations=generations,
             any_version=any_version,

@@ -70,8 +70,14 @@ def run(
     gaitsim run walker --dask tcp://host:8786
     """
     from gaitsim.cli.codes import read_challenge
-    from gaitsim.cli.starting import command_line_options, start_run
+    from gaitsim.cli.evolving import (
+        chosen_place,
+        command_line_options,
+        evolve_run,
+        starting_individual,
+    )
     from gaitsim.experiment import load_experiment
+    from gaitsim.runs.creation import create_run
 
     given = command_line_options(generations, population, seed, set_)
     challenge = read_challenge(from_) if from_ is not None else None
@@ -86,5 +92,6 @@ def run(
             allowed="the name of a preset or a file; optional with --from CODE",
             remedy="'gaitsim experiments list' lists the presets",
         )
-    start = challenge or from_
-    start_run(loaded, start, out, workers=workers, dask=dask, detach=detach, json=json)
+    start = starting_individual(loaded, challenge or from_)
+    with chosen_place(dask, workers, detach=detach) as place:
+        evolve_run(create_run(loaded, out, start), place, workers=workers, json=json)

@@ -80,7 +80,7 @@ def _relative(run: Path) -> Path:
 
 def _find_evolving(name: str) -> Path:
     """Return the folder of a background run."""
-    from gaitsim.cli.detaching import find_run_folder, not_evolving
+    from gaitsim.cli.evolving import find_run_folder, not_evolving
     from gaitsim.live.background import background_state
     from gaitsim.runs.files.lock import RunLock
 

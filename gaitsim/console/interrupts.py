@@ -30,6 +30,15 @@ class Interrupts:
         with suppress(OSError, RuntimeError):  # the stream may be in use, or closed
             self.on_request()
 
+    @contextmanager
+    def deferring(self, on_request: Callable[[], None]) -> Iterator[None]:
+        """Defer the first signal during the block, and call `on_request` instead."""
+        self.deferred, self.on_request = True, on_request
+        try:
+            yield
+        finally:
+            self.deferred = False
+
 
 @contextmanager
 def interruptible() -> Iterator[Interrupts]:

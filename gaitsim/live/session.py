@@ -7,7 +7,6 @@ from gaitsim.experiment import Overrides
 from gaitsim.live.commands import CommandQueue
 from gaitsim.live.protocol import Best, Command, State
 from gaitsim.live.reporter import Reporter
-from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
 
 
@@ -44,15 +43,16 @@ def evolve_live(
                 return "stopped"
             reporter.state("preparing", error=rejected)
             rejected = None
-            writer = RunWriter.open(
+            with RunWriter.open(
                 path,
                 overrides=changes,
                 generations=None if opened else generations,
                 any_version=any_version,
-            )
-            with Session(writer, workers=workers, on_warning=reporter.warning) as session:
+                workers=workers,
+                on_warning=reporter.warning,
+            ) as writer:
                 changes, opened = {}, True
-                ended = _evolve(session, commands, reporter)
+                ended = _evolve(writer, commands, reporter)
         except GaitsimError as error:
             if opened and changes:  # rejected before anything was changed
                 rejected, changes = error, {}
@@ -69,17 +69,16 @@ def evolve_live(
         changes = ended.overrides
 
 
-def _evolve(session: Session, commands: CommandQueue, reporter: Reporter) -> str | Command:
+def _evolve(writer: RunWriter, commands: CommandQueue, reporter: Reporter) -> str | Command:
     """Evolve until a stop condition holds or a `stop` or `set` arrives, and return that."""
-    writer = session.writer
     reporter.run_opened(writer)
     if writer.done:
         reporter.evolution_starts(writer.last, _champion(writer))
         return writer.done
-    session.prepare()
-    session.reevaluate()
+    writer.prepare()
+    writer.reevaluate()
     reporter.evolution_starts(writer.last, _champion(writer))
-    generations = session.evolve()
+    generations = writer.evolve()
 
     def report(state: State) -> None:
         if state != "running":

@@ -1,21 +1,33 @@
-"""Write a run to disk: generations are recorded one by one, and saved together."""
+"""Evolve a run and write it to disk: generations are recorded one by one, and saved together.
+
+open ─▶ prepare ─▶ re-evaluate, if a stage needs it ─▶ evolve ─▶ finished, stopped or failed
+"""
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from gaitsim.errors import RunError
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evaluation.scoring import Evaluate
-from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluate, stop_reason
+from gaitsim.evolution import (
+    Generation,
+    ParallelMap,
+    evolve,
+    island_map,
+    reevaluate,
+    stop_reason,
+)
 from gaitsim.experiment import Overrides
 from gaitsim.opening import is_folder
 from gaitsim.registry.entry_points import contract_error
+from gaitsim.runs.background import forget_failure
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
 from gaitsim.runs.files.atomic import write_bytes, writing
@@ -28,6 +40,7 @@ from gaitsim.runs.files.folder import (
     EXPORTS,
     PREVIOUS,
     champion_file,
+    command,
     create_subfolder,
     deleted_or_moved,
     saved_champions,
@@ -49,7 +62,10 @@ folder, so that lost generations are evolved again, to the same bits.
 
 
 class RunWriter:
-    """A run folder opened for exclusive writing; a context manager.
+    """A run evolved by this process, which alone writes its folder.
+
+    A context manager: it saves and unlocks the run on exit, and stops its workers. Errors raised in
+    the block tell the user how to resume the run.
 
     Attributes:
         run: snapshot of the run when it was opened.
@@ -62,7 +78,12 @@ class RunWriter:
     """
 
     def __init__(
-        self, run: RunSnapshot, plan: ResumePlan, files: RecordFiles, resources: ExitStack
+        self,
+        run: RunSnapshot,
+        plan: ResumePlan,
+        files: RecordFiles,
+        resources: ExitStack,
+        new_evaluator: Callable[[], Evaluator],
     ) -> None:
         """Take over the resources that `open` opened."""
         self.path, self.run = run.path, run
@@ -71,6 +92,8 @@ class RunWriter:
         self.warning, self.reevaluates = plan.warning, plan.reevaluates
         self._start, self._stages = plan.start, plan.stages
         self._files, self._resources = files, resources
+        self._new_evaluator = new_evaluator
+        self._evaluator: Evaluator | None = None
         self._provenance_written = False
         self._unsaved: Generation | None = None
         self._recorded, self._saved = -math.inf, time.monotonic()
@@ -83,6 +106,9 @@ class RunWriter:
         overrides: Overrides | None = None,
         generations: int | None = None,
         any_version: bool = False,
+        workers: int | None = None,
+        cluster: Executor | None = None,
+        on_warning: Callable[[str], None] = lambda text: None,
     ) -> Self:
         """Lock the run in `path`, and drop records after its checkpoint.
 
@@ -92,6 +118,9 @@ class RunWriter:
                 experiment.
             generations: last generation to evolve; None for the number in the experiment.
             any_version: whether to accept package versions other than those of the run.
+            workers: number of parallel workers; None for the default.
+            cluster: executor of a cluster; the caller closes it.
+            on_warning: callback for messages about workers.
         """
         with ExitStack() as resources:
             resources.callback(RunLock(path).release)
@@ -108,7 +137,9 @@ class RunWriter:
                 for number in saved_champions(path):
                     if number > done:
                         (path / champion_file(number)).unlink(missing_ok=True)
-            return cls(run, plan, files, resources.pop_all())
+            forget_failure(path)
+            new_evaluator = partial(Evaluator, plan.experiment, workers, on_warning, cluster)
+            return cls(run, plan, files, resources.pop_all(), new_evaluator)
 
     def __enter__(self) -> Self:
         return self
@@ -119,12 +150,21 @@ class RunWriter:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        with self._resources:
-            try:
-                self.save()
-            except RunError:
-                if error is None:  # otherwise, the first error says why the run ends
-                    raise
+        if isinstance(error, GaitsimError) and (self.path / EXPERIMENT).exists():
+            given = ", ".join(entry.argument for entry in self.experiment.outside)
+            how = f"gs.load({str(self.path)!r}).resume({given})"
+            error.add_remedy(f"continue with: {how if given else command('resume', self.path)}")
+        with self._resources, ExitStack() as closing:
+            closing.callback(self._save_at_exit, error)
+            if self._evaluator is not None:
+                closing.push(self._evaluator)
+
+    def _save_at_exit(self, error: BaseException | None) -> None:
+        try:
+            self.save()
+        except RunError:
+            if error is None:  # otherwise, the first error says why the run ends
+                raise
 
     @property
     def done(self) -> str:
@@ -135,27 +175,41 @@ class RunWriter:
         evolution = self.experiment.evolution
         return stop_reason(evolution, last.number, last.progress, len(last.genomes))
 
-    def reevaluate(self, evaluate: Evaluate) -> None:
+    def prepare(self) -> Evaluator:
+        """Start the workers and compile the body's kernels; a second call does nothing."""
+        if self._evaluator is None:
+            self._evaluator = self._new_evaluator()
+            self._evaluator.prepare()
+        return self._evaluator
+
+    def reevaluate(self, evaluate: Evaluate | None = None) -> None:
         """Re-evaluate the population if the next stage needs it; further calls do nothing.
 
         No file is written.
 
         Args:
-            evaluate: function that scores a population with `experiment`.
+            evaluate: function that scores a population with `experiment`; None for the workers.
         """
         if self.reevaluates and self.last is not None:
-            self.last = reevaluate(self.experiment, self.last, evaluate)
+            score = evaluate or self.prepare().evaluate
+            self.last = reevaluate(self.experiment, self.last, score)
         self.reevaluates = False
 
     def evolve(
-        self, evaluate: Evaluate, parallel_map: ParallelMap | None = None
+        self, evaluate: Evaluate | None = None, parallel_map: ParallelMap | None = None
     ) -> Iterator[Generation]:
-        """Evolve from the last generation; each generation is recorded before it is yielded.
+        """Evolve until a stop condition holds; each generation is recorded before it is yielded.
 
         Args:
-            evaluate: function that scores a population with `experiment`.
-            parallel_map: map that evolves islands in parallel; None evolves them in this process.
+            evaluate: function that scores a population with `experiment`; None for the workers.
+            parallel_map: map that evolves islands in parallel; None evolves them in this process,
+                unless the workers are faster.
         """
+        if self.done:
+            return
+        if evaluate is None:
+            evaluator = self.prepare()
+            evaluate, parallel_map = evaluator.evaluate, island_map(evaluator)
         self.reevaluate(evaluate)
         for generation in evolve(self.experiment, evaluate, self.last, self._start, parallel_map):
             self.record(generation)

@@ -6,7 +6,6 @@ import pytest
 from gaitsim.errors import PluginError, RunError
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import is_locked
-from gaitsim.runs.session import Session
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
@@ -22,11 +21,11 @@ def begun(puppet, tmp_path):
 
 
 def evolve(path, until=None, **options):
-    with Session(RunWriter.open(path, **options), workers=1) as session:
-        for generation in session.evolve():
+    with RunWriter.open(path, workers=1, **options) as writer:
+        for generation in writer.evolve():
             if generation.number == until:
                 break
-        return session
+        return writer
 
 
 def test_a_stopped_run_continues_to_the_same_result(begun):
@@ -41,22 +40,22 @@ def test_a_stopped_run_continues_to_the_same_result(begun):
 def test_a_finished_run_says_why_and_evolves_no_generation(begun):
     path = begun()
     evolve(path)
-    with Session(RunWriter.open(path)) as session:
-        assert session.writer.done == "5 generations are done"
-        assert list(session.evolve()) == []
+    with RunWriter.open(path) as writer:
+        assert writer.done == "5 generations are done"
+        assert list(writer.evolve()) == []
     assert not is_locked(path)
 
 
 def test_a_stage_with_other_scores_is_reevaluated_once(begun):
     path = begun()
     evolve(path, 3)
-    with Session(RunWriter.open(path, overrides={"fitness.price": 3.0}), workers=1) as session:
-        before = session.writer.last.scores
-        assert session.writer.reevaluates
-        session.reevaluate()
-        assert not session.writer.reevaluates
-        assert not np.array_equal(session.writer.last.scores, before)
-        assert [generation.number for generation in session.evolve()] == [4, 5]
+    with RunWriter.open(path, overrides={"fitness.price": 3.0}, workers=1) as writer:
+        before = writer.last.scores
+        assert writer.reevaluates
+        writer.reevaluate()
+        assert not writer.reevaluates
+        assert not np.array_equal(writer.last.scores, before)
+        assert [generation.number for generation in writer.evolve()] == [4, 5]
 
 
 def test_an_error_while_evolving_says_how_to_resume(begun, puppets, monkeypatch):
