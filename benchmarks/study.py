@@ -18,9 +18,8 @@ from timing import print_figure, print_machine, stopwatch, times
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import load_experiment
-from gaitsim.study.confirmation import Reached
+from gaitsim.study.confirmation import Reached, confirm
 from gaitsim.study.file import Study, cells, read_study
-from gaitsim.study.fresh_repeats import confirm
 from gaitsim.study.running import results, run_cells
 
 POOLS, REPEATS = (9, 41, 73), 2  # the part evolved with DEAP

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from gaitsim.individual import Individual as Individual
     from gaitsim.individual import Member as Member
     from gaitsim.sharing.challenge import Challenge as Challenge
-    from gaitsim.sharing.checking import verify_code as verify_code
+    from gaitsim.sharing.challenge import verify_code as verify_code
 
 # Imported at first use: `gaitsim --help` needs none of these modules, nor NumPy.
 _MODULES = {
@@ -56,7 +56,7 @@ _MODULES = {
     "load_atlas": "gaitsim.experiment",
     "load_experiment": "gaitsim.experiment",
     "picture": "gaitsim.api",
-    "verify_code": "gaitsim.sharing.checking",
+    "verify_code": "gaitsim.sharing.challenge",
     "view": "gaitsim.api",
 }
 __all__ = [

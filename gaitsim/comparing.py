@@ -16,8 +16,9 @@ from gaitsim.study.comparison import (
     Sample,
     analyse,
     check_targets,
+    equal_budgets,
+    load_experiments,
 )
-from gaitsim.study.competitors import equal_budgets, load_experiments
 from gaitsim.study.running import repeat_experiment
 
 if TYPE_CHECKING:

@@ -2,26 +2,106 @@
 
 import hashlib
 import math
+import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gaitsim.adaptation.intact import read_intact, write_intact
-from gaitsim.adaptation.performance import DEFAULT_MEASURE, Floats, performance, unit_of
-from gaitsim.contracts import Genomes, Members
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.contracts import Genomes, Measure, Members, Motion
+from gaitsim.errors import GaitsimError, RunError, unknown
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.evaluator import IN_CACHE
 from gaitsim.evaluation.processes import OnWarning
+from gaitsim.evaluation.scoring import move_genomes
+from gaitsim.evaluation.values import values_of
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual, Member
+from gaitsim.opening import read_regular
+from gaitsim.registry import plugin_errors
 from gaitsim.runs.compatibility import ENGINES, versions
-from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.folder import ADAPTATIONS, command, create_subfolder
 from gaitsim.runs.snapshot import RunSnapshot
+
+DEFAULT_MEASURE = "forward"
+Floats = NDArray[np.float64]
+
+
+def performance(experiment: Experiment, genomes: Genomes, measure: str) -> Floats:
+    """Simulate genomes, (population, genes), and return their performance, (population,).
+
+    The performance is the measure of a gait, or 0 if the gait fails or the measure is not finite.
+    """
+    return performance_of(experiment, move_genomes(experiment, genomes), measure)
+
+
+def performance_of(experiment: Experiment, motion: Motion, measure: str) -> Floats:
+    """Return the performance of the gaits in a motion, (population,); see `performance`."""
+    known = _measures(experiment, motion, measure)
+    values = values_of(experiment.entries["organism"], known, measure, motion.population)
+    values[list(motion.failures)] = 0.0
+    return np.where(np.isfinite(values), values, 0.0)
+
+
+def unit_of(experiment: Experiment, genomes: Genomes, measure: str) -> str:
+    """Return the unit of a measure; simulates one genome."""
+    return str(_measures(experiment, move_genomes(experiment, genomes[:1]), measure)[measure].unit)
+
+
+def _measures(experiment: Experiment, motion: Motion, measure: str) -> Mapping[str, Measure]:
+    """Return the measures of a motion, after checking that they include `measure`."""
+    body = experiment.entries["organism"]
+    with plugin_errors(body, "measuring a population"):
+        known: Mapping[str, Measure] = experiment.organism.measures(motion)
+    if measure not in known:
+        raise unknown("measure", measure, known, where=str(body))
+    return known
+
+
+_DIGEST = hashlib.sha256().digest_size
+
+
+def read_intact(run: Path, measure: str, key: str, members: int) -> Floats | None:
+    """Return the cached performance of each member, (members,); None if it is not cached.
+
+    Args:
+        run: folder of the atlas.
+        measure: name of the performance measure.
+        key: string that identifies everything on which the performance depends.
+        members: number of members.
+    """
+    try:
+        data = read_regular(_file(run, measure), _DIGEST + 8 * members)
+    except OSError:
+        return None
+    digest, content = data[:_DIGEST], data[_DIGEST:]
+    if len(content) != 8 * members or digest != _digest(key, content):
+        return None
+    found = np.frombuffer(content, "<f8").astype(np.float64)
+    return found if np.isfinite(found).all() else None
+
+
+def write_intact(run: Path, measure: str, key: str, performance: Floats) -> None:
+    """Cache the performance of each member; do nothing if the folder cannot be written."""
+    content = performance.astype("<f8").tobytes()
+    with suppress(RunError):
+        create_subfolder(run, ADAPTATIONS)
+        write_bytes(_file(run, measure), _digest(key, content) + content, follow=False)
+
+
+def _file(run: Path, measure: str) -> Path:
+    return run / ADAPTATIONS / f"intact-{re.sub(r'[^a-zA-Z0-9]+', '-', measure)[:80]}.bin"
+
+
+def _digest(key: str, content: bytes) -> bytes:
+    return hashlib.sha256(key.encode() + content).digest()
+
 
 _PROGRESS_INTERVAL = 0.2  # s, shortest time between reports of progress
 

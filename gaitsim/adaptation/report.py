@@ -1,5 +1,6 @@
 """Adaptations to the loss of legs, compared with the unadapted champion and with random gaits."""
 
+import statistics
 import threading
 import zlib
 from collections.abc import Callable, Sequence
@@ -12,13 +13,26 @@ from typing import ClassVar
 import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from gaitsim.adaptation.performance import DEFAULT_MEASURE
-from gaitsim.adaptation.prior import OnProgress, Prior, atlas_checksum, atlas_members, read_prior
-from gaitsim.adaptation.session import Place
-from gaitsim.adaptation.settings import Settings
-from gaitsim.adaptation.simulation import simulated_robot
-from gaitsim.adaptation.transfer import measure_intact, most_promising, transfer_map
-from gaitsim.adaptation.trials import MeasureGait, Trial, adapt, best_of
+from gaitsim.adaptation.adaptation import Place
+from gaitsim.adaptation.prior import (
+    DEFAULT_MEASURE,
+    OnProgress,
+    Prior,
+    atlas_checksum,
+    atlas_members,
+    read_prior,
+)
+from gaitsim.adaptation.trials import (
+    MeasureGait,
+    Settings,
+    Trial,
+    adapt,
+    best_of,
+    measure_intact,
+    most_promising,
+    simulated_robot,
+    transfer_map,
+)
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.executors import cores
 from gaitsim.evaluation.scoring import LARGEST_SCORE
@@ -27,6 +41,7 @@ from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
+from gaitsim.runs.files.tables import line
 from gaitsim.runs.snapshot import RunSnapshot
 
 FILE = "report.json"
@@ -256,3 +271,73 @@ def _inconsistency(report: Report, members: int) -> str:
 
 def _write(path: Path, report: Report) -> None:
     write_bytes(path, _REPORT.dump_json(report, indent=1) + b"\n", follow=False)
+
+
+TRIALS, SUMMARY = "trials.csv", "report.md"
+_COLUMNS = ("damage", "way", "trial", "member", "expected", "deviation", "measured", "kept")
+
+
+def trials_table(report: Report) -> str:
+    """Return a CSV table with a row for each trial, followed by the random gaits of its case."""
+    text = line(_COLUMNS)
+    for case in report.cases:
+        for trial in case.trials:
+            text += line(
+                [
+                    case.name,
+                    "adaptation",
+                    trial.number,
+                    trial.member,
+                    trial.expected,
+                    trial.deviation,
+                    trial.measured,
+                    report.kept(trial.measured),
+                ]
+            )
+        for number, measured in enumerate(case.random, 1):
+            text += line([case.name, "random", number, "", "", "", measured, report.kept(measured)])
+    return text
+
+
+def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
+    """Return a summary of the report in Markdown.
+
+    Args:
+        report: the report, with all its cases.
+        source: name of the atlas.
+        figures: names of image files in the same folder, which are shown below the table.
+    """
+    where = "in rigid-body physics" if report.place == "physics" else "in simulation"
+    measured = len(report.intact)
+    unit = f" {report.unit}".rstrip()
+    lines = [
+        f"# {source}: adaptation to damage",
+        "",
+        f"Trials {where}. Best on the intact body: {report.best:.3g}{unit}"
+        + (f", of the {measured} most promising gaits." if measured > 1 else "."),
+        "The last three columns are shares of this value. Kept: the best gait found by adaptation. "
+        "Champion: the map's best gait, without adaptation. Random: the best of as many "
+        "random gaits of the map as there were trials.",
+        "",
+        "| damage | trials | kept | champion | random |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    lines += [_row(report, case.name, [case]) for case in report.cases]
+    for count in sorted({len(case.damage) for case in report.cases}):
+        cases = [case for case in report.cases if len(case.damage) == count]
+        words = "one leg" if count == 1 else f"{count} legs"
+        lines.append(_row(report, f"**{words}, median of {len(cases)}**", cases))
+    return "\n".join([*lines, "", *(f"![]({figure})" for figure in figures)]).rstrip() + "\n"
+
+
+def _row(report: Report, name: str, cases: Sequence[Case]) -> str:
+    def median(value: Callable[[Case], float]) -> float:
+        return statistics.median(map(value, cases))
+
+    shares = (
+        median(lambda case: report.kept(case.best.measured)),
+        median(lambda case: report.kept(case.champion)),
+        median(lambda case: report.kept(max(case.random))),
+    )
+    cells = [name, f"{median(lambda case: len(case.trials)):g}", *(f"{one:.0%}" for one in shares)]
+    return f"| {' | '.join(cells)} |"

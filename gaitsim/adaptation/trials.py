@@ -7,17 +7,75 @@ Source: the map-based Bayesian optimisation (M-BOA) of Cully, Clune, Tarapore an
 second trial of the same gait would add almost no information.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitsim.adaptation.prior import Prior
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.prior import (
+    DEFAULT_MEASURE,
+    OnProgress,
+    Prior,
+    atlas_members,
+    performance_of,
+)
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
+from gaitsim.experiment import Experiment
+from gaitsim.gait.changed import damage_body, play_on, twin_of
 from gaitsim.gaussian_process import Prediction, posterior
 from gaitsim.individual import Individual
+from gaitsim.runs.snapshot import RunSnapshot
+
+MOST_TRIALS = 1000
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The settings of an adaptation.
+
+    Performance is relative to the best in the map, and distances between behaviours are relative to
+    the ranges of the axes.
+
+    Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals", who use
+    six axes, a length scale of 0.4 and a stop at 0.9. For the spider's eight axes, a shorter length
+    scale works better.
+
+    Attributes:
+        trials: maximum number of trials.
+        kappa: weight of the uncertainty in the choice of a trial; 0 always tries the gait with
+            the best expected performance.
+        length_scale: distance over which a trial affects the expected performance of other gaits.
+        noise: variance of a measured performance.
+        stop: share of the best expected performance that a trial must reach to end the adaptation.
+    """
+
+    trials: int = 20
+    kappa: float = 0.05
+    length_scale: float = 0.2
+    noise: float = 0.001
+    stop: float = 0.95
+
+    def __post_init__(self) -> None:
+        lowest = {"trials": 1, "kappa": 0, "length_scale": 1e-3, "noise": 1e-9, "stop": 0}
+        highest = {
+            "trials": MOST_TRIALS,
+            "kappa": 1e3,
+            "length_scale": 1e3,
+            "noise": 1e3,
+            "stop": 1e3,
+        }
+        for name, low in lowest.items():
+            value, high = getattr(self, name), highest[name]
+            kind = int if name == "trials" else int | float
+            if not (isinstance(value, kind) and low <= value <= high):
+                raise GaitsimError(
+                    f"invalid {name!r} for an adaptation: {value!r:.80}",
+                    key=name,
+                    allowed=f"{'a whole number' if kind is int else 'a number'}, {low} to {high}",
+                )
+
 
 MeasureGait = Callable[[Individual], float]
 """Function that returns the performance of a gait on the damaged body, in the unit of the map."""
@@ -152,3 +210,97 @@ def _ending(
     if len(trials) >= len(prior.performance):
         return f"all {len(trials)} gaits of the atlas were tried"
     return ""
+
+
+def simulated_robot(
+    experiment: Experiment,
+    damage: Sequence[str],
+    measure: str = DEFAULT_MEASURE,
+    *,
+    physics: bool = False,
+) -> MeasureGait:
+    """Return a function that measures gaits on the damaged body in simulation.
+
+    A failed gait has a performance of 0. Several threads may call the function at the same time.
+
+    Args:
+        experiment: experiment with the intact body.
+        damage: damaged legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
+        measure: name of the performance measure.
+        physics: whether to use the body's twin, its version in rigid-body physics.
+    """
+    if physics:
+        body = twin_of(experiment, damage)
+    else:
+        body = damage_body(experiment, damage) if damage else experiment
+
+    def measure_gait(individual: Individual) -> float:
+        moved = play_on(individual, body) if physics else replace(individual, experiment=body)
+        return float(performance_of(body, moved.motion, measure)[0])
+
+    return measure_gait
+
+
+MAX_MEASURED = 100  # number of gaits measured on the other body
+
+
+def count_intact_gaits(run: RunSnapshot, *, physics: bool) -> int:
+    """Return the largest number of gaits measured on intact bodies before an adaptation."""
+    members = len(atlas_members(run).scores)
+    return members + (min(members, MAX_MEASURED) if physics else 0)
+
+
+def measure_intact(
+    prior: Prior,
+    measure_gait: MeasureGait,
+    pool: Executor,
+    on_progress: OnProgress = lambda done: None,
+) -> dict[int, float]:
+    """Measure the most promising gaits on another intact body.
+
+    Args:
+        prior: map for the atlas's own body.
+        measure_gait: function that measures a gait on the other body.
+        pool: thread pool in which the gaits are measured.
+        on_progress: called with the number of gaits measured since the last call.
+
+    Returns:
+        The measured performance by member, counted from 1.
+    """
+    members = most_promising(prior, MAX_MEASURED)
+    found: dict[int, float] = {}
+    for member, value in zip(
+        members, pool.map(measure_gait, map(prior.individual, members)), strict=True
+    ):
+        found[member] = value
+        on_progress(1)
+    if not max(found.values()) > 0:
+        raise GaitsimError(
+            f"the measure {prior.measure!r} is not above 0 for any of the {len(found)} best "
+            f"gaits of the atlas {prior.source} on the intact body in rigid-body physics",
+            remedy="evolve the atlas further with 'gaitsim resume', or omit --physics",
+        )
+    return found
+
+
+def most_promising(prior: Prior, count: int) -> tuple[int, ...]:
+    """Return the numbers, from 1, of the members with the best performance above 0, best first."""
+    order = np.argsort(-prior.performance, kind="stable")[:count]
+    return tuple(int(index) + 1 for index in order if prior.performance[index] > 0)
+
+
+def transfer_map(prior: Prior, measured: Mapping[int, float]) -> Prior:
+    """Return the map for another intact body, given measurements of some gaits on that body.
+
+    Measured gaits get their measured performance. The performance of all other gaits is scaled by
+    the median ratio of measured performance to performance in the map.
+
+    Args:
+        prior: map for the atlas's own body.
+        measured: performance on the other body by member, counted from 1. Each of these members
+            must have a performance above 0 in the map.
+    """
+    indices, values = np.array([*measured]) - 1, np.array([*measured.values()])
+    performance = prior.performance * np.median(values / prior.performance[indices])
+    performance[indices] = values
+    return replace(prior, performance=performance)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitsim.adaptation.settings import MOST_TRIALS, Settings
+from gaitsim.adaptation.trials import MOST_TRIALS, Settings
 from gaitsim.choices import DAMAGE_HELP, GaitFormat
 from gaitsim.cli.completion import run_names
 from gaitsim.cli.options import Json, Workers
@@ -23,8 +23,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import command, exports_folder, find_run
 
 if TYPE_CHECKING:
-    from gaitsim.adaptation.adaptation import Adaptation
-    from gaitsim.adaptation.session import Place
+    from gaitsim.adaptation.adaptation import Adaptation, Place
     from gaitsim.cli.adaptation_view import View
     from gaitsim.runs.snapshot import RunSnapshot
 
@@ -164,8 +163,8 @@ def adapt(
 
     gaitsim adapt spider-atlas --report losses --pairs --physics
     """
-    from gaitsim.adaptation.performance import DEFAULT_MEASURE
-    from gaitsim.adaptation.session import default_name, normalise_damage
+    from gaitsim.adaptation.adaptation import default_name, normalise_damage
+    from gaitsim.adaptation.prior import DEFAULT_MEASURE
     from gaitsim.cli.adaptation_report import write_report
     from gaitsim.cli.adaptation_view import View
     from gaitsim.legged.damage import damage_options
@@ -261,7 +260,7 @@ def _check(place: Place, interactive: bool, measured: str | None, json: bool) ->
 
 def _check_proposed(run: RunSnapshot, name: str) -> None:
     """Check that an adaptation has begun, so that a gait can have been measured."""
-    from gaitsim.adaptation.session import session_file
+    from gaitsim.adaptation.adaptation import session_file
 
     if not session_file(run.path, name).exists():
         raise GaitsimError(
@@ -273,7 +272,7 @@ def _check_proposed(run: RunSnapshot, name: str) -> None:
 
 def _open(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any) -> Adaptation:
     from gaitsim.adaptation.adaptation import open_adaptation
-    from gaitsim.adaptation.transfer import count_intact_gaits
+    from gaitsim.adaptation.trials import count_intact_gaits
 
     gaits = count_intact_gaits(run, physics=options["place"] == "physics")
     log = "" if json else f"reading the {gaits:,} gaits of the atlas"

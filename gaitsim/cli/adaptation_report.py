@@ -6,10 +6,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from gaitsim.adaptation.report import Report, make_report
-from gaitsim.adaptation.report_text import SUMMARY, TRIALS, summary, trials_table
-from gaitsim.adaptation.settings import Settings
-from gaitsim.adaptation.transfer import count_intact_gaits
+from gaitsim.adaptation.report import SUMMARY, TRIALS, Report, make_report, summary, trials_table
+from gaitsim.adaptation.trials import Settings, count_intact_gaits
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import echo, notice, report_files

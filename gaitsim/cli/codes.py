@@ -13,8 +13,7 @@ from gaitsim.runs.files.checkpoint import Champion
 from gaitsim.runs.files.folder import RUNS, find_run, holds_run
 from gaitsim.runs.files.provenance import current_versions
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.sharing.challenge import Challenge
-from gaitsim.sharing.checking import verify_challenge
+from gaitsim.sharing.challenge import Challenge, verify_challenge
 from gaitsim.sharing.code import LONGEST, looks_like_code
 
 STANDARD_INPUT = "-"

@@ -102,8 +102,13 @@ def compare(
     from gaitsim.cli.unseen import check_worlds
     from gaitsim.experiment import parse_assignments
     from gaitsim.runs.files.lock import RunLock
-    from gaitsim.study.comparison import analyse, check_request
-    from gaitsim.study.competitors import equal_budgets, load_experiments, warning
+    from gaitsim.study.comparison import (
+        analyse,
+        check_request,
+        equal_budgets,
+        load_experiments,
+        warning,
+    )
 
     check_worlds(worlds, world_seed)
     if worlds is not None:
@@ -198,8 +203,7 @@ def _report(
     """Write the files of a comparison, and print it."""
     from gaitsim.render.plots.comparison import FIGURES
     from gaitsim.render.plots.style import LIGHT, save
-    from gaitsim.study.comparison_files import CURVES, REPORT, TABLE, write_comparison
-    from gaitsim.study.comparison_report import to_dict
+    from gaitsim.study.comparison_report import CURVES, REPORT, TABLE, to_dict, write_comparison
 
     figures = [folder / f"{kind}.{format}" for kind in FIGURES]
     for path, draw in zip(figures, FIGURES.values(), strict=True):
@@ -215,8 +219,7 @@ def _report(
 
 
 def _print(folder: Path, findings: Findings, again: str) -> None:
-    from gaitsim.study.comparison_files import REPORT
-    from gaitsim.study.comparison_report import methods, remarks, tables
+    from gaitsim.study.comparison_report import REPORT, methods, remarks, tables
 
     console = output()
     for heading, text in remarks(findings):

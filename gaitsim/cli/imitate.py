@@ -141,9 +141,8 @@ def imitate(
     from gaitsim.cli.imitation_view import print_results
     from gaitsim.evaluation.playing import require_play
     from gaitsim.imitation.expert import find_expert
-    from gaitsim.imitation.film import imitation_film
+    from gaitsim.imitation.imitating import files_of, imitation_film, to_dict, write_results
     from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
-    from gaitsim.imitation.results import files_of, to_dict, write_results
 
     if out is not None:
         check_out_folder(out)

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from math import degrees, sqrt
 
 from gaitsim.console.printing import notice, output, print_table
-from gaitsim.imitation.imitating import Result
-from gaitsim.imitation.results import Files
+from gaitsim.imitation.imitating import Files, Result
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import command

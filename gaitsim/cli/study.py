@@ -141,7 +141,7 @@ def _confirm(
 ) -> list[Reached] | None:
     """Run fresh repeats with a progress bar; return None if the user stops it."""
     from gaitsim.cli.cluster import warn
-    from gaitsim.study.fresh_repeats import confirm
+    from gaitsim.study.confirmation import confirm
 
     if study.target is None:
         return []

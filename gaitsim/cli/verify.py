@@ -22,8 +22,7 @@ from gaitsim.toml import literal
 
 if TYPE_CHECKING:
     from gaitsim.runs.verify.verify import Verdict
-    from gaitsim.sharing.challenge import Challenge
-    from gaitsim.sharing.checking import Checked
+    from gaitsim.sharing.challenge import Challenge, Checked
 
 
 DIFFERENT = 1  # exit code
@@ -110,7 +109,7 @@ def verify(
 
 def _verify_code(challenge: Challenge, json: bool) -> None:
     """Play the individual of a challenge code, and print whether its score is as claimed."""
-    from gaitsim.sharing.checking import verify_challenge
+    from gaitsim.sharing.challenge import verify_challenge
 
     with interruptible(), status("Playing the individual of the challenge code …"):
         checked = verify_challenge(challenge)

@@ -1,5 +1,5 @@
 """Train networks that imitate a gait by predicting each frame from the previous one."""
 
-from gaitsim.imitation.file import load_imitator
+from gaitsim.imitation.imitator import load_imitator
 
 __all__ = ["load_imitator"]

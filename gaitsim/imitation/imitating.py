@@ -2,8 +2,9 @@
 
 import math
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -12,20 +13,24 @@ from numpy.typing import NDArray
 
 from gaitsim.choices import GaitFormat, TrainingPreset
 from gaitsim.errors import GaitsimError, unknown
-from gaitsim.evaluation.playing import play
-from gaitsim.gait.gait_files import gait_of
+from gaitsim.evaluation.playing import play, require_play
+from gaitsim.gait.gait_files import gait_of, write_gait
 from gaitsim.imitation.expert import Expert, expert_of, find_expert
-from gaitsim.imitation.file import Imitation
-from gaitsim.imitation.imitator import Angles
+from gaitsim.imitation.imitator import Angles, Imitation, save_imitator
 from gaitsim.imitation.learning import SETTINGS, Settings, learn
 from gaitsim.individual import Individual, Member
+from gaitsim.render.film import Film
+from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.notebook import RunViews
+from gaitsim.render.plots.imitation import errors_figure
+from gaitsim.render.plots.labels import format_score
+from gaitsim.render.scene.clip import Clip
+from gaitsim.render.settings import RenderSettings
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gaitsim.imitation.results import Files
 
 TOLERANCE = 1e-6  # rad: smaller differences are rounding, not limits
 _FORWARD = "forward"  # the measure of the distance that a body walks
@@ -104,7 +109,6 @@ class Result(ReprMixin):
             GaitsimError: the format is unknown, or a file would replace the imitated gait file.
             RunError: a file cannot be written.
         """
-        from gaitsim.imitation.results import files_of, write_results
         from gaitsim.runs.files.folder import create_out_folder
 
         if format not in get_args(GaitFormat):
@@ -143,7 +147,6 @@ class Result(ReprMixin):
             GaitsimError: the body cannot play joint angles, a setting is invalid, or the file
                 cannot be written.
         """
-        from gaitsim.imitation.film import imitation_film
         from gaitsim.render.settings import RenderSettings
 
         path, theme = Path(path), "dark" if dark else "light"
@@ -266,3 +269,120 @@ def imitate(
         path = source.path if isinstance(source, RunViews) else source
         expert = find_expert(str(path), None if body is None else str(body), which)
     return imitate_expert(expert, replace(settings, **changes))
+
+
+def imitation_film(result: Result, settings: RenderSettings | None = None) -> Film:
+    """Return a video that shows the training error, then the imitator beside its expert.
+
+    Args:
+        result: result of the training.
+        settings: size, speed, view and colours; None for the defaults of `RenderSettings`.
+    """
+    expert, training = result.expert, result.settings
+    require_play(expert.experiment)
+    assert expert.individual is not None, "a body that plays the imitator plays its expert"
+    assert result.played is not None, "require_play checks that the body can play"
+    generation = "" if expert.file else f", {expert.individual.label}"
+    clips = [
+        _clip(expert.individual, "expert", generation),
+        _clip(result.played, "imitator"),
+    ]
+    errors = {training.activation: result.errors}
+    return Film(
+        clips,
+        settings or RenderSettings(),
+        (f"imitator of {expert.name}", (f"network {result.sizes}, {training.activation}",)),
+        partial(errors_figure, errors, result.heading),
+        leader=1,
+    )
+
+
+def _clip(individual: Individual, role: str, which: str = "") -> Clip:
+    return clip_of(individual, role + which, format_score(individual), tag=role)
+
+
+Files = Mapping[str, Path]
+
+
+def files_of(
+    folder: Path, format: str, *, several: bool = False, video: bool = False, gait: Path | None
+) -> Files:
+    """Return the files to write, by their content.
+
+    Args:
+        folder: folder to write to.
+        format: format of the imitator's gait file.
+        several: whether to plot the errors of several trainings.
+        video: whether to include a video.
+        gait: imitated gait file, which must not be replaced.
+    """
+    files = {
+        "imitator": folder / "imitator.npz",
+        "gait": folder / f"imitator-gait.{format}",
+        "error": folder / "imitator-error.png",
+    }
+    if several:
+        files["activations"] = folder / "imitator-activations.png"
+    if video:
+        files["video"] = folder / "imitator.mp4"
+    if gait is not None and any(path.absolute() == gait.absolute() for path in files.values()):
+        raise GaitsimError(
+            f"the imitator's files would replace the imitated gait file {gait}",
+            remedy="choose a different folder: --out FOLDER",
+        )
+    return files
+
+
+def write_results(results: Sequence[Result], files: Files) -> None:
+    """Write the first result, and a plot of the errors of all results if `files` includes one."""
+    from gaitsim.render.plots.imitation import errors_figure
+    from gaitsim.render.plots.style import save
+
+    first = results[0]
+    save_imitator(first.imitation, files["imitator"])
+    write_gait(first.imitation.gait, files["gait"], files["gait"].suffix[1:])
+    errors = {result.settings.activation: result.errors for result in results}
+    one = {first.settings.activation: first.errors}
+    save(errors_figure(one, first.heading), files["error"])
+    if "activations" in files:
+        save(errors_figure(errors, f"imitator of {first.expert.heading}"), files["activations"])
+
+
+def to_dict(results: Sequence[Result], files: Files) -> dict[str, Any]:
+    """Return the first result, and with several activations the results of all, for JSON."""
+    expert = results[0].expert
+    found = {
+        "run": None if expert.file else str(expert.source),
+        "gait": str(expert.file) if expert.file else None,
+        "body": expert.body or None,
+        "generation": expert.gait.generation or None,
+        "expert": _performance(expert.individual),
+        "expert_beyond_limits": results[0].expert_beyond_limits,
+        **_result(results[0]),
+        "files": {what: str(path) for what, path in files.items()},
+    }
+    if len(results) > 1:
+        found["activations"] = [_result(result) for result in results]
+    return found
+
+
+def _result(result: Result) -> dict[str, Any]:
+    return {
+        "settings": asdict(result.settings),
+        "one_step_mse": result.one_step,
+        "free_running_mse": result.free_running,
+        "beyond_limits": result.beyond_limits,
+        "angles": result.imitation.commanded.size,
+        "imitator": _performance(result.played),
+        "forward_kept": result.forward_kept,
+    }
+
+
+def _performance(individual: Individual | None) -> dict[str, object] | None:
+    if individual is None:
+        return None
+    return {
+        "score": individual.score,
+        "terms": dict(individual.terms),
+        "measures": individual.measures,
+    }

@@ -16,16 +16,18 @@ from gaitsim.errors import ContractError, ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, load_entry, plugin_errors
 from gaitsim.testing.report import Finding, Report, advice, any_error, error
-from gaitsim.testing.rules.bits import digest
 from gaitsim.testing.rules.bodies import body_rules, sample_genomes, sample_motion
-from gaitsim.testing.rules.common import supported_spaces
-from gaitsim.testing.rules.declared import build_plugin, check_declarations, check_round_trip
-from gaitsim.testing.rules.fitnesses import fitness_rules
-from gaitsim.testing.rules.operators import operator_rules
-from gaitsim.testing.rules.partners import find_body
-from gaitsim.testing.rules.presets import preset_rules, two_generations
+from gaitsim.testing.rules.common import digest, supported_spaces
+from gaitsim.testing.rules.declared import (
+    build_plugin,
+    check_declarations,
+    check_round_trip,
+    preset_rules,
+    two_generations,
+)
+from gaitsim.testing.rules.fitnesses import find_body, fitness_rules
+from gaitsim.testing.rules.operators import operator_rules, selection_rules
 from gaitsim.testing.rules.searches import search_rules
-from gaitsim.testing.rules.selections import selection_rules
 from gaitsim.testing.rules.trials import make_trial, result_arrays, with_placeholders
 
 SLOW_IMPORT = 3.0  # seconds, without the libraries that gaitsim itself imports

@@ -10,17 +10,18 @@ import numpy as np
 import pytest
 
 from gaitsim.adaptation.prior import Prior, read_prior
-from gaitsim.adaptation.settings import Settings
-from gaitsim.adaptation.simulation import simulated_robot
-from gaitsim.adaptation.transfer import most_promising, transfer_map
 from gaitsim.adaptation.trials import (
+    Settings,
     Trial,
     adapt,
     best_of,
     create_trial,
     ending,
+    most_promising,
     predict_performance,
     propose,
+    simulated_robot,
+    transfer_map,
 )
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment

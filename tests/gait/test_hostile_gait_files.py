@@ -18,8 +18,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import MOST_FRAMES, Gait, read_gait, write_gait
 from gaitsim.gait.matlab import read_matlab
 from gaitsim.imitation import load_imitator
-from gaitsim.imitation.file import Imitation, save_imitator
-from gaitsim.imitation.imitator import Imitator
+from gaitsim.imitation.imitator import Imitation, Imitator, save_imitator
 from gaitsim.network import Network
 
 NAMES = ("L1 coxa", "naïve, joint", "c")

@@ -8,7 +8,7 @@ import pytest
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
 from gaitsim.imitation import load_imitator
-from gaitsim.imitation.file import Imitation, save_imitator
+from gaitsim.imitation.imitator import Imitation, save_imitator
 from gaitsim.imitation.learning import Settings, learn
 
 

@@ -6,7 +6,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.experiment import load_experiment
-from gaitsim.imitation.film import imitation_film
+from gaitsim.imitation.imitating import imitation_film
 from gaitsim.individual import Individual
 from gaitsim.render.settings import RenderSettings
 

@@ -11,8 +11,7 @@ import gaitsim as gs
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.runs.files.provenance import read_provenance
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.sharing.challenge import Challenge, code_of
-from gaitsim.sharing.checking import verify_challenge
+from gaitsim.sharing.challenge import Challenge, code_of, verify_challenge
 
 CODES = Path(__file__).with_name("codes")
 

@@ -5,9 +5,8 @@ import gaitsim as gs
 from gaitsim.comparing import Comparison
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides, with_overrides
-from gaitsim.study.comparison import Sample, analyse
+from gaitsim.study.comparison import Sample, analyse, equal_budgets, load_experiments
 from gaitsim.study.comparison_report import methods, report, to_dict
-from gaitsim.study.competitors import equal_budgets, load_experiments
 from gaitsim.study.running import repeat_experiment
 
 SHORT = {"evolution.population": 9, "evolution.generations": 12}

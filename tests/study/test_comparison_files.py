@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gaitsim.study.comparison import Sample, analyse
-from gaitsim.study.comparison_files import curves, results
-from gaitsim.study.comparison_report import report
-from gaitsim.study.competitors import load_experiments
+from gaitsim.study.comparison import Sample, analyse, load_experiments
+from gaitsim.study.comparison_report import curves, report, results
 
 REPEATS = 12
 GENERATIONS = {"millipede": 650, "millipede-random": 240}

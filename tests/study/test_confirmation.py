@@ -5,12 +5,11 @@ import pytest
 from in_turn import InTurn
 from scipy import stats
 
-from gaitsim.study.confirmation import search
+from gaitsim.study.confirmation import confirm, search
 from gaitsim.study.file import cells, parse_study
-from gaitsim.study.fresh_repeats import confirm
-from gaitsim.study.means import Means
 from gaitsim.study.results import write_results
 from gaitsim.study.running import FRESH, results, run_cells
+from gaitsim.study.statistics import Means
 
 STUDY = """
 name = "small"

@@ -8,13 +8,19 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.study.comparison import Sample, analyse
+from gaitsim.study.comparison import Sample, analyse, load_experiments
 from gaitsim.study.comparison_report import report, tables
-from gaitsim.study.competitors import load_experiments
+from gaitsim.study.confirmation import confirm
 from gaitsim.study.file import cells, experiment_files, parse_study
-from gaitsim.study.folders import LARGEST_REPORT, MOST_ROWS, list_folders, read_report, sections
-from gaitsim.study.fresh_repeats import confirm
-from gaitsim.study.results import table, write_results
+from gaitsim.study.results import (
+    LARGEST_REPORT,
+    MOST_ROWS,
+    list_folders,
+    read_report,
+    sections,
+    table,
+    write_results,
+)
 from gaitsim.study.running import results, run_cells
 
 STUDY = """

@@ -9,8 +9,7 @@ import gaitsim_robot
 from gaitsim.experiment import load_experiment, with_overrides
 from gaitsim.registry import options
 from gaitsim.study.file import cells, parse_study
-from gaitsim.study.keys import result_key
-from gaitsim.study.running import results
+from gaitsim.study.running import result_key, results
 
 REALITY = {
     "search.plugin": "nsga-2",
@@ -65,9 +64,9 @@ def test_the_key_depends_on_repeats_and_recorded_generations():
 def test_the_key_depends_on_versions_of_libraries_and_requirements(monkeypatch):
     one = load_experiment("millipede")
     keys = {key(one)}
-    monkeypatch.setattr("gaitsim.study.keys._requirements", lambda package: ("jax",))
+    monkeypatch.setattr("gaitsim.study.running._requirements", lambda package: ("jax",))
     keys.add(key(one))
-    monkeypatch.setattr("gaitsim.study.keys._version", lambda package: "99.0")
+    monkeypatch.setattr("gaitsim.study.running._version", lambda package: "99.0")
     keys.add(key(one))
     assert len(keys) == 3
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gaitsim.study.target_tests import compare_times
+from gaitsim.study.statistics import compare_times
 
 NEVER = np.inf
 ONE = np.array([10.0, 20.0, 20.0, NEVER, NEVER])

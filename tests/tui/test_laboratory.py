@@ -8,7 +8,7 @@ import pytest
 from textual.widgets import Input, Select
 from waiting import strips
 
-from gaitsim.adaptation.session import read_session, session_file
+from gaitsim.adaptation.adaptation import read_session, session_file
 from gaitsim.adaptation.trials import Trial
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment, parse_assignments

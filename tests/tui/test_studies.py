@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from textual.widgets import DataTable, Input
 
-from gaitsim.study.folders import StudyFolder
+from gaitsim.study.results import StudyFolder
 from gaitsim.tui.widgets.file_table import OpenTable
 from gaitsim.tui.widgets.form import Field
 

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitsim.adaptation.adaptation import Adaptation
-from gaitsim.adaptation.performance import Floats
-from gaitsim.adaptation.prior import Prior
+from gaitsim.adaptation.prior import Floats, Prior
 from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.request import NothingToPlotError
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled

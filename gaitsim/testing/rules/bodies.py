@@ -3,19 +3,169 @@
 import math
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from gaitsim.contracts import BitSpace, Channel, Genomes, GenomeSpace, Motion, Organism, RealSpace
 from gaitsim.evaluation.scoring import check_motion
+from gaitsim.experiment import WORLD
 from gaitsim.experiment.model import space_of
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, any_error, error
-from gaitsim.testing.rules.bits import same
-from gaitsim.testing.rules.damage import check_damage
-from gaitsim.testing.rules.repeats import check_determinism
+from gaitsim.testing.rules.common import (
+    changed_shapes,
+    first_difference,
+    same,
+    same_space,
+    select_rows,
+)
 from gaitsim.testing.rules.views import check_measures, check_play, check_rig, check_skeleton
-from gaitsim.testing.rules.worlds import check_worlds
+
+
+def check_determinism(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    """Check that motions do not depend on repetition, order or chunks.
+
+    Also check that `move` does not change the genomes.
+    """
+    whole = select_rows(motion, range(len(genomes)))
+    argument = genomes.copy()
+    # select_rows reads all channels, and so computes the derived channels.
+    again = select_rows(body.move(argument), range(len(genomes)))
+    if not same(argument, genomes):
+        yield error(
+            "inputs",
+            "unchanged genomes",
+            "move() changes them",
+            "work on a copy: genomes.copy()",
+        )
+    name = first_difference(whole, again)
+    if name:
+        yield error(
+            "determinism",
+            "the same motion for the same genomes, bit for bit",
+            f"{name} differs when the same genomes move a second time",
+            "draw random numbers only from a seed that is an option, and keep no state",
+        )
+        return  # the next rules would fail for the same reason
+    order = list(reversed(range(len(genomes))))
+    orders = {"in reverse order": order, "alone": [2], "in a chunk of two": [4, 1]}
+    for how, indices in orders.items():
+        part = body.move(genomes[indices])
+        name = first_difference(
+            select_rows(motion, indices), select_rows(part, range(len(indices)))
+        )
+        if name:
+            yield error(
+                "chunks",
+                "each individual's motion depends only on its own genome, bit for bit",
+                f"{name} differs when individuals move {how}",
+                "use no values of the whole population, such as its mean; a matrix product may "
+                "round differently for a different number of rows",
+            )
+            return
+    if body.threads:
+        yield from _check_threads(body, genomes, motion)
+
+
+def _check_threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    all_individuals = range(len(genomes))
+    with ThreadPoolExecutor(2) as pool:
+        parts = pool.map(
+            lambda _: select_rows(body.move(genomes.copy()), all_individuals), range(6)
+        )
+    whole = select_rows(motion, all_individuals)
+    name = next(filter(None, (first_difference(whole, part) for part in parts)), "")
+    if name:
+        yield error(
+            "threads",
+            "the same bits when two threads move populations concurrently, as 'threads' declares",
+            f"{name} differs",
+            "keep no state between calls, or remove 'threads = True'",
+        )
+
+
+def check_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    """Check the conditions of a body, its nominal world, and a world with other conditions."""
+    conditions = body.conditions()
+    if not conditions:
+        return
+    if WORLD not in type(body).model_fields:
+        yield error(
+            "worlds",
+            f"an option {WORLD!r}, because the body has conditions",
+            "none",
+            f"declare {WORLD}: dict[str, float] = option({{}}, WORLD_HELP)",
+        )
+        return
+    for name, one in conditions.items():
+        usual = one.least <= one.low <= one.high <= one.most
+        if not (usual and one.least <= one.nominal <= one.most):
+            yield error(
+                "worlds",
+                f"{name}: low ≤ high, and low, high and nominal between least and most",
+                f"{one!r}",
+                "correct the condition",
+            )
+            return
+    own = dict(body)[WORLD]
+    nominal = {name: one.nominal for name, one in conditions.items()}
+    nominal_body = type(body).model_validate({**dict(body), WORLD: {**nominal, **own}})
+    if not same(nominal_body.move(genomes.copy()), motion):
+        yield error(
+            "worlds",
+            "the same motion with all nominal values set as with none set",
+            "a different motion",
+            "make sure that nominal values do not change a single bit",
+        )
+    far = {
+        name: one.low if one.low != one.nominal else one.high for name, one in conditions.items()
+    }
+    other = type(body).model_validate({**dict(body), WORLD: {**far, "seed": 1.0}})
+    if not same_space(body, other):
+        yield error(
+            "worlds",
+            "the same genome space in every world",
+            "a different space",
+            f"make genome_space() independent of {WORLD!r}",
+        )
+        return
+    moved = other.move(genomes.copy())
+    if shapes := changed_shapes(motion, moved):
+        yield error(
+            "worlds",
+            f"{shapes[0]}: the same shape in every world, {motion[shapes[0]].shape}",
+            f"shape {np.shape(moved[shapes[0]])}",
+            "return the same number of frames and joints in every world",
+        )
+
+
+def check_damage(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    """Check that a body without its first leg accepts the genomes of the intact body."""
+    legs = body.leg_joints()
+    if "damage" not in type(body).model_fields or len(legs) < 2 or dict(body).get("damage"):
+        return
+    lost = f"{next(iter(legs))} lost"
+    damaged = type(body).model_validate({**dict(body), "damage": (lost,)})
+    if not same_space(body, damaged):
+        yield error(
+            "damage",
+            f"the same genome space with '{lost}' as for the intact body",
+            "a different space",
+            "make genome_space() independent of 'damage'",
+        )
+        return
+    moved = damaged.move(genomes.copy())
+    if other := changed_shapes(motion, moved):
+        yield error(
+            "damage",
+            f"{other[0]}: the same shape with '{lost}' as intact, {motion[other[0]].shape}",
+            f"shape {np.shape(moved[other[0]])}",
+            "keep the joints and the foot of a lost leg in the channels",
+        )
+        return
+    yield from check_skeleton(damaged, moved)
+
 
 COUNT = 6  # number of individuals moved
 FEW, MANY = 3, 100  # sizes of the timed batches; MANY is a usual population

@@ -7,7 +7,7 @@ import numpy as np
 from gaitsim.contracts import Measure, Motion, Organism, Rig, Skeleton
 from gaitsim.contracts.solid import SkeletonError
 from gaitsim.testing.report import Finding, error
-from gaitsim.testing.rules.bits import same
+from gaitsim.testing.rules.common import same
 
 _LENGTHS = 1e-3  # tolerance for the lengths of a rig's segments, relative to the longest one
 

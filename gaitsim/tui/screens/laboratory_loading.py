@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.adaptation.performance import DEFAULT_MEASURE
+from gaitsim.adaptation.prior import DEFAULT_MEASURE
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.changed import (
     can_be_damaged,

@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
-from gaitsim.study.folders import DEFAULT_FOLDERS, StudyFolder, list_folders
+from gaitsim.study.results import DEFAULT_FOLDERS, StudyFolder, list_folders
 from gaitsim.tui.formatting import ago, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.study_dialog import COMPARISON, SWEEP, StudyDialog

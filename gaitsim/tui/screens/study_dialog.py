@@ -20,7 +20,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import free_name
-from gaitsim.study.folders import DEFAULT_FOLDERS
+from gaitsim.study.results import DEFAULT_FOLDERS
 from gaitsim.tui.builder import Option
 from gaitsim.tui.product_options import Settings, split_words
 from gaitsim.tui.products import Product, default
@@ -93,8 +93,7 @@ class ComparisonOptions(Settings):
 
     def folder(self) -> Path:
         """Check the request and return the folder to write."""
-        from gaitsim.study.comparison import check_request
-        from gaitsim.study.competitors import equal_budgets, load_experiments
+        from gaitsim.study.comparison import check_request, equal_budgets, load_experiments
 
         check_request(self.targets, self.evaluations, self.generations)
         given = {"generations": self.generations, "population": self.population}

@@ -13,7 +13,7 @@ from textual.widgets import DataTable, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.study.folders import Section, sections
+from gaitsim.study.results import Section, sections
 from gaitsim.tui.formatting import clip
 from gaitsim.tui.opener import copy_paths
 from gaitsim.tui.screens.base import GaitScreen
