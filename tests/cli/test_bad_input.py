@@ -87,27 +87,7 @@ def test_all_problems_of_file_and_command_line_are_reported_at_once(error_of):
 
 @pytest.mark.parametrize(
     "text",
-    [
-        b"",
-        b"name = '\xe9'",
-        SPIDER.encode("utf-16"),
-        b"a = 1\na = 2",
-        b"a =",
-        b"\0",
-        b"a = " + b"[" * 5000,
-        b"a." * 5000 + b"a = 1",
-        b"seed = " + b"9" * 5000,
-        b"seed = 0x" + b"f" * 5000,
-        b"evolution = 3",
-        b"[[organism]]",
-        b"organism = 2020-01-01",
-        b"#" * 1_000_001,
-        SPIDER.replace("= 200", "= true").encode(),
-        SPIDER.replace("0.25", "nan").encode(),
-        SPIDER.replace("elites = 2", "elites = 200").encode(),
-        SPIDER.replace("seed = 0", "schema = 2").encode(),
-        b"'\\e[31m' = 1\n'[bold]' = 2\n" + SPIDER.encode(),
-    ],
+    [b"", b"name = '\xe9'", b"a =", b"a = " + b"[" * 5000, b"'\\e[31m' = 1\n'[bold]' = 2\n"],
 )
 @pytest.mark.parametrize("command", ["run", "experiments show"])
 def test_an_invalid_file_is_rejected(error_of, command, text):
@@ -115,32 +95,13 @@ def test_an_invalid_file_is_rejected(error_of, command, text):
     assert "x.toml" in error_of(*command.split(), "x.toml")
 
 
-@pytest.mark.parametrize(
-    "reference", ["no.toml", "no/such", "folder.toml", ".", "", "x" * 300, f"{'x' * 300}.toml", "/"]
-)
+@pytest.mark.parametrize("reference", ["no.toml", "no/such", ".", "", "x" * 300])
 def test_a_path_that_is_not_a_file_is_rejected(error_of, reference):
-    Path("folder.toml").mkdir()
     error_of("run", reference)
 
 
 @pytest.mark.parametrize(
-    "change",
-    [
-        "",
-        "x",
-        "=",
-        "=3",
-        "evolution=3",
-        "a.b=1",
-        "evolution.population.x=1",
-        "seed=[",
-        "seed=x\ny",
-        "seed=é",
-        "name=a/b",
-        "mutation.plugin=bit-flip",
-        "fitness.plugin=no",
-        "seed=" + "9" * 5000,
-    ],
+    "change", ["", "x", "evolution=3", "seed=x\ny", "name=a/b", "fitness.plugin=no"]
 )
 def test_an_invalid_set_is_rejected(error_of, change):
     assert "command line" in error_of("run", "spider", "--set", change)
@@ -193,27 +154,6 @@ def test_an_invalid_value_is_reported_with_the_allowed_ones(error_of, arguments,
         f"  where:   {option}",
         f"  allowed: {allowed}",
     ]
-
-
-def test_a_misspelt_choice_is_reported_with_a_suggestion(error_of):
-    assert "did you mean 'footfall'?" in error_of("plot", "R", "--kind", "footfal")
-
-
-@pytest.mark.parametrize("name", ["[bold]", "[/]", ":spider:", "[red]x[/red]"])
-def test_markup_in_input_is_shown_verbatim(gaitsim, install, name):
-    install(
-        "fake",
-        files={
-            "fake/__init__.py": "",
-            "fake/hop.toml": f"description = '{name}'",
-            "fake-1.0.dist-info/entry_points.txt": "[gaitsim.experiments]\nhop = fake\n",
-        },
-    )
-    code, out, _ = gaitsim("experiments", "list")
-    assert code == 0
-    assert name in out
-    Path("x.toml").write_text(SPIDER.replace("a spider", name))
-    assert f'description = "{name} ' in gaitsim("experiments", "show", "x.toml")[1]
 
 
 def test_the_output_of_show_can_be_run(gaitsim):
@@ -290,16 +230,6 @@ def test_a_plugin_of_a_third_party_is_shown(gaitsim, install, working):
 
 
 # In a shell
-
-
-def test_a_third_party_package_is_found_by_a_new_process(install, working, tmp_path):
-    folder = install("fake", working, {"organism": {"point": "Body"}, "fitness": {"far": "Nope"}})
-    done = shell("plugins", "list", path=folder, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "point" in done.stdout
-    done = shell("run", "spider", "--set", "fitness.plugin=far", path=folder, cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "fitness 'far' of package fake 1.0 failed while being imported" in done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a shell with pipes")

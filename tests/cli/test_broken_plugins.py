@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 from pathlib import Path
 
 import pytest
@@ -93,6 +92,7 @@ DURING = {
         "def move(self, genomes):\n    return 3",
         "returned a int as its motion",
     ),
+    "an exit": ("organism", "def move(self, genomes):\n    raise SystemExit(0)", "SystemExit"),
     "changed genomes": (
         "organism",
         "def move(self, genomes):\n    genomes += 1\n    return super().move(genomes)",
@@ -189,17 +189,6 @@ def test_an_exception_loses_only_the_current_generation(gaitsim, puppet_file, od
 CALLED_FIRST = ("organism", "fitness")  # called once to prepare
 
 
-def test_scores_that_are_not_finite_do_not_end_a_run(gaitsim, puppet_file, odd):
-    odd(
-        "fitness",
-        "def terms(self, motion):\n    return {'reach': np.full(motion.population, np.nan)}",
-    )
-    lines = gaitsim(*odd_run(puppet_file, "fitness"), "--json").stdout.splitlines()
-    rows = [json.loads(line) for line in lines]
-    assert len(rows) >= 5
-    assert rows[0]["best"] is None
-
-
 PRINTING = """
 def move(self, genomes):
     import ctypes, os
@@ -241,44 +230,3 @@ def test_a_plugin_that_closes_the_descriptor_of_standard_output_is_named(program
     done = program(*odd_run(puppet_file, "organism"), "--json", code=2)
     assert "organism 'odd' of package odd_package 1.0 closed file descriptor 1" in done.stderr
     assert done.stdout == ""
-
-
-@pytest.mark.slow
-def test_other_packages_work_beside_a_broken_one(gaitsim, puppet_file, odd):
-    odd("organism", head="raise RuntimeError('broken')")
-    listed = gaitsim("plugins", "list").stdout
-    assert listed.count("odd_package 1.0") == 5
-    assert "spider" in listed
-    assert "odd_package 1.0" in gaitsim("plugins", "show", "odd", code=2).stderr
-    assert gaitsim("plugins", "show", "puppet").stdout
-    assert gaitsim("experiments", "list").stdout
-    gaitsim("run", puppet_file, "--out", "run", "--json")
-    done = gaitsim("plugins", "check", "odd_package", code=1)
-    assert done.stdout.count("RuntimeError: broken (") == 5
-    assert gaitsim("plugins", "check", "puppet").stdout.startswith("✓")
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals")
-@pytest.mark.parametrize("workers", [1, 2])
-def test_an_endless_loop_is_stopped_and_named(gaitsim, start, puppet_file, odd, workers):
-    endless = (
-        "def move(self, genomes):\n    calls.append(1)\n"
-        "    if len(calls) > 5:\n        print('looping', flush=True)\n        while True: pass\n"
-        "    return super().move(genomes)"
-    )
-    folder = odd("organism", endless)
-    process = start(*odd_run(puppet_file, "organism"), "--workers", workers)
-    while process.stderr.readline() != "looping\n":
-        assert process.poll() is None
-    process.send_signal(signal.SIGINT)
-    while "again to stop at once" not in process.stderr.readline():
-        assert process.poll() is None
-    process.send_signal(signal.SIGINT)
-    _, stderr = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "organism 'odd' of package odd_package 1.0 was moving a population" in stderr
-    assert "Continue with: gaitsim resume run" in stderr
-    install_working_release(folder)
-    gaitsim("resume", "run", "--json")
-    reference = sound(gaitsim, puppet_file, "organism")
-    assert fingerprint(gaitsim, "run") == fingerprint(gaitsim, reference)

@@ -87,11 +87,6 @@ def test_names_with_special_characters_of_shells_are_not_offered(offered, run_fo
     assert offered("show", "") == ["good"]
 
 
-def test_an_unreadable_folder_of_runs_offers_nothing(offered, tmp_path):
-    (tmp_path / "runs").touch()
-    assert offered("show", "") == [""]
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
 def test_the_completion_script_of_bash_works(tmp_path, run_folders):
@@ -107,3 +102,8 @@ def test_the_completion_script_of_bash_works(tmp_path, run_folders):
         ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     assert shown.stdout == "first\n"
+
+
+def test_an_unreadable_folder_of_runs_offers_nothing(offered, tmp_path):
+    (tmp_path / "runs").touch()
+    assert offered("show", "") == [""]

@@ -7,7 +7,6 @@ from functools import partial
 import pytest
 
 from gaitsim.evaluation import evaluate
-from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.fork import fork_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -105,13 +104,6 @@ def test_a_copy_that_fails_is_reported_and_leaves_nothing(gaitsim, run, argument
     assert files(run.parents[1]) == before
 
 
-def test_a_run_that_lacks_records_is_not_copied(gaitsim, run):
-    (run / "bests.bin").write_bytes(b"")
-    assert "bests.bin ends at generation 0" in gaitsim("fork", run, code=2).stderr
-    (run / "history.csv").unlink()
-    assert "history.csv" in gaitsim("fork", run, code=2).stderr
-
-
 def test_runs_are_deleted_by_name_or_folder(gaitsim, run):
     shutil.copytree(run, run.parents[1] / "elsewhere")
     gaitsim("fork", run)
@@ -131,11 +123,3 @@ def test_nothing_is_deleted_without_confirmation_or_if_a_run_is_missing(gaitsim,
     monkeypatch.setattr("typer.confirm", lambda question: "runs/puppet," not in question)
     assert "Nothing was deleted" in gaitsim("runs", "--delete", "puppet").stderr
     assert run.exists()
-
-
-def test_a_run_that_is_being_written_is_not_deleted(gaitsim, run):
-    lock = RunLock(run)
-    done = gaitsim("runs", "--delete", "puppet", "--yes", code=2)
-    lock.release()
-    assert "is being written by process" in done.stderr
-    assert RunSnapshot(run).fingerprint()

@@ -11,26 +11,14 @@ import typer
 
 from gaitsim import cli
 from gaitsim.cli.app import app
-from gaitsim.cli.help import arrange_help
 from gaitsim.evaluation import evaluate
 from gaitsim.registry import EXPERIMENTS, KINDS, entries
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.writer import RunWriter
 
 HEAVY = (
-    *(
-        "numpy",
-        "numba",
-        "scipy",
-        "matplotlib",
-        "textual",
-        "tomlkit",
-        "PIL",
-        "av",
-        "pymunk",
-        "mujoco",
-    ),
-    *("filelock", "multiprocessing"),
+    *("numpy", "numba", "scipy", "matplotlib", "textual", "tomlkit", "PIL", "av", "pymunk"),
+    *("mujoco", "filelock", "multiprocessing"),
 )
 
 
@@ -98,43 +86,6 @@ def test_a_mistyped_command_is_corrected(monkeypatch, capsys, typed, meant):
     with pytest.raises(SystemExit, match="2"):
         cli.main()
     assert f"Did you mean '{meant}'?" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("typed", "offered"),
-    [
-        (["ver"], {"verify"}),
-        (["plugins", ""], {"list", "show", "check", "new"}),
-        (["differences", "--quan"], {"--quantity"}),
-        (["differences", "a", "--by", "s"], {"seconds"}),
-    ],
-)
-def test_the_shell_completes_commands_options_and_values(typed, offered):
-    words = ["gaitsim", *typed]
-    environment = {
-        **os.environ,
-        "_GAITSIM_COMPLETE": "complete_bash",
-        "COMP_WORDS": " ".join(words),
-        "COMP_CWORD": str(len(words) - 1),
-    }
-    code = "import sys; sys.argv = ['gaitsim']; from gaitsim.cli import main; main()"
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
-    )
-    assert set(done.stdout.split()) == offered
-
-
-def test_examples_are_put_on_consecutive_lines():
-    text = "What.\n\nMore.\n\n[bold]Examples[/bold]\n\na\n\n  b\n"
-    assert arrange_help(text) == "What.\n\nMore.\n\n[bold]Examples[/bold]\na\nb"
-    assert arrange_help("What.\n\nMore.") == "What.\n\nMore."
-    assert arrange_help("") == ""
-
-
-def test_all_commands_are_found():
-    assert {("run",), ("resume",), ("plugins", "list"), ("experiments", "show")} <= set(COMMANDS)
-    for words in (("run",), ("experiments", "show"), ("plugins", "show")):
-        assert "Example" in COMMANDS[words].help
 
 
 def test_the_version_is_printed(gaitsim):
@@ -219,17 +170,6 @@ def test_the_list_of_runs_imports_nothing_heavy_and_no_plugin(puppet, tmp_path):
         assert "typer" in found
         assert not found & {*HEAVY}
         assert not [name for name in found if name.startswith("gaitsim_")]
-
-
-def test_modules_that_help_skips_can_be_imported_later():
-    code = (
-        "import sys; sys.argv = ['gaitsim', '--help']\n"
-        "from gaitsim.cli import main\n"
-        "try: main()\n"
-        "except SystemExit: from rich.markdown import Markdown; print(Markdown('a').markup)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.endswith("a\n")
 
 
 @pytest.mark.parametrize("command", ["plugins list", "experiments list"])

@@ -15,20 +15,9 @@ class Slow(WindyPuppet):
         return super().move(genomes)
 """
 ISLANDS = (
-    "--set",
-    "organism.plugin=slow",
-    "--set",
-    "islands.number=4",
-    "--set",
-    "islands.migrants=1",
-    "--set",
-    "islands.every=5",
-    "--set",
-    "worlds.number=2",
-    "--set",
-    "worlds.redraw=4",
-    "--generations",
-    13,
+    *("--set", "organism.plugin=slow", "--set", "worlds.number=2", "--set", "worlds.redraw=4"),
+    *("--set", "islands.number=4", "--set", "islands.migrants=1", "--set", "islands.every=5"),
+    *("--generations", 13),
 )
 
 

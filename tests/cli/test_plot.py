@@ -55,12 +55,6 @@ def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished,
         assert f"No plot of kind {kind!r}" in done.stderr
 
 
-@pytest.mark.slow
-def test_kind_all_writes_to_a_folder(gaitsim, finished, tmp_path):
-    gaitsim("plot", "puppet", "--kind", "all", "--out", "new/figures", "--theme", "dark")
-    assert len([*(tmp_path / "new" / "figures").glob("*.png")]) == 6
-
-
 def test_repeats_are_found_and_drawn_beside_a_second_run(gaitsim, finished, tmp_path, puppet_file):
     for seed in (2, 3):
         gaitsim("run", puppet_file, "--seed", seed)

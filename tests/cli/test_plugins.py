@@ -31,12 +31,6 @@ def test_a_new_package_passes_its_check(gaitsim):
     assert done.stderr == ""
 
 
-def test_the_next_commands_suit_the_kind(gaitsim):
-    said = gaitsim("plugins", "new", "gaitsim-calm", "--kind", "mutation").stdout
-    assert "gaitsim run spider --set mutation.plugin=calm" in said
-    assert "gaitsim-calm/src/gaitsim_calm/__init__.py" in said
-
-
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -163,14 +157,6 @@ def test_invalid_entry_points_are_findings(gaitsim):
 
 
 @pytest.mark.slow
-def test_a_missing_module_is_a_finding(gaitsim):
-    gaitsim("plugins", "new", "hopper", "--kind", "mutation")
-    Path("hopper/src/gaitsim_hopper").rename("hopper/src/gaitsim_other")
-    done = gaitsim("plugins", "check", "hopper", code=1)
-    assert "No module named 'gaitsim_hopper'" in done.stdout
-
-
-@pytest.mark.slow
 def test_a_folder_takes_precedence_over_an_installed_package(gaitsim, install, working):
     install("gaitsim_hopper", "1 / 0", {"mutation": {"hopper": "Hopper"}}, version="0.0.1")
     Path("there").mkdir()
@@ -183,22 +169,13 @@ def test_a_folder_takes_precedence_over_an_installed_package(gaitsim, install, w
     assert "gaitsim-hopper 0.2" in done.stdout
 
 
-@pytest.mark.slow
-def test_a_name_conflict_is_a_finding(gaitsim, install, working):
-    gaitsim("plugins", "new", "hopper", "--kind", "mutation")
-    install("fake", working, {"mutation": {"hopper": "Still"}})
-    done = gaitsim("plugins", "check", "./hopper", code=1)
-    assert "error: name" in done.stdout
-    assert "also registered by fake 1.0" in done.stdout
-
-
-def test_an_unknown_name_is_rejected(gaitsim):
-    done = gaitsim("plugins", "check", "spidr", code=2)
-    assert "there is no plugin, package or folder 'spidr'" in done.stderr
-    assert "did you mean 'spider'?" in done.stderr
-
-
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "1e9"])
 def test_an_invalid_time_limit_is_rejected(gaitsim, seconds):
     done = gaitsim("plugins", "check", "rank", "--seconds", seconds, code=2)
     assert "invalid timeout: " in done.stderr
+
+
+def test_the_next_commands_suit_the_kind(gaitsim):
+    said = gaitsim("plugins", "new", "gaitsim-calm", "--kind", "mutation").stdout
+    assert "gaitsim run spider --set mutation.plugin=calm" in said
+    assert "gaitsim-calm/src/gaitsim_calm/__init__.py" in said

@@ -1,6 +1,5 @@
 import json
 
-import numpy as np
 import pytest
 
 from gaitsim.runs.files.history import best_terms
@@ -166,20 +165,22 @@ def installed(puppets):
     """Install the puppets, which the tests themselves need to read runs."""
 
 
-def test_a_failed_export_is_one_message(gaitsim, finished, tmp_path):
-    for arguments, says in [
-        (("export", "puppet", "--generation", 6), "has no generation 6"),
-        (("export", "puppet", "--out", "missing/gait.mat"), "there is no folder missing"),
-        (("export", "puppet", "--out", "."), "it is a folder"),
-        (("plot", "puppet", "--out", "missing/a.png"), "there is no folder missing"),
-        (("plot", "puppet", "--out", "a.gif"), "unknown extension for plots"),
-        (("export", "nobody"), "there is no run 'nobody'"),
-        (("plot", "nobody"), "there is no run 'nobody'"),
-        (("show", "nobody"), "there is no run 'nobody'"),
-    ]:
-        done = gaitsim(*arguments, code=2)
-        assert says in done.stderr
-        assert done.stdout == ""
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("export", "puppet", "--generation", 6),
+        ("export", "puppet", "--out", "missing/gait.mat"),
+        ("export", "puppet", "--out", "."),
+        ("export", "nobody"),
+        ("plot", "nobody"),
+        ("video", "nobody"),
+        ("show", "nobody"),
+    ],
+)
+def test_a_failed_command_is_one_message(gaitsim, finished, arguments):
+    done = gaitsim(*arguments, code=2)
+    assert done.stderr.startswith("Error: ")
+    assert done.stdout == ""
 
 
 def test_a_plot_is_drawn(gaitsim, finished, tmp_path):
@@ -199,13 +200,3 @@ def test_measures_that_are_not_finite_are_null(gaitsim, finished, install, tmp_p
     shown = strict(gaitsim("show", "odd-run", "--json").stdout)
     assert shown["champion"]["measures"] == {"a": None, "b": None}
     assert "[red]" in gaitsim("show", "odd-run").stdout
-
-
-def test_a_damaged_run_is_one_message(gaitsim, finished):
-    history = finished / "history.csv"
-    text = history.read_text()
-    for content in (text.replace("generation", "generations", 1), text[: len(text) // 2]):
-        history.write_text(content)
-        for command in ("show", "plot"):
-            assert "history.csv" in gaitsim(command, "puppet", code=2).stderr
-    assert np.isfinite(RunSnapshot(finished).bests["score"]).all()

@@ -38,19 +38,6 @@ def test_a_study_writes_table_surfaces_and_report(gaitsim, tmp_path):
     assert "100 fresh repeats" in report
 
 
-@pytest.mark.slow
-def test_a_finished_study_only_rewrites_its_results(gaitsim, tmp_path):
-    (tmp_path / "small.toml").write_text(STUDY)
-    gaitsim("study", "small.toml", "--out", "mine", "--workers", 1)
-    table = (tmp_path / "mine/results.csv").read_bytes()
-    assert "mine: 0 of 4 cells to run" in gaitsim("study", "mine").stderr
-    assert (tmp_path / "mine/results.csv").read_bytes() == table
-    # Running the same study again creates a second folder and overwrites nothing.
-    assert (
-        "mine-2: 4 of 4" in gaitsim("study", "small.toml", "--out", "mine", "--workers", 1).stderr
-    )
-
-
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -81,12 +68,6 @@ def test_invalid_input_is_one_message(gaitsim, arguments, says):
     done = gaitsim(*arguments, code=2)
     assert says in done.stderr
     assert done.stdout == ""
-
-
-def test_a_study_from_a_newer_gaitsim_is_reported(gaitsim, tmp_path):
-    (tmp_path / "small.toml").write_text("schema = 2\n" + STUDY)
-    assert "newer version of gaitsim" in gaitsim("study", "small.toml", code=2).stderr
-    assert not (tmp_path / "studies").exists()
 
 
 SHORT = ("--population", 9, "--generations", 8, "--repeats", 12)
@@ -159,55 +140,6 @@ def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path)
     gaitsim(*values["command"].split()[1:], "--out", "again")
     for name in ("results.csv", "ecdf.csv"):
         assert (tmp_path / "again" / name).read_text() == (folder / name).read_text()
-
-
-@pytest.mark.slow
-def test_compare_warns_of_incomparable_scores(gaitsim, tmp_path):
-    backward = ("--set", "fitness.direction=backward")
-    done = gaitsim("compare", "millipede", "millipede-random", *SHORT, *backward)
-    assert "Warning" not in done.stderr
-    done = gaitsim("compare", "millipede", "spider-recurrence", *SHORT, "--workers", 1)
-    said = "are not comparable: organism.plugin and fitness.plugin differ"
-    assert said in done.stderr
-    assert (
-        said in (tmp_path / "comparisons/millipede-against-spider-recurrence/report.md").read_text()
-    )
-
-
-@pytest.mark.slow
-def test_a_study_resumes_from_its_folder_without_the_original_files(gaitsim, tmp_path, monkeypatch):
-    (tmp_path / "mine.toml").write_text(gaitsim("experiments", "show", "millipede").stdout)
-    text = STUDY.replace('"millipede-mutation"]', '"mine.toml"]').split("[published")[0]
-    (tmp_path / "small.toml").write_text(text)
-    gaitsim("study", "small.toml", "--workers", 1)
-    table = (tmp_path / "studies/small/results.csv").read_bytes()
-    (tmp_path / "mine.toml").unlink()
-    for cell in (tmp_path / "studies/small/cells").glob("00000[13]-*"):
-        cell.unlink()
-    monkeypatch.chdir("/")
-    done = gaitsim("study", tmp_path / "studies/small", "--workers", 1)
-    assert "2 of 4 cells to run" in done.stderr
-    assert (tmp_path / "studies/small/results.csv").read_bytes() == table
-
-
-@pytest.mark.slow
-def test_names_with_markup_are_shown_verbatim(gaitsim, tmp_path):
-    odd = tmp_path / "[bold]x.toml"
-    odd.write_text(gaitsim("experiments", "show", "millipede").stdout)
-    (tmp_path / "s.toml").write_text(
-        'experiments = ["[bold]x.toml"]\nset = { "evolution.generations" = 2 }\ntarget = -9\n'
-        'repeats = 2\n[axes]\n"organism.pairs" = [2, 3]\n'
-    )
-    done = gaitsim("study", "s.toml", "--workers", 1)
-    assert "[bold]x.toml" in done.stdout
-    assert "organism.pairs" in done.stdout  # the cell that reached the target, untruncated
-    assert "[bold]x.toml" in (tmp_path / "studies/study/report.md").read_text()
-
-
-def test_a_comparison_that_cannot_be_written_does_not_start(gaitsim, tmp_path):
-    (tmp_path / "file").write_text("")
-    done = gaitsim("compare", "millipede", "millipede", *SHORT, "--out", "file/x", code=2)
-    assert "repeats are done" not in done.stderr
 
 
 def test_runs_are_ranked_in_the_same_unseen_worlds(gaitsim):

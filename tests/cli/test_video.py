@@ -70,10 +70,6 @@ def test_an_invalid_option_is_one_message(gaitsim, run, tmp_path, arguments, say
     assert sorted(after) == [path for path in before if path.name != "exports"]
 
 
-def test_a_missing_run_is_reported(gaitsim, run):
-    assert "there is no run 'other'" in gaitsim("video", "other", code=2).stderr
-
-
 def test_ctrl_c_leaves_no_file(gaitsim, run, tmp_path, monkeypatch):
     from gaitsim.render.scene import Scene
 
