@@ -24,14 +24,16 @@ from gaitsim.experiment.loading import check_functions_match, python_experiment,
 from gaitsim.gait.changed import with_world
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member
-from gaitsim.live.control import BackgroundControls
+from gaitsim.live.process import check_detached, start_detached, stop
 from gaitsim.registry.python_plugins import python_options
 from gaitsim.render.notebook import RunViews, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.runs.background import last_failure
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.notes import read_note, write_note
-from gaitsim.runs.renaming import rename_run
+from gaitsim.runs.growing import overview
+from gaitsim.runs.manage import read_note, rename_run, write_note
+from gaitsim.runs.overview import State
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import code_of
 
@@ -201,7 +203,7 @@ class Search(ReprMixin, Iterator[Generation]):
         }
 
 
-class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
+class Run(RunViews, RunAdaptations, ReprMixin):
     """A run on disk. Its attributes are re-read at each access, as it may still be evolving.
 
     Attributes:
@@ -231,6 +233,17 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
     def generation(self) -> int:
         """The last finished generation; 0 before the first."""
         return self.snapshot.generation
+
+    @property
+    def state(self) -> State | None:
+        """The state in `gaitsim runs`, such as `running`; None if the folder does not exist."""
+        found = overview(self.path)
+        return found.state if found else None
+
+    @property
+    def failure(self) -> GaitsimError | None:
+        """The error of its last process in the background; None if it did not fail."""
+        return last_failure(self.path)
 
     @property
     def note(self) -> str:
@@ -383,6 +396,43 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         writers: list[RunWriter] = []
         steps = _recorded(self.path, writers, workers, given, generations)
         return Search(experiment, self.path, steps, writers)
+
+    def detach(
+        self,
+        generations: int | None = None,
+        *,
+        set: Mapping[str, Any] | None = None,
+        workers: int | None = None,
+    ) -> None:
+        """Continue the run in the background, in a process that outlives this one.
+
+        Args:
+            generations: last generation to evolve, counted from 1; None for the number originally
+                planned.
+            set: options to change, by key. Changing an option that affects the evolution starts a
+                new stage.
+            workers: number of parallel workers; None for the body's default.
+
+        Raises:
+            ExperimentError: the options have problems.
+            GaitsimError: the run is already evolving, or cannot be evolved in the background.
+        """
+        check_detached(self.path, set, generations)
+        start_detached(self.path, overrides=set, generations=generations, workers=workers)
+
+    def stop(self, timeout: float | None = None) -> bool:
+        """Save and stop the run after its current generation.
+
+        Args:
+            timeout: maximum seconds to wait; None for no limit.
+
+        Returns:
+            Whether the run has stopped.
+
+        Raises:
+            RunError: the run is not evolving in the background.
+        """
+        return stop(self.path, timeout)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         found = self.snapshot.checkpoint

@@ -25,7 +25,7 @@ def attach(run: RunName, json: Json = False) -> None:
     from gaitsim.cli.evolving import find_run_folder, not_evolving
     from gaitsim.cli.following import follow_run
     from gaitsim.cli.summary import summarise
-    from gaitsim.live.background import background_state
+    from gaitsim.live.process import background_state
     from gaitsim.runs.files.lock import is_locked
 
     path = find_run_folder(run)

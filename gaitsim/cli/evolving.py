@@ -23,7 +23,7 @@ from gaitsim.console.streams import results
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, Overrides, parse_assignments
-from gaitsim.live.background import background_state, check_detached, send, start_detached
+from gaitsim.live.process import background_state, check_detached, send, start_detached
 from gaitsim.live.protocol import Command
 from gaitsim.live.slots import slot_count
 from gaitsim.registry.entry_points import interrupted_plugin

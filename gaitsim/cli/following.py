@@ -13,8 +13,8 @@ from gaitsim.cli.progress import display
 from gaitsim.console.printing import notice, output
 from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
-from gaitsim.live.watching import RunWatcher
-from gaitsim.runs.follow import Rows
+from gaitsim.live.watcher import RunWatcher
+from gaitsim.runs.growing import Rows
 from gaitsim.runs.snapshot import RunSnapshot
 
 INTEGER_COLUMNS = ("generation", "stage", "evaluations")

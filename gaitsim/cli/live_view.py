@@ -21,7 +21,7 @@ from gaitsim.live.protocol import Snapshot
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.files.history import FIGURE, MEAN, figures_of
-from gaitsim.runs.follow import Rows
+from gaitsim.runs.growing import Rows
 
 CURVES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
 SCORES = ("best", "mean")  # the curves on the scale of the scores

@@ -7,7 +7,7 @@ import typer
 from gaitsim.cli.options import Json, RunName
 from gaitsim.console.printing import echo, notice, print_json
 from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.notes import read_note, write_note
+from gaitsim.runs.manage import read_note, write_note
 
 
 def note(

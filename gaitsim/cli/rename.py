@@ -7,7 +7,7 @@ import typer
 from gaitsim.cli.options import Json, RunName
 from gaitsim.console.printing import echo, print_json
 from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.renaming import rename_run
+from gaitsim.runs.manage import rename_run
 
 
 def rename(

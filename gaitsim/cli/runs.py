@@ -14,8 +14,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry.entry_points import PYTHON, is_outside
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import RUNS, command, find_run, holds_run
+from gaitsim.runs.manage import delete_run
 from gaitsim.runs.overview import Overview, list_overviews
-from gaitsim.runs.removal import delete_run
 
 
 def runs(

@@ -40,7 +40,7 @@ def stop(
 
     gaitsim stop --all runs
     """
-    from gaitsim.live.background import request_stop
+    from gaitsim.live.process import request_stop
 
     if not runs and not all_:
         raise GaitsimError(
@@ -81,7 +81,7 @@ def _relative(run: Path) -> Path:
 def _find_evolving(name: str) -> Path:
     """Return the folder of a background run."""
     from gaitsim.cli.evolving import find_run_folder, not_evolving
-    from gaitsim.live.background import background_state
+    from gaitsim.live.process import background_state
     from gaitsim.runs.files.lock import RunLock
 
     path = find_run_folder(name)
@@ -93,8 +93,8 @@ def _find_evolving(name: str) -> Path:
 
 def _wait(path: Path, json: bool) -> GaitsimError | None:
     """Wait until a run has stopped, and report it; return its failure if it failed."""
-    from gaitsim.live.background import background_state
-    from gaitsim.live.background import stop as stop_run
+    from gaitsim.live.process import background_state
+    from gaitsim.live.process import stop as stop_run
     from gaitsim.runs.background import last_failure
     from gaitsim.runs.resume import stop_reason_of
     from gaitsim.runs.snapshot import RunSnapshot

@@ -16,8 +16,8 @@ from gaitsim.evaluation.executors import (
     WorkerLostError,
     cores,
 )
-from gaitsim.evaluation.packages import check_versions, required_versions, version_finder
 from gaitsim.evaluation.processes import OnWarning, block_signals, hide_main_module
+from gaitsim.evaluation.serialized import check_versions, required_versions, version_finder
 from gaitsim.experiment import Experiment
 
 LOCAL = "local"

@@ -8,8 +8,7 @@ from typing import Any
 from gaitsim.errors import RunError, not_installed
 from gaitsim.gait.gait_files import check_parent
 from gaitsim.hardware.trajectory import Trajectory
-from gaitsim.runs.files.atomic import sync_folder, writing
-from gaitsim.runs.files.drafts import draft_folder
+from gaitsim.runs.files.atomic import draft_folder, sync_folder, writing
 
 COMMAND_TOPIC = "/joint_trajectory_controller/joint_trajectory"
 STATE_TOPIC = "/joint_states"

@@ -5,19 +5,7 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-from gaitsim.live.stdio import isolate_stdio, lines, write_all
-
-if TYPE_CHECKING:
-    from gaitsim.live.commands import CommandQueue
-    from gaitsim.live.reporter import Reporter
-
-Connection = tuple["CommandQueue", "Reporter"]
 
 
 def main() -> int:
@@ -39,10 +27,11 @@ def main() -> int:
         os._exit(0)
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import parse_assignments
-    from gaitsim.live.session import evolve_live
+    from gaitsim.live.evolving import evolve_live
+    from gaitsim.live.server import connect_socket, connect_stdio
 
     try:
-        connect = _connect_socket if arguments.listen else _connect_stdio
+        connect = connect_socket if arguments.listen else connect_stdio
         with connect(arguments.run, paused=arguments.paused) as (commands, reporter):
             try:
                 overrides = parse_assignments(arguments.overrides)
@@ -62,57 +51,6 @@ def main() -> int:
         print(json.dumps({"error": error.to_dict()}), flush=True)  # noqa: T201
         return 2
     return 2 if state == "failed" else 0
-
-
-@contextmanager
-def _connect_stdio(_run: Path, *, paused: bool) -> Iterator[Connection]:
-    """Read commands from standard input until it ends, and report to standard output."""
-    source, sink = isolate_stdio()
-    from gaitsim.live.commands import CommandQueue
-    from gaitsim.live.reporter import Reporter
-
-    commands = CommandQueue(paused=paused)
-    stop = _stop_on_sigterm(commands)
-    commands.listen(lines(source))
-    yield commands, Reporter(partial(write_all, sink), on_disconnect=stop)
-
-
-@contextmanager
-def _connect_socket(run: Path, *, paused: bool) -> Iterator[Connection]:
-    """Accept commands from any client of a socket, and report to all clients."""
-    from gaitsim.live.commands import CommandQueue
-    from gaitsim.live.hub import Hub
-    from gaitsim.live.presence import Presence
-    from gaitsim.live.reporter import Reporter
-    from gaitsim.live.slots import Slot, slot_count
-    from gaitsim.runs.background import create_runtime_folder
-
-    slot = Slot(create_runtime_folder(), slot_count())
-    presence = Presence(run)
-    commands = CommandQueue(paused=paused, slot=slot, check=presence.check)
-    _stop_on_sigterm(commands)
-    hub = Hub(presence.listener, commands, presence.maintain)
-    reporter = Reporter(hub.write, on_state=presence.publish_state)
-    hub.serve(reporter.full_snapshot)
-    with suppress(OSError):  # the parent process has ended
-        print(json.dumps({"pid": os.getpid()}), flush=True)  # noqa: T201
-    presence.redirect()
-    try:
-        yield commands, reporter
-    finally:
-        slot.release()
-        hub.close()
-
-
-def _stop_on_sigterm(commands: "CommandQueue") -> Callable[[], None]:
-    """Queue a `stop` on SIGTERM; return the function that queues it."""
-    from gaitsim.live.protocol import Command
-
-    def stop(*_: object) -> None:
-        commands.add(Command("stop"))
-
-    signal.signal(signal.SIGTERM, stop)
-    return stop
 
 
 if __name__ == "__main__":

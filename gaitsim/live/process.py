@@ -1,22 +1,196 @@
-"""A connection to the background process of a run."""
+"""Start, find, watch, control and stop the background processes of runs."""
 
 import asyncio
-import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
 from collections.abc import AsyncIterator
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Overrides
-from gaitsim.live import background
-from gaitsim.live.presence import address
+from gaitsim.errors import GaitsimError, RunError, error_from_dict
+from gaitsim.experiment import Overrides, Typed
 from gaitsim.live.protocol import Command, Snapshot, State, merge, read_snapshot, write_command
-from gaitsim.live.watching import RunWatcher
-from gaitsim.runs.background import SOCKET, background_process, last_failure, runtime_file
+from gaitsim.live.watcher import RunWatcher
+from gaitsim.runs.background import (
+    SOCKET,
+    BackgroundProcess,
+    address,
+    background_process,
+    last_failure,
+    runtime_file,
+)
+from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.resume import plan_resume
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.toml import text
+
+START_TIMEOUT = 60.0  # seconds
+ANSWER_TIMEOUT = 5.0  # seconds
+CHECK_PERIOD = 0.05  # seconds between two checks for the end of a process
 
 LONGEST_LINE = 2**26  # bytes: rows of 1000 generations with hundreds of terms
-PERIOD = 0.1  # seconds between two attempts to connect
+CONNECT_PERIOD = 0.1  # seconds between two attempts to connect
+
+
+def background_state(run: Path) -> State | None:
+    """Return the state of a run's background process; None if it has none."""
+    found = background_process(run)
+    return found.state if found else None
+
+
+def check_detached(
+    run: Path,
+    overrides: Overrides | None = None,
+    generations: int | None = None,
+    *,
+    any_version: bool = False,
+) -> None:
+    """Check that a run can continue, before it is queued."""
+    RunLock(run).release()
+    found = RunSnapshot(run, keep_damaged=True)
+    plan = plan_resume(found, overrides, generations=generations, any_version=any_version)
+    for entry in plan.experiment.outside:
+        raise GaitsimError(
+            f"the {entry} cannot be sent to another process",
+            where=entry.target,
+            remedy="continue the run in this process: run.resume()",
+        )
+
+
+def start_detached(
+    run: Path,
+    *,
+    generations: int | None = None,
+    workers: int | None = None,
+    overrides: Overrides | None = None,
+    paused: bool = False,
+    any_version: bool = False,
+) -> int:
+    """Evolve a run in its own process, which outlives this one; return its process ID.
+
+    The run starts immediately, or is queued if one background run per core is already evolving.
+    Later failures are reported to its clients and by
+    `gaitsim.runs.background.last_failure`.
+
+    Args:
+        run: folder of the run.
+        generations: last generation to evolve; None for the number originally planned.
+        workers: number of parallel workers; None for the default.
+        overrides: options to change at the start, by key.
+        paused: whether to pause before the first generation.
+        any_version: whether to resume with different versions of packages.
+    """
+    if sys.platform == "win32":
+        raise GaitsimError("background runs are not supported on Windows", remedy="omit --detach")
+    arguments = [
+        *([f"--generations={generations}"] if generations is not None else []),
+        *([f"--workers={workers}"] if workers is not None else []),
+        *(f"--set={key}={_as_typed(value)}" for key, value in (overrides or {}).items()),
+        *(["--paused"] if paused else []),
+        *(["--any-version"] if any_version else []),
+    ]
+    errors = b""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "gaitsim.live", "--listen", *arguments, "--", str(run)],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            start_new_session=True,  # keeps Ctrl-C and SIGHUP from the child
+            check=False,
+            timeout=START_TIMEOUT,
+        )
+        errors = done.stderr
+        answer = json.loads(done.stdout)
+    except (OSError, subprocess.TimeoutExpired, ValueError) as error:
+        reason = next(iter(errors.decode(errors="replace").strip().splitlines()[-1:]), str(error))
+        raise GaitsimError(
+            f"cannot start the background process of the run: {reason}", where=str(run)
+        ) from None
+    if "error" in answer:
+        raise error_from_dict(answer["error"])
+    return int(answer["pid"])
+
+
+def stop(run: Path, timeout: float | None = None) -> bool:
+    """Save and stop a background run after its current generation.
+
+    Args:
+        run: folder of the run.
+        timeout: maximum seconds to wait for the end of its process; None for no limit.
+
+    Returns:
+        Whether the process has ended.
+    """
+    found = request_stop(run)
+    if found is None:
+        raise RunError(
+            f"the run {run} is not evolving in the background",
+            remedy="list the runs and their states with 'gaitsim runs'",
+        )
+    end = None if timeout is None else time.monotonic() + timeout
+    while (left := background_process(run)) is not None and left.pid == found.pid:
+        if end is not None and time.monotonic() >= end:
+            return False
+        time.sleep(CHECK_PERIOD)
+    return True
+
+
+def request_stop(run: Path) -> BackgroundProcess | None:
+    """Ask a background run to stop after its current generation; return its process, if any.
+
+    A signal is sent, because it arrives even while the process does not accept commands.
+    """
+    found = background_process(run)
+    if found is not None:
+        _signal(found.pid, signal.SIGTERM)
+    return found
+
+
+def send(run: Path, *commands: Command) -> None:
+    """Send commands to the background process of a run."""
+    try:
+        with (
+            socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client,
+            address(runtime_file(run, SOCKET)) as name,
+        ):
+            client.settimeout(ANSWER_TIMEOUT)
+            client.connect(name)
+            client.sendall(b"".join(map(write_command, commands)))
+            # Closing before everything is read would reset the connection and lose commands.
+            client.shutdown(socket.SHUT_WR)
+            while client.recv(65536):
+                pass
+    except OSError as error:
+        raise RunError(
+            f"the background process of the run {run} does not accept commands: "
+            f"{error.strerror or error}",
+            remedy="list the runs and their states with 'gaitsim runs'",
+        ) from None
+
+
+def kill(run: Path) -> None:
+    """Kill the background process of a run; its unsaved generations are lost."""
+    found = background_process(run)
+    if found is not None and sys.platform != "win32":
+        _signal(found.pid, signal.SIGKILL)
+
+
+def _signal(pid: int, number: signal.Signals) -> None:
+    with suppress(ProcessLookupError):
+        os.kill(pid, number)
+
+
+def _as_typed(value: Any) -> str:
+    """Return a value in the syntax of `--set`."""
+    return value if isinstance(value, Typed) else text(value)
 
 
 class RunProcess:
@@ -47,7 +221,7 @@ class RunProcess:
     ) -> None:
         self.run = run
         self._start_detached = partial(
-            background.start_detached,
+            start_detached,
             run,
             overrides=overrides,
             paused=paused,
@@ -75,12 +249,12 @@ class RunProcess:
             return
         launched = False
         try:
-            if self._launch and background.background_state(self.run) is None:
+            if self._launch and background_state(self.run) is None:
                 await asyncio.to_thread(self._start_detached)
                 launched = True
         except GaitsimError as error:
             # Another process may have started it in the meantime.
-            if background.background_state(self.run) is None:
+            if background_state(self.run) is None:
                 self._accept(replace(_in_state(self.last, "failed"), error=error))
                 return
         if not launched:  # the process sends a snapshot as soon as it is connected
@@ -123,11 +297,11 @@ class RunProcess:
 
     def stop(self) -> None:
         """Save and stop after the current generation."""
-        background.request_stop(self.run)
+        request_stop(self.run)
 
     def kill(self) -> None:
         """Kill the process; the run loses its unsaved generations."""
-        background.kill(self.run)
+        kill(self.run)
 
     def disconnect(self) -> None:
         """Disconnect and end the iterator; the run continues to evolve."""
@@ -135,7 +309,7 @@ class RunProcess:
         self._updated.set()
         if self._writer is not None:
             # Closing before everything is read would reset the connection and lose commands.
-            with contextlib.suppress(OSError, RuntimeError):
+            with suppress(OSError, RuntimeError):
                 self._writer.write_eof()
 
     async def wait_ended(self) -> Snapshot:
@@ -150,11 +324,11 @@ class RunProcess:
 
     async def _connect(self) -> asyncio.StreamReader | None:
         """Connect to the process; return None if it has ended."""
-        while background.background_state(self.run) is not None:
-            with contextlib.suppress(OSError), address(runtime_file(self.run, SOCKET)) as name:
+        while background_state(self.run) is not None:
+            with suppress(OSError), address(runtime_file(self.run, SOCKET)) as name:
                 reader, self._writer = await asyncio.open_unix_connection(name, limit=LONGEST_LINE)
                 return reader
-            await asyncio.sleep(PERIOD)
+            await asyncio.sleep(CONNECT_PERIOD)
         return None
 
     def _close_writer(self) -> None:
@@ -165,7 +339,7 @@ class RunProcess:
         """Read snapshots until the run ends; reconnect if the connection breaks."""
         while reader is not None and not self.last.ended:
             # An invalid or overlong line ends the connection, too.
-            with contextlib.suppress(OSError, ValueError):
+            with suppress(OSError, ValueError):
                 async for line in reader:
                     if not self._disconnected:
                         self._accept(read_snapshot(line, self.last))
@@ -173,7 +347,7 @@ class RunProcess:
             if self._disconnected:
                 return
             if not self.last.ended:
-                await asyncio.sleep(PERIOD)
+                await asyncio.sleep(CONNECT_PERIOD)
                 reader = await self._connect()
         if not self.last.ended:
             self._accept(await asyncio.to_thread(self._final_snapshot))

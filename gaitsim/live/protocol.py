@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
-from gaitsim.runs.follow import Rows
+from gaitsim.runs.growing import Rows
 
 State = Literal[
     "preparing", "queued", "running", "paused", "finished", "stopped", "failed", "elsewhere"

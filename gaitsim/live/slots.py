@@ -9,21 +9,21 @@ from filelock import FileLock, Timeout
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import cores
 
-VARIABLE = "GAITSIM_BACKGROUND_RUNS"
+SLOTS_VARIABLE = "GAITSIM_BACKGROUND_RUNS"
 FOLDER, GUARD = "queue", "queue.lock"
 GUARD_TIMEOUT = 1.0  # seconds to wait while another process changes the queue
 
 
 def slot_count() -> int:
     """Return the maximum number of background runs that evolve at a time."""
-    given = os.environ.get(VARIABLE)
+    given = os.environ.get(SLOTS_VARIABLE)
     if not given:
         return cores()
     if given.isascii() and given.isdecimal() and int(given[:9]) >= 1:
         return int(given[:9])
     raise GaitsimError(
         f"invalid number of parallel runs: {given!r}",
-        where=f"environment variable {VARIABLE}",
+        where=f"environment variable {SLOTS_VARIABLE}",
         allowed="a whole number, 1 or more; if unset, the number of cores",
     )
 

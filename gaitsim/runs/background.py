@@ -16,9 +16,10 @@ import hashlib
 import json
 import os
 import stat
+import sys
 import time
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -30,6 +31,7 @@ from gaitsim.runs.files.folder import command
 VARIABLE = "GAITSIM_RUNTIME_DIR"
 STATUS, FAILURE, LOCK, SOCKET, LOG = ".json", ".failure", ".lock", ".sock", ".log"
 LARGEST = 2**20  # bytes of a status or an error
+LONGEST_ADDRESS = 100  # bytes of a socket's address; the limit is 104 on macOS, 108 on Linux
 END_OF_LOG = 10_000  # bytes at the end of the log that are searched for the last line
 
 BackgroundState = Literal["preparing", "queued", "running", "paused"]
@@ -101,6 +103,20 @@ def runtime_file(run: Path, kind: str, folder: Path | None = None) -> Path:
     """Return the path of a file of a run's background process."""
     key = hashlib.sha256(os.fsencode(os.path.realpath(run))).hexdigest()[:20]
     return (folder or runtime_folder()) / (key + kind)
+
+
+@contextmanager
+def address(path: Path) -> Iterator[str]:
+    """Yield an address for a socket's path that is short enough for the operating system."""
+    name = os.fspath(path)
+    if len(os.fsencode(name)) <= LONGEST_ADDRESS or not sys.platform.startswith("linux"):
+        yield name
+        return
+    folder = os.open(path.parent, os.O_PATH | os.O_DIRECTORY)
+    try:
+        yield f"/proc/self/fd/{folder}/{path.name}"
+    finally:
+        os.close(folder)
 
 
 def status_names(run: Path) -> frozenset[str]:

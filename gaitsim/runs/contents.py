@@ -42,7 +42,7 @@ from gaitsim.runs.files.history import (
     used_terms,
 )
 from gaitsim.runs.files.tables import damaged_error, line_ends
-from gaitsim.runs.notes import read_note
+from gaitsim.runs.manage import read_note
 from gaitsim.runs.stages import RunStage, changes, stages_of
 from gaitsim.toml import LARGEST
 

@@ -122,7 +122,7 @@ def run_state(run: Path, *, finished: bool, background: bool) -> tuple[State, Ga
 
 
 def _read_in_full(path: Path) -> Overview | None:
-    from gaitsim.runs.watcher import overview
+    from gaitsim.runs.growing import overview
 
     return overview(path)
 

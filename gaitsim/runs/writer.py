@@ -30,9 +30,9 @@ from gaitsim.registry.entry_points import contract_error
 from gaitsim.runs.background import forget_failure
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
-from gaitsim.runs.files.atomic import write_bytes, writing
+from gaitsim.runs.files.append_only import RecordFiles
+from gaitsim.runs.files.atomic import sweep, write_bytes, writing
 from gaitsim.runs.files.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
-from gaitsim.runs.files.drafts import sweep
 from gaitsim.runs.files.folder import (
     CHAMPIONS,
     CHECKPOINT,
@@ -47,7 +47,6 @@ from gaitsim.runs.files.folder import (
 )
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.files.provenance import current_versions, write_provenance
-from gaitsim.runs.files.records import RecordFiles
 from gaitsim.runs.resume import ResumePlan, plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 

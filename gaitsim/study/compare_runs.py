@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gaitsim.choices import Axis, Quantity
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.runs.follow import HistoryBuffer, RunFollower
+from gaitsim.runs.growing import HistoryBuffer, RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.differences import Difference, Stages, differences, scoring_warning
 

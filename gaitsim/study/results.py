@@ -18,8 +18,7 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.opening import is_folder, open_regular, read_regular
-from gaitsim.runs.files.atomic import write_bytes, writing
-from gaitsim.runs.files.drafts import sweep
+from gaitsim.runs.files.atomic import sweep, write_bytes, writing
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.study.confirmation import Reached
 from gaitsim.study.file import EXPERIMENT, POPULATION, STATISTICS, STUDY, Cell, Study, read_study

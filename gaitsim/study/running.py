@@ -23,8 +23,7 @@ from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
 from gaitsim.opening import read_regular
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.drafts import sweep
+from gaitsim.runs.files.atomic import sweep, write_bytes
 from gaitsim.runs.files.folder import create_subfolder
 from gaitsim.study.file import Cell, Study
 

@@ -65,7 +65,7 @@ def _evolving_in(folder: Path) -> list[Path]:
 
 def _stop(run: Path) -> None:
     """Stop a run; if its generation takes longer, it stops after the app has ended."""
-    from gaitsim.live.background import stop
+    from gaitsim.live.process import stop
 
     with suppress(GaitsimError):  # it has just ended
         stop(run, PATIENCE)

@@ -13,7 +13,7 @@ from gaitsim.cli.display import Display
 from gaitsim.cli.following import _Follower
 from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Event, Snapshot
-from gaitsim.live.watching import RunWatcher
+from gaitsim.live.watcher import RunWatcher
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.history import row
 from gaitsim.runs.snapshot import RunSnapshot

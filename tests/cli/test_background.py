@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from waiting import until
 
-from gaitsim.live.background import background_state, send
+from gaitsim.live.process import background_state, send
 from gaitsim.live.protocol import Command
 from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.lock import is_locked

@@ -8,7 +8,7 @@ from mutations import mutations, mutations_of_values
 from typer.testing import CliRunner
 
 from gaitsim.errors import GaitsimError
-from gaitsim.live.watching import RunWatcher
+from gaitsim.live.watcher import RunWatcher
 from gaitsim.runs.files import safe_pickle
 
 COMMANDS = (

@@ -9,9 +9,8 @@ import gaitsim as gs
 from gaitsim.errors import RunError
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.notes import LARGEST, read_note, write_note
-from gaitsim.runs.renaming import rename_run
-from gaitsim.runs.watcher import overview
+from gaitsim.runs.growing import overview
+from gaitsim.runs.manage import LARGEST, read_note, rename_run, write_note
 
 
 @pytest.fixture

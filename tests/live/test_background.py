@@ -17,23 +17,23 @@ import pytest
 from waiting import until
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.live.background import background_state, kill, send, start_detached, stop
-from gaitsim.live.commands import CommandQueue
-from gaitsim.live.hub import Hub
-from gaitsim.live.presence import Presence, address
+from gaitsim.live.evolving import CommandQueue
+from gaitsim.live.process import background_state, kill, send, start_detached, stop
 from gaitsim.live.protocol import Command, Snapshot, read_snapshot
+from gaitsim.live.server import Hub, Presence
 from gaitsim.live.slots import Slot, slot_count
 from gaitsim.runs.background import (
     LOCK,
     SOCKET,
     STATUS,
+    address,
     background_process,
     background_processes,
     last_failure,
     runtime_file,
 )
+from gaitsim.runs.growing import overview
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.watcher import overview
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
 SLOW = ("organism.pause=0.01",)
@@ -45,8 +45,8 @@ def fingerprint(path):
 
 def plain_fingerprint(new_run, generations, *overrides):
     """Return the fingerprint of a run that this process evolves to a generation."""
+    from gaitsim.live.evolving import evolve_live
     from gaitsim.live.reporter import Reporter
-    from gaitsim.live.session import evolve_live
 
     path = new_run("plain", *overrides, generations=generations)
     evolve_live(path, CommandQueue(), Reporter(lambda line: None))
@@ -220,7 +220,7 @@ class TestHub:
             listener.bind(name)
         listener.listen()
         commands = CommandQueue()
-        hub = Hub(listener, commands)
+        hub = Hub(listener, commands.add)
         hub.serve(lambda: b"hello\n")
         hub.commands, hub.path = commands, tmp_path / "hub"
         yield hub
@@ -235,7 +235,7 @@ class TestHub:
         return client
 
     def test_a_slow_client_is_disconnected_and_others_are_served(self, hub, monkeypatch):
-        monkeypatch.setattr("gaitsim.live.hub.PATIENCE", 0.2)
+        monkeypatch.setattr("gaitsim.live.server.PATIENCE", 0.2)
         with closing(self.client(hub)) as slow, closing(self.client(hub)) as quick:
             quick_file = quick.makefile("rb")
             line = b"x" * 2**20 + b"\n"
@@ -327,7 +327,7 @@ def test_a_full_disk_ends_the_run_with_a_message(new_run, monkeypatch):
         "import resource, signal, sys\nfrom pathlib import Path\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, resource.RLIM_INFINITY))\n"
-        "from gaitsim.live.background import start_detached\nstart_detached(Path('run'))"
+        "from gaitsim.live.process import start_detached\nstart_detached(Path('run'))"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
     until(lambda: background_state(path) is None)

@@ -10,8 +10,7 @@ import sys
 
 import pytest
 
-from gaitsim.live.background import background_state, start_detached, stop
-from gaitsim.live.process import RunProcess
+from gaitsim.live.process import RunProcess, background_state, start_detached, stop
 from gaitsim.runs.background import last_failure
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.snapshot import RunSnapshot

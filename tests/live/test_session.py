@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from gaitsim.experiment import Typed
-from gaitsim.live.commands import CommandQueue
+from gaitsim.live.evolving import CommandQueue, evolve_live
 from gaitsim.live.protocol import Command, Snapshot, read_snapshot
 from gaitsim.live.reporter import Reporter
-from gaitsim.live.session import evolve_live
 from gaitsim.runs import writer as writing
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.snapshot import RunSnapshot

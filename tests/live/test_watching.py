@@ -10,7 +10,7 @@ import pytest
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Best
-from gaitsim.live.watching import RunWatcher
+from gaitsim.live.watcher import RunWatcher
 from gaitsim.runs.files.folder import champion_file, saved_champions
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter

@@ -16,7 +16,7 @@ import gaitsim as gs
 from gaitsim.errors import GaitsimError
 from gaitsim.render.gallery import cards, site
 from gaitsim.render.gallery.site import write_gallery
-from gaitsim.runs.notes import write_note
+from gaitsim.runs.manage import write_note
 
 PICTURE = "data:image/webp;base64,UklGRg=="
 HOSTILE = "<img src=x onerror=alert(1)>"

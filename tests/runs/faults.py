@@ -21,7 +21,7 @@ from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import create_folder, exports_folder
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.removal import delete_run
+from gaitsim.runs.manage import delete_run
 from gaitsim.runs.writer import RunWriter
 
 STEPS = ("fsync", "rename", "replace", "mkdir", "link", "unlink", "rmdir", "ftruncate", "write")

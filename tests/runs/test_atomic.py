@@ -11,10 +11,10 @@ from gaitsim.errors import RunError
 from gaitsim.runs.files.atomic import (
     replacing,
     set_aside,
+    sweep,
     write_bytes,
     write_rotating,
 )
-from gaitsim.runs.files.drafts import sweep
 
 OLDEST, OLD, NEW = b"oldest" * 100, b"old" * 100, b"new" * 100
 

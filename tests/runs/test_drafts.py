@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitsim.runs.files.drafts import draft_file, draft_folder, draft_name, locked, sweep
+from gaitsim.runs.files.atomic import draft_file, draft_folder, draft_name, locked, sweep
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs fork and locks")
 

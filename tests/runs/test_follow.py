@@ -10,7 +10,7 @@ import pytest
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.runs.creation import create_run
-from gaitsim.runs.follow import RunFollower
+from gaitsim.runs.growing import RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 

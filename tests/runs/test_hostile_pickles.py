@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 
 from gaitsim.errors import CheckpointError
 from gaitsim.runs.files import safe_pickle
-from gaitsim.runs.files.pickle_stack import RejectedPickleError
-from gaitsim.runs.files.safe_pickle import dumps, load, loads
+from gaitsim.runs.files.safe_pickle import RejectedPickleError, dumps, load, loads
 
 FILE = Path("population.pickle")
 PROTO = b"\x80\x05"

@@ -10,8 +10,8 @@ from gaitsim.experiment import parse_assignments
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.growing import overview
 from gaitsim.runs.overview import list_overviews
-from gaitsim.runs.watcher import overview
 from gaitsim.runs.writer import RunWriter
 
 COMPARED = (
@@ -56,7 +56,7 @@ def full_reads(monkeypatch):
         read.append(path)
         return overview(path)
 
-    monkeypatch.setattr("gaitsim.runs.watcher.overview", spied)
+    monkeypatch.setattr("gaitsim.runs.growing.overview", spied)
     return read
 
 

@@ -11,7 +11,7 @@ from gaitsim.errors import RunError
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.folder import list_runs
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.removal import delete_run
+from gaitsim.runs.manage import delete_run
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.growing import POINTS, Curve, RunsWatcher, overview
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.watcher import POINTS, Curve, RunsWatcher, overview
 from gaitsim.runs.writer import RunWriter
 
 
@@ -119,7 +119,7 @@ class TestWatch:
     def test_only_changed_runs_are_read(self, make, monkeypatch, checkpoint_reads):
         paths = [make("a", 2), make("b", 2)]
         watch, read = RunsWatcher(paths[0].parent), checkpoint_reads
-        monkeypatch.setattr("gaitsim.runs.watcher.READ_INTERVAL", 0)
+        monkeypatch.setattr("gaitsim.runs.growing.READ_INTERVAL", 0)
         first = watch.poll()
         assert read == [path / "population.pickle" for path in paths]
         read.clear()
@@ -133,7 +133,7 @@ class TestWatch:
     def test_a_run_that_is_slow_to_read_is_read_less_often(self, make, monkeypatch):
         path = make("a", 2)
         watch = RunsWatcher(path.parent)
-        monkeypatch.setattr("gaitsim.runs.watcher.READ_INTERVAL", 1e9)
+        monkeypatch.setattr("gaitsim.runs.growing.READ_INTERVAL", 1e9)
         watch.poll()
         evolve(path, 3)
         assert [found.generation for found in watch.poll()] == [2]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from waiting import until
 
-from gaitsim.live.background import background_state, start_detached, stop
+from gaitsim.live.process import background_state, start_detached, stop
 from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = [

@@ -14,10 +14,10 @@ from textual.keys import _character_to_key
 from textual.widgets import Input, Static
 from textual.widgets._footer import FooterKey
 
-from gaitsim.live.background import background_state, start_detached
-from gaitsim.runs import watcher
+from gaitsim.live.process import background_state, start_detached
+from gaitsim.runs import growing
 from gaitsim.runs.files.lock import RunLock, is_locked
-from gaitsim.runs.notes import read_note, write_note
+from gaitsim.runs.manage import read_note, write_note
 from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.widgets.run_table import COLUMNS, MARK, NARROW, NO_MARK, columns
@@ -232,14 +232,14 @@ class TestManyRuns:
     def test_runs_are_listed_while_the_scan_continues_and_keys_work(self, walk, drive, monkeypatch):
         for number, name in enumerate("abc"):
             os.utime(walk(name, 0) / "experiment.toml", (number, number))
-        read, gate = watcher.RunFollower.poll, Event()
+        read, gate = growing.RunFollower.poll, Event()
 
         def slow(follower):
             if follower.path.name != "c":
                 assert gate.wait(60)
             return read(follower)
 
-        monkeypatch.setattr(watcher.RunFollower, "poll", slow)
+        monkeypatch.setattr(growing.RunFollower, "poll", slow)
 
         async def test(driver):
             home = driver.screen
@@ -258,14 +258,14 @@ class TestManyRuns:
     def test_the_app_can_quit_during_the_first_scan(self, walk, drive, monkeypatch):
         for name in "abc":
             walk(name, 0)
-        read, gate, seen = watcher.RunFollower.poll, Event(), []
+        read, gate, seen = growing.RunFollower.poll, Event(), []
 
         def slow(follower):
             seen.append(follower.path)
             assert gate.wait(60)
             return read(follower)
 
-        monkeypatch.setattr(watcher.RunFollower, "poll", slow)
+        monkeypatch.setattr(growing.RunFollower, "poll", slow)
 
         async def test(driver):
             await driver.until(lambda: seen)

@@ -20,11 +20,11 @@ from waiting import app_until
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment
-from gaitsim.live.background import background_state
+from gaitsim.live.process import background_state
 from gaitsim.live.protocol import Best, Event, RankedIndividual, Snapshot
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.lock import RunLock, is_locked
-from gaitsim.runs.follow import HistoryBuffer
+from gaitsim.runs.growing import HistoryBuffer
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp

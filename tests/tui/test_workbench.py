@@ -10,7 +10,7 @@ import pytest
 from textual.events import MouseScrollDown
 from textual.widgets import Button
 
-from gaitsim.live.background import background_state
+from gaitsim.live.process import background_state
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.widgets.curves import Curves
 

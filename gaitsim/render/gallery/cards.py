@@ -9,7 +9,7 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.scene import Clip, Scene
-from gaitsim.runs.notes import read_note
+from gaitsim.runs.manage import read_note
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
 

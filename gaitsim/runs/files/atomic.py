@@ -1,14 +1,22 @@
-"""Atomic writes: files that are complete or absent, however the program ends."""
+"""Atomic writes: files that are complete or absent, however the program ends.
+
+They are written as drafts: files and folders under a temporary name, until they are complete or
+deleted. Each process locks its drafts. The system releases the lock however the process ends, so
+that `sweep` can tell abandoned drafts from those still being written.
+"""
 
 import errno
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+import shutil
+import stat
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.opening import is_folder
-from gaitsim.runs.files.drafts import draft_file, draft_name, locked, remove, sweep
 
 _FULL = "free some space on the disk, or choose another folder"
 _FORBIDDEN = "choose another folder, or allow writing to this one"
@@ -29,6 +37,9 @@ _REMEDIES = {
     "change, too",
 }
 _NO_FOLDER_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EACCES}
+
+_PREFIX, _SUFFIX = ".gaitsim-", ".partial"
+_OLD = 3600  # seconds after which a draft is abandoned on file systems without locks
 
 
 def write_bytes(path: Path, data: bytes, *, follow: bool = True) -> None:
@@ -171,3 +182,92 @@ def sync_folder(folder: Path) -> None:
     except OSError as error:
         if error.errno not in _NO_FOLDER_SYNC:
             raise
+
+
+if sys.platform != "win32":  # Windows cannot rename open files
+    import fcntl
+
+
+def draft_name(folder: Path) -> Path:
+    """Return a free name for a draft in `folder`."""
+    return folder / f"{_PREFIX}{os.urandom(8).hex()}{_SUFFIX}"
+
+
+@contextmanager
+def draft_file(folder: Path) -> Iterator[Path]:
+    """Create an empty file in `folder`; remove it afterwards unless it was renamed."""
+    with ExitStack() as resources:
+        yield _create(folder, lambda path: path.touch(exist_ok=False), resources)
+
+
+@contextmanager
+def draft_folder(folder: Path) -> Iterator[Path]:
+    """Create an empty folder in `folder`; remove it afterwards unless it was renamed."""
+    with ExitStack() as resources:
+        yield _create(folder, Path.mkdir, resources)
+
+
+def _create(folder: Path, create: Callable[[Path], None], resources: ExitStack) -> Path:
+    while True:
+        path = draft_name(folder)
+        resources.callback(remove, path)
+        create(path)
+        with suppress(FileNotFoundError):  # another process swept it before it was locked
+            resources.enter_context(locked(path))
+            path.lstat()
+            return path
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Keep other processes from sweeping a file or folder during the block, under any name."""
+    if sys.platform == "win32":
+        yield
+        return
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+    try:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def sweep(folder: Path) -> None:
+    """Remove the drafts in `folder` that killed programs left, but not those in use."""
+    for draft in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
+        with suppress(OSError):
+            _remove_abandoned(draft)
+
+
+def _remove_abandoned(draft: Path) -> None:
+    found = draft.lstat()
+    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+        draft.unlink()  # a link or a pipe, which gaitsim never creates
+        return
+    old = time.time() - found.st_mtime > _OLD
+    if sys.platform == "win32":
+        if old:
+            remove(draft)
+        return
+    descriptor = os.open(draft, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return
+        except OSError:
+            if not old:
+                return
+        remove(draft)
+    finally:
+        os.close(descriptor)
+
+
+def remove(draft: Path) -> None:
+    """Remove a draft, as far as possible."""
+    with suppress(OSError, RecursionError):  # rmtree recurses into nested folders
+        if draft.is_dir() and not draft.is_symlink():
+            shutil.rmtree(draft, ignore_errors=True)
+        else:
+            draft.unlink(missing_ok=True)

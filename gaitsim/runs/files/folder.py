@@ -13,8 +13,7 @@ from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.opening import is_folder
-from gaitsim.runs.files.atomic import sync_folder, write_bytes, writing
-from gaitsim.runs.files.drafts import draft_folder, sweep
+from gaitsim.runs.files.atomic import draft_folder, sweep, sync_folder, write_bytes, writing
 
 RUNS = Path("runs")
 EXPERIMENT = "experiment.toml"

@@ -12,7 +12,7 @@ from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.atlas_labels import axis_labels, summary
 from gaitsim.render.terminal.text import number, visible
-from gaitsim.runs.follow import RunFollower
+from gaitsim.runs.growing import RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.replay_loading import LoadedIndividual, load_individual
 

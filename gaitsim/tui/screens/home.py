@@ -20,8 +20,8 @@ from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
 if TYPE_CHECKING:
+    from gaitsim.runs.growing import RunsWatcher
     from gaitsim.runs.overview import Overview
-    from gaitsim.runs.watcher import RunsWatcher
     from gaitsim.tui.widgets.run_table import RunTable
 
 EVERY = 1.0  # seconds between two scans of the folder
@@ -111,7 +111,7 @@ other terminals.
         self._show()
 
     def _read(self) -> "tuple[list[Overview], GaitsimError | None]":
-        from gaitsim.runs.watcher import RunsWatcher
+        from gaitsim.runs.growing import RunsWatcher
 
         with self._reading:
             first = self._watch is None

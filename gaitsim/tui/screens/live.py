@@ -13,10 +13,9 @@ from textual.reactive import reactive
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
-from gaitsim.live.background import background_state
-from gaitsim.live.process import RunProcess
+from gaitsim.live.process import RunProcess, background_state
 from gaitsim.live.protocol import Snapshot
-from gaitsim.live.watching import RunWatcher
+from gaitsim.live.watcher import RunWatcher
 from gaitsim.runs.background import STATE_PREDICATES
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked

@@ -10,7 +10,7 @@ from gaitsim.live.protocol import Event, Snapshot
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.history import FIGURE, MEAN
-from gaitsim.runs.follow import HistoryBuffer
+from gaitsim.runs.growing import HistoryBuffer
 from gaitsim.tui.formatting import clip, duration
 
 Styles = dict[str, Style]  # styles of the theme by state, event or part

@@ -10,10 +10,10 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
-from gaitsim.live.background import background_state
+from gaitsim.live.process import background_state
 from gaitsim.live.protocol import Best, Event, Snapshot, concatenate
 from gaitsim.runs.background import last_failure
-from gaitsim.runs.follow import HistoryBuffer, Rows
+from gaitsim.runs.growing import HistoryBuffer, Rows
 from gaitsim.runs.snapshot import RunSnapshot
 
 EVENTS_KEPT = 200

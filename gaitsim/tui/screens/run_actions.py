@@ -158,7 +158,7 @@ class RunActions(GaitScreen):
     @work(group="ask")
     async def action_delete(self) -> None:
         """Delete runs after a question that names them; keep live runs."""
-        from gaitsim.runs.removal import delete_run
+        from gaitsim.runs.manage import delete_run
         from gaitsim.tui.screens.questions import Confirm
 
         deleted = [run for run in self._chosen() if not run.evolves]
@@ -181,7 +181,7 @@ class RunActions(GaitScreen):
 
     @work(group="ask")
     async def action_rename(self) -> None:
-        from gaitsim.runs.renaming import check_name, rename_run
+        from gaitsim.runs.manage import check_name, rename_run
         from gaitsim.tui.screens.questions import Ask
 
         run = self.current()
@@ -205,7 +205,7 @@ class RunActions(GaitScreen):
 
     @work(group="ask")
     async def action_note(self) -> None:
-        from gaitsim.runs.notes import read_note, write_note
+        from gaitsim.runs.manage import read_note, write_note
         from gaitsim.tui.screens.note_dialog import NoteDialog
 
         run = self.current()
@@ -231,12 +231,12 @@ class RunActions(GaitScreen):
 
     @work(group="stop")
     async def action_stop(self) -> None:
-        from gaitsim.live import background
+        from gaitsim.live.process import stop
 
         runs = [run for run in self._chosen() if run.evolves]
         names = _join_names([run.name for run in runs])
         self.notify(names, title="Stopping after the current generation", markup=False)
-        await asyncio.gather(*(self._try(background.stop, run.path) for run in runs))
+        await asyncio.gather(*(self._try(stop, run.path) for run in runs))
         for run in runs:
             self.run_changed(run.path, run.path)
 

@@ -1,37 +1,20 @@
-"""Commands queued by the controlling process, executed between two generations."""
+"""Evolve a run under commands, and report its progress."""
 
 import queue
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import Protocol
+from pathlib import Path
 
-from gaitsim.errors import GaitsimError
-from gaitsim.live.protocol import Command, State, read_command
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.experiment import Overrides
+from gaitsim.live.protocol import Best, Command, State, read_command
+from gaitsim.live.reporter import Reporter
+from gaitsim.live.slots import Slot
+from gaitsim.runs.writer import RunWriter
 
 PERIOD = 0.4  # seconds between two checks for a free slot, and for the run's folder
-
-
-class Slot(Protocol):
-    """A permit to evolve, where the number of concurrent runs is limited."""
-
-    def try_acquire(self) -> bool:
-        """Return whether the run may evolve now; otherwise, the caller tries again later."""
-
-    def release(self) -> None:
-        """Release the slot, so that another run may evolve."""
-
-
-class UnlimitedSlot:
-    """A slot that is always free, for a run that does not compete with others."""
-
-    def try_acquire(self) -> bool:
-        """Return True."""
-        return True
-
-    def release(self) -> None:
-        """Do nothing."""
 
 
 class CommandQueue:
@@ -52,7 +35,7 @@ class CommandQueue:
         check: Callable[[], object] | None = None,
     ) -> None:
         self.paused = paused
-        self._slot = slot or UnlimitedSlot()
+        self._slot = slot
         self._check, self._has_check = check or (lambda: None), check is not None
         self._commands: queue.SimpleQueue[Command] = queue.SimpleQueue()
         self._later: deque[Command] = deque()
@@ -99,9 +82,9 @@ class CommandQueue:
             on_state: function called with `queued` or `paused` during the wait.
         """
         on_hold, reported = False, ""
-        while on_hold or not self._slot.try_acquire():
+        while on_hold or not self._acquire_slot():
             if on_hold:
-                self._slot.release()
+                self._release_slot()
             reported = _report("paused" if on_hold else "queued", reported, on_state)
             self._check()
             command = self._get(PERIOD)
@@ -129,9 +112,9 @@ class CommandQueue:
             self._check()
             waiting = True
             if self.paused and not self._step:
-                self._slot.release()
+                self._release_slot()
                 reported = _report("paused", reported, on_state)
-            elif not self._slot.try_acquire():
+            elif not self._acquire_slot():
                 reported = _report("queued", reported, on_state)
             elif self._step and not self._later:
                 self._step, self.paused = False, True
@@ -150,6 +133,13 @@ class CommandQueue:
         on_state("running")
         return None
 
+    def _acquire_slot(self) -> bool:
+        return self._slot is None or self._slot.try_acquire()
+
+    def _release_slot(self) -> None:
+        if self._slot is not None:
+            self._slot.release()
+
     def _get(self, seconds: float) -> Command | None:
         """Wait for the next command and return it; None if none arrives."""
         try:
@@ -163,3 +153,101 @@ def _report(state: State, reported: str, on_state: Callable[[State], None]) -> s
     if state != reported:
         on_state(state)
     return state
+
+
+def evolve_live(
+    path: Path,
+    commands: CommandQueue,
+    reporter: Reporter,
+    *,
+    overrides: Overrides | None = None,
+    generations: int | None = None,
+    workers: int | None = None,
+    any_version: bool = False,
+) -> State:
+    """Evolve the run in `path` until it is finished or stopped.
+
+    Args:
+        path: folder of the run.
+        commands: queue that is read between two generations; a `set` closes and reopens the run.
+        reporter: receiver of every state, generation and error.
+        overrides: options to change at the start, by key.
+        generations: last generation to evolve; None for the number originally planned.
+        workers: number of parallel workers.
+        any_version: whether to resume with different versions of packages.
+
+    Returns:
+        'finished', 'stopped' or 'failed'.
+    """
+    changes, opened = overrides or {}, False
+    rejected: GaitsimError | None = None
+    while True:
+        try:
+            if not opened and not commands.wait_for_slot(reporter.state):
+                reporter.state("stopped")
+                return "stopped"
+            reporter.state("preparing", error=rejected)
+            rejected = None
+            with RunWriter.open(
+                path,
+                overrides=changes,
+                generations=None if opened else generations,
+                any_version=any_version,
+                workers=workers,
+                on_warning=reporter.warning,
+            ) as writer:
+                changes, opened = {}, True
+                ended = _evolve(writer, commands, reporter)
+        except GaitsimError as error:
+            if opened and changes:  # rejected before anything was changed
+                rejected, changes = error, {}
+                continue
+            reporter.state("failed", error=commands.cause(error))
+            return "failed"
+        # Reported after the run is closed, as the reader may open it immediately.
+        if isinstance(ended, str):
+            reporter.state("finished", ended)
+            return "finished"
+        if ended.do == "stop":
+            reporter.state("stopped")
+            return "stopped"
+        changes = ended.overrides
+
+
+def _evolve(writer: RunWriter, commands: CommandQueue, reporter: Reporter) -> str | Command:
+    """Evolve until a stop condition holds or a `stop` or `set` arrives, and return that."""
+    reporter.run_opened(writer)
+    if writer.done:
+        reporter.evolution_starts(writer.last, _champion(writer))
+        return writer.done
+    writer.prepare()
+    writer.reevaluate()
+    reporter.evolution_starts(writer.last, _champion(writer))
+    generations = writer.evolve()
+
+    def report(state: State) -> None:
+        if state != "running":
+            writer.save()  # before waiting
+        reporter.state(state)
+
+    while True:
+        command = commands.next(report)
+        if command is not None:
+            return command
+        generation = next(generations)
+        reporter.generation_finished(generation)
+        if generation.stop:
+            return generation.stop
+
+
+def _champion(writer: RunWriter) -> Best | None:
+    """Return the best individual with a comparable score, or None."""
+    if writer.last is None or any(change.reevaluates for change in writer.changes):
+        return None
+    try:
+        found = writer.run.individual()
+    except RunError:
+        return None
+    if found.genome is None:
+        return None
+    return Best(found.generation, found.score, tuple(found.genome.tolist()))
