@@ -21,8 +21,8 @@ from timing import (
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
+from gaitsim.render.film import RenderSettings
 from gaitsim.render.scene import Clip, Scene
-from gaitsim.render.settings import RenderSettings
 from gaitsim.render.video import Video
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot

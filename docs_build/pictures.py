@@ -18,10 +18,9 @@ from PIL import Image
 import gaitsim as gs
 from gaitsim.gait import with_damage
 from gaitsim.render.encoder import cells, encode, palette
+from gaitsim.render.film import RenderSettings, write_still
 from gaitsim.render.plots.style import LIGHT, picture
 from gaitsim.render.scene import THEMES
-from gaitsim.render.settings import RenderSettings
-from gaitsim.render.still import write_still
 from gaitsim.render.video import Video
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.app import GaitsimApp

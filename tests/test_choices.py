@@ -6,10 +6,10 @@ import pytest
 
 from gaitsim import choices, exporting, network
 from gaitsim.imitation import learning
-from gaitsim.render import scene, settings
+from gaitsim.render import film, scene
 from gaitsim.render.plots import style
 from gaitsim.render.plots.kinds import KINDS
-from gaitsim.render.terminal.view import NAMED
+from gaitsim.render.terminal.body import NAMED
 
 
 @pytest.mark.parametrize(
@@ -20,8 +20,8 @@ from gaitsim.render.terminal.view import NAMED
         (choices.Theme, scene.THEMES),
         (choices.VideoView, scene.VIEWS),
         (choices.TerminalView, NAMED),
-        (choices.VideoFormat, settings.FPS),
-        (choices.VideoFormat, settings.SIZES),
+        (choices.VideoFormat, film.FPS),
+        (choices.VideoFormat, film.SIZES),
         (choices.TrainingPreset, learning.SETTINGS),
         (choices.ExportFormat, exporting.FORMATS),
     ],

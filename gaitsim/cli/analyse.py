@@ -107,8 +107,11 @@ def analyse(
         from gaitsim.gait.robustness import measure_robustness
         from gaitsim.gait.to_dict import analysis_to_dict
         from gaitsim.render.plots.style import check_target
-        from gaitsim.render.terminal.explanation import compare_engines, compare_with_twin
-        from gaitsim.render.terminal.unseen_results import world_results
+        from gaitsim.render.terminal.explanation import (
+            compare_engines,
+            compare_with_twin,
+            world_results,
+        )
         from gaitsim.runs.files.folder import find_run
         from gaitsim.runs.snapshot import RunSnapshot
 

@@ -7,9 +7,7 @@ from gaitsim.contracts import Members
 from gaitsim.errors import GaitsimError, RunError, unknown
 from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.atlas_labels import axis_labels, summary
-from gaitsim.render.terminal.colour_scale import styles
-from gaitsim.render.terminal.heat_map import HeatMap
+from gaitsim.render.terminal.heat_map import HeatMap, axis_labels, styles, summary
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 

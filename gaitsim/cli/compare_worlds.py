@@ -8,8 +8,12 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges
 from gaitsim.gait.unseen import UnseenResults
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.explanation import format_or_dash
-from gaitsim.render.terminal.unseen_results import format_percent, format_spans, format_strongest
+from gaitsim.render.terminal.explanation import (
+    format_or_dash,
+    format_percent,
+    format_spans,
+    format_strongest,
+)
 from gaitsim.runs.files.folder import find_run
 from gaitsim.study.in_worlds import Ranking, rank_in_worlds
 from gaitsim.study.statistics import CONFIDENCE

@@ -35,7 +35,7 @@ def gallery(
 
     gaitsim gallery runs/ --out site/
     """
-    from gaitsim.render.gallery.site import write_gallery
+    from gaitsim.render.gallery import write_gallery
 
     check_root(root)
     try:

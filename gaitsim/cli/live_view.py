@@ -18,7 +18,7 @@ from rich.text import Text
 from gaitsim.cli.display import BEST_SHOWN, RESTING, STOPPING, Display, Row, stage_line
 from gaitsim.console.printing import output
 from gaitsim.live.protocol import Snapshot
-from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.files.history import FIGURE, MEAN, figures_of
 from gaitsim.runs.growing import Rows

@@ -20,7 +20,7 @@ from gaitsim.render.terminal.text import number, visible
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
     from gaitsim.render.scene.clip import Clip
-    from gaitsim.render.terminal.view import Viewpoint
+    from gaitsim.render.terminal.body import Viewpoint
 
 
 FPS = 20
@@ -74,7 +74,7 @@ def play(
     """
     from gaitsim.cli.codes import read_individual
     from gaitsim.render.scene.clip import Clip
-    from gaitsim.render.terminal.view import Viewpoint
+    from gaitsim.render.terminal.body import Viewpoint
 
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(

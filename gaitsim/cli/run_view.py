@@ -13,7 +13,7 @@ from gaitsim.errors import MissingFunctionError, RunError
 from gaitsim.evaluation.worlds import ranges_of
 from gaitsim.evolution.transferability import RealityTests
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.folder import command

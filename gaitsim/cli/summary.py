@@ -9,8 +9,8 @@ from gaitsim.console.printing import output, print_json, print_table
 from gaitsim.gait.changed import can_be_damaged
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.terminal.explanation import summary_line
 from gaitsim.render.terminal.text import number
-from gaitsim.render.terminal.unseen_results import summary_line
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.history import FIGURE, figures_of
 from gaitsim.runs.snapshot import RunSnapshot

@@ -78,8 +78,8 @@ def video(
                 parse_size,
             )
             from gaitsim.gait.gait_files import check_folder
-            from gaitsim.render.settings import FORMATS, RenderSettings
-            from gaitsim.render.tempo import format_speed
+            from gaitsim.render.encoder import format_speed
+            from gaitsim.render.film import FORMATS, RenderSettings
             from gaitsim.render.video import Video
             from gaitsim.runs.files.folder import exports_folder, find_run
             from gaitsim.runs.snapshot import RunSnapshot

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.contracts.conditions import Terrain
 from gaitsim.contracts.solid import SkeletonError, Solid
-from gaitsim.contracts.terrain import Terrain
 
 Array = NDArray[Any]
 

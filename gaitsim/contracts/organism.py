@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts.condition import Condition
+from gaitsim.contracts.conditions import Condition
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.rig import Rig

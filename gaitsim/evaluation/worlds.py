@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from gaitsim.contracts import Condition, Organism
-from gaitsim.contracts.condition import SEED
+from gaitsim.contracts.conditions import SEED
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.experiment import NO_REALITY, OWN_WORLD, WORLD, Experiment

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gaitsim.legged.rhythm import CHATTER, MIN_TOUCH_DOWNS, stride_lag
+from gaitsim.legged.stepping import CHATTER, MIN_TOUCH_DOWNS, stride_lag
 
 Floats = NDArray[np.float64]
 

@@ -19,13 +19,11 @@ from gaitsim.imitation.expert import Expert, expert_of, find_expert
 from gaitsim.imitation.imitator import Angles, Imitation, save_imitator
 from gaitsim.imitation.learning import SETTINGS, Settings, learn
 from gaitsim.individual import Individual, Member
-from gaitsim.render.film import Film
-from gaitsim.render.individual_clip import clip_of
+from gaitsim.render.film import Film, RenderSettings
 from gaitsim.render.notebook import RunViews
 from gaitsim.render.plots.imitation import errors_figure
 from gaitsim.render.plots.labels import format_score
-from gaitsim.render.scene.clip import Clip
-from gaitsim.render.settings import RenderSettings
+from gaitsim.render.scene.clip import Clip, clip_of
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 if TYPE_CHECKING:
@@ -147,7 +145,7 @@ class Result(ReprMixin):
             GaitsimError: the body cannot play joint angles, a setting is invalid, or the file
                 cannot be written.
         """
-        from gaitsim.render.settings import RenderSettings
+        from gaitsim.render.film import RenderSettings
 
         path, theme = Path(path), "dark" if dark else "light"
         settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)

@@ -1,7 +1,6 @@
 """Parts shared by legged bodies: damage, conditions, commands, servos and measures of stepping."""
 
 from gaitsim.choices import DAMAGE_HELP
-from gaitsim.legged.commands import commands_at, delay_angles, hold_commands
 from gaitsim.legged.conditions import (
     CONDITIONS,
     condition_rng,
@@ -11,7 +10,7 @@ from gaitsim.legged.conditions import (
     world_seed,
 )
 from gaitsim.legged.damage import Damage, Kind, parse_damage
-from gaitsim.legged.servos import SERVOS, Servo
+from gaitsim.legged.servos import SERVOS, Servo, commands_at, delay_angles, hold_commands
 from gaitsim.legged.stepping import BODY_HEIGHT, stepping_measures
 
 __all__ = [

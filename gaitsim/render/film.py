@@ -1,27 +1,145 @@
 """Films: a curve, followed by one or several moving bodies."""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
+from gaitsim.choices import VideoFormat
+from gaitsim.contracts import Skeleton
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.gait.gait_files import check_folder
-from gaitsim.render.encoder import encode
-from gaitsim.render.intro import figure_picture
-from gaitsim.render.scene import THEMES, Picture, Scene
-from gaitsim.render.scene.clip import Clip
-from gaitsim.render.settings import SPEEDS, RenderSettings
-from gaitsim.render.tempo import (
+from gaitsim.render.encoder import (
     ALIASED,
     default_speed,
+    encode,
     format_speed,
     is_resolved,
     movement_frequency,
 )
+from gaitsim.render.scene import THEMES, VIEWS, Picture, Scene
+from gaitsim.render.scene.clip import Clip
+from gaitsim.runs.files.atomic import write_bytes
 
 if TYPE_CHECKING:
-    from gaitsim.render.intro import Draw
+    from matplotlib.figure import Figure
+
+    from gaitsim.render.plots.style import Theme
+
+    Draw = Callable[[Theme, tuple[float, float]], Figure]
+    """A function that draws a figure in a theme and a size (width and height in inches)."""
+
+
+FORMATS = get_args(VideoFormat)
+FPS = {"mp4": 30.0, "gif": 25.0}
+SIZES = {"mp4": (1280, 720), "gif": (640, 360)}
+FASTEST = {"mp4": 120.0, "gif": 50.0}  # browsers slow down faster GIFs
+MIN_PIXELS, MAX_PIXELS = 64, 4096  # pixels
+SPEEDS = 0.01, 100.0
+
+
+@dataclass(frozen=True)
+class RenderSettings:
+    """The size, speed, view and colours of a video.
+
+    Attributes:
+        format: file format, one of `FORMATS`.
+        size: width and height, pixels; None for the format's default.
+        fps: frames per second; None for the format's default.
+        speed: speed of the motion, where 1 is real time; None chooses real time, or slow motion for
+            movements too fast for the frame rate.
+        view: name of a view in `gaitsim.render.scene.VIEWS`.
+        theme: name of a theme in `gaitsim.render.scene.THEMES`.
+        intro: whether the video begins with the curve.
+    """
+
+    format: str = "mp4"
+    size: tuple[int, int] | None = None
+    fps: float | None = None
+    speed: float | None = None
+    view: str = "iso"
+    theme: str = "light"
+    intro: bool = True
+
+    def __post_init__(self) -> None:
+        for name, known in (("format", FORMATS), ("view", VIEWS), ("theme", THEMES)):
+            if getattr(self, name) not in known:
+                raise unknown(name, getattr(self, name), known, where=f"--{name}")
+        self._check_size()
+        fastest = FASTEST[self.format]
+        if not 1 <= self.rate <= fastest:
+            raise GaitsimError(
+                f"invalid frame rate: {self.fps:g} frames per second",
+                where="--fps",
+                allowed=f"1 to {fastest:g} for {self.format.upper()}",
+            )
+        if self.speed is not None and not SPEEDS[0] <= self.speed <= SPEEDS[1]:
+            raise GaitsimError(
+                f"invalid speed: {self.speed:g}",
+                where="--speed",
+                allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
+            )
+
+    def _check_size(self) -> None:
+        width, height = self.pixels
+        where, allowed = "--size", f"{MIN_PIXELS}x{MIN_PIXELS} to {MAX_PIXELS}x{MAX_PIXELS}"
+        if not (MIN_PIXELS <= width <= MAX_PIXELS and MIN_PIXELS <= height <= MAX_PIXELS):
+            raise GaitsimError(
+                f"invalid size of a video: {width}x{height} pixels",
+                where=where,
+                allowed=allowed,
+            )
+        if self.format == "mp4" and (width % 2 or height % 2):
+            raise GaitsimError(
+                f"invalid size of an MP4: {width}x{height} pixels; H.264 requires even numbers",
+                where=where,
+                allowed=f"{allowed}, both even",
+                remedy=f"--size {width + width % 2}x{height + height % 2}",
+            )
+
+    @property
+    def pixels(self) -> tuple[int, int]:
+        """Width and height, pixels."""
+        return self.size or SIZES[self.format]
+
+    @property
+    def rate(self) -> Fraction:
+        """Frames per second."""
+        fps = FPS[self.format] if self.fps is None else self.fps
+        return Fraction(fps if np.isfinite(fps) else 0).limit_denominator(1001)
+
+
+MARGIN = 0.05  # margin around the figure, as a share of the smaller side
+_LETTERS = 95.0  # dots per inch of the figure, for legible letters
+_WIDTHS = 3.4, 5.6  # minimum and maximum width of the figure in inches, so that its labels fit
+
+
+def figure_picture(draw: "Draw", size: tuple[int, int], theme: str) -> Picture:
+    """Draw a figure in the size (width and height in pixels) and the colours of a video."""
+    from io import BytesIO
+
+    from matplotlib.image import imread
+
+    from gaitsim.render.plots.style import THEMES as PLOT_THEMES
+    from gaitsim.render.plots.style import picture
+
+    width, height = size
+    edge = round(MARGIN * min(width, height))
+    dots = (width - 2 * edge) / float(np.clip((width - 2 * edge) / _LETTERS, *_WIDTHS))
+    colours = replace(PLOT_THEMES[theme], background=THEMES[theme].ground)
+    # Matplotlib truncates sizes; a hundredth of a pixel more compensates for rounding errors.
+    inches = ((width - 2 * edge + 0.01) / dots, (height - 2 * edge + 0.01) / dots)
+    drawn = picture(draw(colours, inches), "png", colours, dots)
+    curve = np.round(imread(BytesIO(drawn)) * 255).astype(np.uint8)
+    framed = np.empty((height, width, 4), dtype=np.uint8)
+    framed[:] = curve[0, -1]
+    framed[edge : height - edge, edge : width - edge] = curve
+    return framed
+
 
 INTRO, CROSSFADE = 1.5, 0.4  # seconds; the crossfade is the end of the intro
 ORBIT = 10.0  # minimum duration of a turn around the body, seconds
@@ -148,3 +266,48 @@ def _blend(one: Picture, other: Picture, share: float) -> Picture:
     if not share:
         return one
     return np.round(one * np.float32(1 - share) + other * np.float32(share)).astype(np.uint8)
+
+
+SIZE = 1280, 720
+
+
+def write_still(
+    skeleton: Skeleton,
+    path: Path,
+    title: str = "",
+    details: str = "",
+    *,
+    frame: int = 0,
+    size: tuple[int, int] = SIZE,
+    view: str = "iso",
+    theme: str = "light",
+) -> None:
+    """Write one frame of a body as a PNG, with the names of its feet.
+
+    Args:
+        skeleton: motion of the body.
+        path: path of the file.
+        title: first line of text.
+        details: second line of text.
+        frame: index of the frame.
+        size: width and height, pixels.
+        view: name of a view in `gaitsim.render.scene.VIEWS`.
+        theme: name of a theme in `gaitsim.render.scene.THEMES`.
+    """
+    from PIL import Image
+
+    check_folder(path)
+    clip = Clip(_frozen(skeleton, frame), title, details, named=True)
+    picture = Scene([clip], size, view, theme).draw(0.0)
+    data = BytesIO()
+    Image.fromarray(picture[..., :3]).save(data, format="PNG")
+    write_bytes(path, data.getvalue())
+
+
+def _frozen(skeleton: Skeleton, frame: int) -> Skeleton:
+    over_time = ("segments", "contacts", "touching", "centre", "poses")
+    kept = {name: getattr(skeleton, name) for name in over_time}
+    return replace(
+        skeleton,
+        **{name: array[frame : frame + 1] for name, array in kept.items() if array is not None},
+    )

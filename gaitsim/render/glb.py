@@ -22,9 +22,8 @@ from gaitsim.render.gltf.ground import ground
 from gaitsim.render.gltf.meshes import Mesh, mesh_of, polyhedron, rod, slab
 from gaitsim.render.gltf.rotations import rigid_rotations, rotations_from_z, without_sign_flips
 from gaitsim.render.html import program_version
-from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.scene.camera import Points
-from gaitsim.render.scene.clip import Clip
+from gaitsim.render.scene.clip import Clip, clip_of
 from gaitsim.render.scene.pixels import TINT
 from gaitsim.render.scene.themes import THEMES, mix, rgb
 from gaitsim.runs.files.atomic import write_bytes

@@ -196,7 +196,7 @@ class RunViews:
         Raises:
             GaitsimError: an argument is invalid, or the file cannot be written.
         """
-        from gaitsim.render.settings import RenderSettings
+        from gaitsim.render.film import RenderSettings
         from gaitsim.render.video import Video
 
         path = Path(path)

@@ -142,10 +142,9 @@ def _animation(champion: Individual, notices: list[str]) -> Any:
     """Return the summary of an animated GIF; None if the body cannot be drawn."""
     from tensorboardX.proto.summary_pb2 import Summary
 
-    from gaitsim.render.encoder import encode
+    from gaitsim.render.encoder import default_speed, encode, format_speed, movement_frequency
     from gaitsim.render.plots.labels import format_score
     from gaitsim.render.scene import THEMES, Clip, Scene
-    from gaitsim.render.tempo import default_speed, format_speed, movement_frequency
 
     try:
         skeleton = champion.skeleton

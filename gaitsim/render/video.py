@@ -7,13 +7,12 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Choice, Individual
-from gaitsim.render.film import Film
-from gaitsim.render.individual_clip import clip_of
+from gaitsim.render.film import Film, RenderSettings
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.labels import format_score
+from gaitsim.render.scene.clip import clip_of
 from gaitsim.render.scene.labels import ROW, ROWS, small_letters
-from gaitsim.render.settings import RenderSettings
 from gaitsim.runs.snapshot import RunSnapshot
 
 

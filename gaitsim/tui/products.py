@@ -154,9 +154,9 @@ def unavailable_products(run: Path) -> dict[Product, GaitsimError]:
     from gaitsim.gait.gait_files import gait_of
     from gaitsim.hardware.exporting import check_bag
     from gaitsim.imitation.expert import expert_of
-    from gaitsim.render.individual_clip import clip_of
     from gaitsim.render.plots.kinds import KINDS
     from gaitsim.render.plots.request import require_kept
+    from gaitsim.render.scene.clip import clip_of
     from gaitsim.render.tensorboard import check_installed
     from gaitsim.runs.files.folder import exports_folder
     from gaitsim.runs.snapshot import RunSnapshot

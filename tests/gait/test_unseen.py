@@ -12,7 +12,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim.gait import with_world
 from gaitsim.gait.unseen import Outcome, UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.unseen_results import summary_line, world_results
+from gaitsim.render.terminal.explanation import summary_line, world_results
 
 EXPERIMENT = load_experiment("walker", {"organism.duration": 1, "worlds.number": 3})
 GENOME = EXPERIMENT.space().random(1, np.random.default_rng(3))

@@ -8,7 +8,7 @@ import gaitsim as gs
 from gaitsim.experiment import load_experiment
 from gaitsim.imitation.imitating import imitation_film
 from gaitsim.individual import Individual
-from gaitsim.render.settings import RenderSettings
+from gaitsim.render.film import RenderSettings
 
 
 @pytest.fixture(scope="module")

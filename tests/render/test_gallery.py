@@ -14,8 +14,8 @@ from PIL import Image
 
 import gaitsim as gs
 from gaitsim.errors import GaitsimError
-from gaitsim.render.gallery import cards, site
-from gaitsim.render.gallery.site import write_gallery
+from gaitsim.render import gallery
+from gaitsim.render.gallery import write_gallery
 from gaitsim.runs.manage import write_note
 
 PICTURE = "data:image/webp;base64,UklGRg=="
@@ -25,9 +25,9 @@ HOSTILE = "<img src=x onerror=alert(1)>"
 @pytest.fixture
 def runs(tmp_path, puppets, puppet, monkeypatch):
     """Two runs with different scores, one with a hostile name and note; pages are stubs."""
-    monkeypatch.setattr(cards, "_picture", lambda skeleton, theme: PICTURE)
+    monkeypatch.setattr(gallery, "_picture", lambda skeleton, theme: PICTURE)
     monkeypatch.setattr(
-        site, "write_page", lambda ones, path, run: path.write_text(ones[0].name) and ""
+        gallery, "write_page", lambda ones, path, run: path.write_text(ones[0].name) and ""
     )
     folder = tmp_path / "runs"
     for name, generations in ((HOSTILE, 1), ("b", 3)):
@@ -78,11 +78,11 @@ def test_pictures_show_the_body():
     experiment = gs.load_experiment("spider")
     genome = experiment.space().random(1, np.random.default_rng(1))[0]
     individual = gs.Individual(experiment, 0.0, {}, 1, genome)
-    light, dark = (cards._picture(individual.skeleton, theme) for theme in ("light", "dark"))
+    light, dark = (gallery._picture(individual.skeleton, theme) for theme in ("light", "dark"))
     for url in (light, dark):
         data = base64.b64decode(url.removeprefix("data:image/webp;base64,"))
         with Image.open(BytesIO(data)) as picture:
-            assert picture.size == cards.SIZE
+            assert picture.size == gallery.SIZE
             assert len(picture.getcolors(10**6) or ()) > 100
         assert len(data) < 20_000
     assert light != dark
@@ -135,7 +135,7 @@ def test_runs_that_cannot_be_shown_are_listed_with_reasons(runs, tmp_path):
 
 def test_a_run_without_a_skeleton_has_a_card_without_picture(runs, tmp_path, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Puppet, "skeleton", lambda *_: None)
-    monkeypatch.setattr(site, "MAX_INLINE_CODE", 10)
+    monkeypatch.setattr(gallery, "MAX_INLINE_CODE", 10)
     made = write_gallery(runs, tmp_path / "site")
     assert made.shown == 2
     assert len(made.problems) == 2
@@ -181,7 +181,7 @@ def test_ctrl_c_leaves_a_gallery_of_the_processed_runs(runs, tmp_path, gaitsim, 
             raise KeyboardInterrupt
         path.write_text("page")
 
-    monkeypatch.setattr(site, "write_page", interrupted)
+    monkeypatch.setattr(gallery, "write_page", interrupted)
     shown = gaitsim("gallery", runs, "--out", "site", code=130)
     assert "Stopped" in shown.stderr
     text = "".join(Reader((tmp_path / "site/index.html").read_bytes()).texts)
@@ -189,7 +189,7 @@ def test_ctrl_c_leaves_a_gallery_of_the_processed_runs(runs, tmp_path, gaitsim, 
     assert "interrupted before this run" in text
     record = json.loads((tmp_path / "site/gallery.json").read_text())
     assert len(record["files"]) == len(record["runs"]) == 1
-    monkeypatch.setattr(site, "write_page", lambda ones, path, run: path.write_text("page"))
+    monkeypatch.setattr(gallery, "write_page", lambda ones, path, run: path.write_text("page"))
     assert "2 runs" in gaitsim("gallery", runs, "--out", "site").stdout
 
 
@@ -218,6 +218,6 @@ def test_invalid_folders_are_reported(gaitsim, runs):
 
 def test_file_names_are_safe_and_distinct():
     names = ["a b", "a-b", "A-B", "日本", "…", "con", "x" * 300, ".."]
-    found = site._file_names([Path(name) for name in names])
+    found = gallery._file_names([Path(name) for name in names])
     assert len({name.casefold() for name in found}) == len(names)
     assert all(re.fullmatch(r"run[A-Za-z0-9_-]{0,90}", name) for name in found)

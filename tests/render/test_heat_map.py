@@ -8,9 +8,16 @@ from matplotlib.colors import to_hex
 from gaitsim.contracts import Members
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.braille import ink_runs
-from gaitsim.render.terminal.cell_steps import nearest, next_occupied
-from gaitsim.render.terminal.colour_scale import EMPTY, LEVELS, VIRIDIS, Scale, styles
-from gaitsim.render.terminal.heat_map import HeatMap
+from gaitsim.render.terminal.heat_map import (
+    EMPTY,
+    LEVELS,
+    VIRIDIS,
+    HeatMap,
+    Scale,
+    nearest,
+    next_occupied,
+    styles,
+)
 
 WORDS = {"turn": "turn (°)", "stance": "stance 宽", "score": "score (m)"}
 

@@ -11,14 +11,14 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, captions, draw
+from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, draw, labels
 from gaitsim.render.scene.anatomy import anatomy
 from gaitsim.render.scene.camera import Camera, axes, smooth_path
+from gaitsim.render.scene.clip import Race
 from gaitsim.render.scene.ground import grid
 from gaitsim.render.scene.kernels import rule
 from gaitsim.render.scene.labels import DPI, FONT, Labels, text_path
-from gaitsim.render.scene.race import Race
-from gaitsim.render.scene.shapes import hull
+from gaitsim.render.scene.solids import hull
 
 FRAMES = 21
 
@@ -244,7 +244,7 @@ def test_a_flying_body_has_an_altitude_scale_and_the_ground_below():
     falling = Clip(cuboid(at=(0.0, 0.0, -0.5)))
     assert falling.floor == -10.0
     assert falling.at(2.0).segments[..., 2].min() == 0.0
-    moment = captions.format_moment(falling, falling.at(2.0), 2.0)
+    moment = labels.format_moment(falling, falling.at(2.0), 2.0)
     assert moment == "2.00 s   distance 0.00 m   altitude −9.50 m"
 
 
@@ -340,7 +340,7 @@ def test_bodies_that_fall_behind_leave_the_picture_and_the_leader_stays():
     assert np.ptp(leader[:, 1]) > 0
     (tag,) = scene.world.runners[0].tag.get_paths()
     assert (tag.vertices >= 0).all()
-    altitudes = [captions.format_progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
+    altitudes = [labels.format_progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
     assert altitudes == ["altitude −300.00 m", "altitude 2.00 m"]
 
 
@@ -351,7 +351,7 @@ def test_a_race_lasts_as_long_as_its_longest_clip():
     )
     scene = Scene([Clip(short), Clip(walker())], (640, 480), "iso", "light")
     assert scene.seconds == 2.0
-    texts = [captions.format_progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
+    texts = [labels.format_progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
     assert texts == ["distance 0.50 m, ended at 1.00 s", "distance 1.00 m"]
 
 

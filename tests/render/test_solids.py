@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from gaitsim.contracts import Skeleton, Solid
 from gaitsim.errors import RunError
+from gaitsim.render.film import write_still
 from gaitsim.render.scene import THEMES, Clip, Scene, draw
 from gaitsim.render.scene.camera import Camera, axes
-from gaitsim.render.scene.race import Race
-from gaitsim.render.scene.raster import FINE, raster
-from gaitsim.render.scene.solids import Surfaces, interpolate_poses, rotations
-from gaitsim.render.still import write_still
+from gaitsim.render.scene.clip import Race
+from gaitsim.render.scene.raster import raster
+from gaitsim.render.scene.solids import FINE, Surfaces, interpolate_poses, rotations
 
 LIGHT = np.array([0.0, 0.0, 1.0])
 TURNED = (0.1, -0.2, 0.05, *np.array([0.8, 0.3, -0.4, 0.2]) / np.sqrt(0.93))

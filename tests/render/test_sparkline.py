@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from gaitsim.render.terminal.sparkline import BLOCKS, sparkline
+from gaitsim.render.terminal.curves import BLOCKS, sparkline
 
 
 @pytest.mark.parametrize(

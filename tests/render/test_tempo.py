@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.tempo import (
+from gaitsim.render.encoder import (
     ENOUGH,
     default_speed,
     format_speed,

@@ -11,10 +11,9 @@ from PIL import Image
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, PluginError, RunError
-from gaitsim.render.encoder import encode, palette
+from gaitsim.render.encoder import encode, movement_frequency, palette
+from gaitsim.render.film import RenderSettings
 from gaitsim.render.scene import THEMES, Scene
-from gaitsim.render.settings import RenderSettings
-from gaitsim.render.tempo import movement_frequency
 from gaitsim.render.video import Video
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot

@@ -8,7 +8,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.scene import THEMES, Clip, draw
 from gaitsim.render.scene.themes import rgb
 from gaitsim.render.terminal import body as terminal
-from gaitsim.render.terminal.view import Viewpoint
+from gaitsim.render.terminal.body import Viewpoint
 from gaitsim_spider import body
 from gaitsim_spider.organism import Spider
 

@@ -15,8 +15,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
+from gaitsim.render.terminal.body import MIN_ZOOM, NAMED, Viewpoint, camera
 from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, ink_runs
-from gaitsim.render.terminal.view import MIN_ZOOM, NAMED, Viewpoint, camera
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
 

@@ -65,7 +65,7 @@ def check(
     """
     from gaitsim.experiment.loading import read_body, reader_of
     from gaitsim.gait.gait_files import check_folder
-    from gaitsim.render.still import write_still
+    from gaitsim.render.film import write_still
 
     reader_of(file)
     for folder in root or ():

@@ -19,7 +19,7 @@ from gaitsim.render.page.gaits import gaits_data
 from gaitsim.render.page.packing import Packed, pack
 from gaitsim.render.page.player import themes
 from gaitsim.render.plots.request import require_kept
-from gaitsim.render.terminal.colour_scale import VIRIDIS
+from gaitsim.render.terminal.heat_map import VIRIDIS
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot

@@ -9,7 +9,7 @@ from gaitsim.gait.sensitivity import PARTS
 from gaitsim.gait.unseen import UnseenResults
 from gaitsim.render.plots.labels import add_heading, format_number
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
-from gaitsim.render.terminal.unseen_results import format_falls, spaced
+from gaitsim.render.terminal.explanation import format_falls, spaced
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

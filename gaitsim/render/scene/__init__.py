@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.scene.camera import VIEWS
-from gaitsim.render.scene.clip import Clip
-from gaitsim.render.scene.race import Race
+from gaitsim.render.scene.clip import Clip, Race
 from gaitsim.render.scene.themes import THEMES, Theme
 
 __all__ = ["THEMES", "VIEWS", "Clip", "Picture", "Scene", "draw"]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.colours import is_damaged
-from gaitsim.render.scene.shapes import hull_faces
+from gaitsim.render.scene.solids import hull_faces
 
 THICKNESS = 0.13  # radius of a limb, relative to the median length of segments
 SLENDER = 0.022  # maximum radius of a limb, relative to the span of the body

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.render.scene.anatomy import Anatomy
 from gaitsim.render.scene.camera import Camera, Points
-from gaitsim.render.scene.shapes import capsules, hull
+from gaitsim.render.scene.solids import capsules, hull
 from gaitsim.render.scene.themes import Colour, mix
 
 FOG = 0.3  # share of the background's colour on the far side of a body

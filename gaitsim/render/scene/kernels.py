@@ -10,8 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.render.scene.raster import BIAS, FINE, SHADES, Drawn
-from gaitsim.render.scene.solids import Pieces
+from gaitsim.render.scene.solids import BIAS, FINE, SHADES, Drawn, Pieces
 
 Floats = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""The labels of a picture, fitted to its width."""
+"""The labels and captions of a picture, fitted to its width."""
 
 import re
 from bisect import bisect_left
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.colours import LEFT, side_words
-from gaitsim.render.scene import captions
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.themes import Theme
 from gaitsim.render.ticks import format_round_length
@@ -18,6 +17,56 @@ from gaitsim.render.ticks import format_round_length
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.path import Path
+
+
+SMALL = 0.25  # metres; distances of smaller bodies are in centimetres
+
+
+def format_time(seconds: float) -> str:
+    """Format a time."""
+    return f"{seconds:.2f} s"
+
+
+def format_moment(clip: Clip, pose: Pose, seconds: float) -> str:
+    """Format time, distance and a flying body's altitude, at constant width; '' for a still."""
+    if not clip.seconds:
+        return ""
+    away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
+    return _join(clip, min(seconds, clip.seconds), away, float(pose.middle[2]) + clip.floor)
+
+
+def widest_moment(clip: Clip) -> str:
+    """Return a string about as wide as the widest result of `format_moment`."""
+    away = float(np.hypot(*(clip.path - clip.path[0])[:, :2].T).max())
+    altitude = clip.path[:, 2] + clip.floor
+    return _join(clip, clip.seconds, away, float(altitude[np.abs(altitude).argmax()]))
+
+
+def format_progress(clip: Clip, pose: Pose, seconds: float) -> str:
+    """Format the distance or altitude of one of several bodies, and when its motion ended."""
+    away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
+    altitude = float(pose.middle[2]) + clip.floor
+    text = (
+        f"altitude {format_length(clip, altitude)}"
+        if clip.flies
+        else f"distance {format_length(clip, away)}"
+    )
+    return text + (f", ended at {clip.seconds:.2f} s" if seconds > clip.seconds + 1e-6 else "")
+
+
+def format_length(clip: Clip, metres: float) -> str:
+    """Format a length at the scale of a body."""
+    # All digits have the same width, so a constant unit keeps the text from jumping.
+    small = clip.anatomy.span < SMALL
+    return (f"{100 * metres:.1f} cm" if small else f"{metres:.2f} m").replace("-", "−")
+
+
+def _join(clip: Clip, seconds: float, away: float, altitude: float) -> str:
+    words = [format_time(seconds), f"distance {format_length(clip, away)}"]
+    return "   ".join(
+        [*words, f"altitude {format_length(clip, altitude)}"][: 3 if clip.flies else 2]
+    )
+
 
 DPI = 64  # a power of two, so that sizes in pixels are exact in inches
 POINT = 72 / DPI  # points per pixel; Matplotlib takes line widths and letters in points
@@ -66,9 +115,9 @@ class Labels:
         under = top - 1.35 * _size(title)
         details = self._text(pad, under, heading[1], self._small, colour="faint", va="top")
         self._fit(details, room)
-        longest = captions.format_time(max(clip.seconds for clip in clips))
+        longest = format_time(max(clip.seconds for clip in clips))
         if not several:
-            longest = captions.widest_moment(clips[0])
+            longest = widest_moment(clips[0])
         clock = self._text(pad, pad, longest, big)
         self._fit(clock, room)
         used = self._box(clock).width + 2 * pad
@@ -82,12 +131,12 @@ class Labels:
     def set_clock(self, poses: Sequence[Pose], seconds: float) -> None:
         """Set the clock, and the rows of several bodies, to a moment."""
         if self._progress:
-            now = captions.format_time(min(seconds, max(one.seconds for one in self._clips)))
+            now = format_time(min(seconds, max(one.seconds for one in self._clips)))
         else:
-            now = captions.format_moment(self._clips[0], poses[0], seconds)
+            now = format_moment(self._clips[0], poses[0], seconds)
         self.clock.set_paths([text_path(now, self._clock_size, (self._pad, self._pad))])
         for clip, pose, (artist, at) in zip(self._clips, poses, self._progress, strict=False):
-            progress_text = captions.format_progress(clip, pose, seconds)
+            progress_text = format_progress(clip, pose, seconds)
             artist.set_paths([text_path(progress_text, self._small, at)])
 
     def _changing(self) -> Any:

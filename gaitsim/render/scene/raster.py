@@ -4,34 +4,11 @@ Each pixel keeps the surface with the largest w = 1 / depth. As a function of th
 picture, the w of a plane is affine, and the w of a quadric is the root of a quadratic equation.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.scene.camera import NEAR, Camera, Points
-from gaitsim.render.scene.solids import Surfaces, rotations
-
-FINE = 2  # samples per pixel in each direction, to smooth edges; `to_pixels` adds 2 × 2
-SHADES = 64  # shades of a solid; the first is for its outline
-BIAS = 1e-4  # least relative difference of depth; ties go to the first surface
-
-
-class Drawn(NamedTuple):
-    """The visible surface at each sample of a part of the picture, from the lowest row up.
-
-    Attributes:
-        left, bottom: lower left corner of the part, whole pixels.
-        nearness: 1 / depth, 0 for the background, (rows, columns) 1/m.
-        paint: (1 + index of the solid) × `SHADES` + shade; 0 for the background.
-        piece: distinct number for each piece that has an outline.
-    """
-
-    left: int
-    bottom: int
-    nearness: NDArray[np.float32]
-    paint: NDArray[np.int32]
-    piece: NDArray[np.int32]
+from gaitsim.render.scene.solids import FINE, SHADES, Drawn, Surfaces, rotations
 
 
 def raster(

@@ -11,9 +11,8 @@ from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES
 from gaitsim.render.scene.labels import MIN_LETTERS, POINT, text_path
-from gaitsim.render.scene.lines import shaded
-from gaitsim.render.scene.pixels import Pixels
-from gaitsim.render.scene.shapes import discs, hull
+from gaitsim.render.scene.pixels import Pixels, shaded
+from gaitsim.render.scene.solids import discs, hull
 from gaitsim.render.scene.themes import Theme, mix, rgb
 
 TRAIL = 240  # number of pieces of the path behind a body

@@ -2,30 +2,202 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from unicodedata import combining, east_asian_width
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.individual import Individual
 from gaitsim.render import archive_view
-from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.archive_view import ArchiveView, colour_scale_low
 from gaitsim.render.terminal.braille import SPACE, Inks
-from gaitsim.render.terminal.cell_steps import Occupied, Place, nearest
-from gaitsim.render.terminal.colour_scale import (
-    AXIS,
-    CURSOR,
-    EMPTY,
-    FIRST,
-    KINDS,
-    LEVELS,
-    MARKED,
-    NONE,
-    POINTED,
-    Scale,
-    ink_of,
-)
-from gaitsim.render.terminal.map_area import Area, dots_of, numbers_along
 from gaitsim.render.terminal.text import number, visible
+from gaitsim.render.ticks import labels, ticks
+from gaitsim.runs.files.history import FIGURE
+from gaitsim.runs.snapshot import RunSnapshot
+
+AXIS, CURSOR, EMPTY = 1, 2, 3  # inks of axes and labels, of the cursor on the axes, of empty cells
+LEVELS = 13  # levels of the scale; all pairs of levels, empty and cursor have inks in one byte
+NONE, POINTED = 0, LEVELS + 1  # levels of an empty cell, and of the cell under the cursor
+KINDS = LEVELS + 2
+FIRST = 4
+MARKED = FIRST + KINDS * KINDS
+
+# Viridis, by Smith and van der Walt (2015), in equal steps.
+VIRIDIS = (
+    "#440154", "#481f70", "#443983", "#3b528b", "#31688e", "#287c8e", "#21918c",
+    "#20a486", "#35b779", "#5ec962", "#90d743", "#c8e020", "#fde725",
+)  # fmt: skip
+POINTER = "#ff2d95"  # a colour absent from viridis, visible on dark and on light
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A linear scale from scores to levels of colour.
+
+    Attributes:
+        low: score at the low end of the scale.
+        high: score at the high end of the scale.
+        extended: whether some scores are below `low`.
+    """
+
+    low: float
+    high: float
+    extended: bool = False
+
+    @classmethod
+    def of(cls, scores: NDArray[np.float64]) -> "Scale":
+        """Return the scale for scores, NaN if missing; a few very low scores may be below it."""
+        known = scores[np.isfinite(scores)]
+        if not len(known):
+            return cls(0.0, 1.0)
+        low, extended = colour_scale_low(known)
+        return cls(low, float(known.max()), extended)
+
+    def levels(self, scores: NDArray[np.float64], count: int) -> NDArray[np.intp]:
+        """Return the level of each score, 1 to `count`; 0 for NaN."""
+        share = (scores - self.low) / max(self.high - self.low, 1e-12)
+        found = np.clip(np.nan_to_num(share * count, nan=0.0), 0, count - 1).astype(np.intp) + 1
+        return np.where(np.isfinite(scores), found, NONE)
+
+
+def ink_of(upper: int, lower: int) -> int:
+    """Return the ink of a character whose halves have these levels."""
+    return FIRST + upper * KINDS + lower
+
+
+def styles(axis: str, empty: str, pointer: str = POINTER) -> list[str]:
+    """Return the style of each ink as 'colour on background', in Rich's syntax.
+
+    Args:
+        axis: colour of axes and labels.
+        empty: colour of empty cells.
+        pointer: colour of the cursor.
+    """
+    levels = [*VIRIDIS, pointer]
+    alone = ["", *levels]
+    pairs = [
+        f"{upper} on {lower}" if upper and lower else upper or lower
+        for upper in alone
+        for lower in alone
+    ]
+    dark, light = "bold #000000", "bold #ffffff"
+    marked = [
+        f"{dark if 2 * level > LEVELS else light} on {paint}"
+        for level, paint in enumerate(levels, start=1)
+    ]
+    return [axis, axis, pointer, empty, *pairs, f"bold {axis}", *marked]
+
+
+MIN_SIZE = 14, 5  # minimum columns and rows of a map
+_BELOW = 4  # rows below the cells: the axis, its numbers, its name, the colour scale
+_MIN_FILLED = 0.7  # share of the space that equal cells must fill; otherwise they differ by a dot
+
+
+@dataclass(frozen=True, eq=False)
+class Area:
+    """The layout of a map in a picture of characters.
+
+    Attributes:
+        columns: width of the picture.
+        rows: height of the picture.
+        ends: low and high end of the axes, horizontal and vertical, (axes, 2).
+        shaded: whether the map has shades of grey, one dot per character, instead of colours,
+            two dots per character.
+    """
+
+    columns: int
+    rows: int
+    ends: NDArray[np.float64]
+    shaded: bool = False
+
+    @property
+    def fits(self) -> bool:
+        """Whether the picture has enough space for a map."""
+        return (
+            self.columns - self.left - 1 >= MIN_SIZE[0] // 2 and self.rows >= MIN_SIZE[1] + _BELOW
+        )
+
+    @property
+    def high(self) -> int:
+        """Dots per character, vertically."""
+        return 1 if self.shaded else 2
+
+    @property
+    def height(self) -> int:
+        """Rows of characters available for cells; the row above holds the name of the axis."""
+        return self.rows - 1 - _BELOW
+
+    @property
+    def room(self) -> tuple[int, int]:
+        """Maximum number of cells, across and up."""
+        return self.columns - self.left - 1, self.height * self.high
+
+    @property
+    def left(self) -> int:
+        """Columns to the left of the cells."""
+        return max(len(word) for _, word in self.numbers) + 1 if self.numbers else 1
+
+    @cached_property
+    def numbers(self) -> list[tuple[float, str]]:
+        """The numbers along the vertical axis, as values and strings."""
+        most = max(min(self.height // 3, 6), 2)
+        return numbers_along(self.ends[1], most) if len(self.ends) > 1 else []
+
+
+def dots_of(cells: int, room: int) -> NDArray[np.intp]:
+    """Return the borders of cells in `room` dots, (cells + 1,).
+
+    The cells are equal if equal cells fill most of the room.
+    """
+    each = room // cells
+    filled = each * cells if each * cells >= _MIN_FILLED * room else room
+    return np.round(np.linspace(0, filled, cells + 1)).astype(np.intp)
+
+
+def numbers_along(ends: NDArray[np.float64], most: int) -> list[tuple[float, str]]:
+    """Return at most `most` round numbers between two ends, as values and strings."""
+    values = ticks(float(ends[0]), float(ends[1]), most)
+    return list(zip(values.tolist(), labels(values), strict=True))
+
+
+Place = tuple[int, int]
+"""The column and the row of a panel's cell, from the low ends of its axes."""
+Occupied = NDArray[np.bool_]
+
+
+def next_occupied(occupied: Occupied, place: Place, across: int, up: int) -> Place:
+    """Return the nearest occupied cell in a direction, or the same cell if there is none.
+
+    Cells within 45 degrees of the direction are preferred.
+
+    Args:
+        occupied: whether each cell has an elite, (across, up).
+        place: cell at which the cursor is.
+        across: horizontal direction, −1, 0 or 1.
+        up: vertical direction, −1, 0 or 1; 0 unless `across` is 0.
+    """
+    cells = np.argwhere(occupied)
+    away = cells - np.array(place)
+    ahead, aside = away @ (across, up), np.abs(away @ (up, across))
+    for within in (aside <= ahead, ahead > 0):
+        chosen = np.flatnonzero((ahead > 0) & within)
+        if len(chosen):
+            # A cell straight ahead is preferred to a nearer cell beside the line.
+            best = chosen[np.argmin(ahead[chosen] + 2 * aside[chosen])]
+            return int(cells[best, 0]), int(cells[best, 1])
+    return place
+
+
+def nearest(occupied: Occupied, place: Place) -> Place | None:
+    """Return the occupied cell nearest to a cell; None if all cells are empty."""
+    cells = np.argwhere(occupied)
+    if not len(cells):
+        return None
+    best = np.argmin(((cells - np.array(place)) ** 2).sum(1))
+    return int(cells[best, 0]), int(cells[best, 1])
+
 
 Codes = NDArray[np.uint32]
 SHADES = "·░▒▓█"  # an empty cell, and the levels of a scale without colours
@@ -253,3 +425,25 @@ def _shades(dots: NDArray[np.intp]) -> tuple[Codes, Inks]:
     signs = np.array([ord(sign) for sign in SHADES.ljust(POINTED) + _POINTED_SHADE])
     inks = np.select([dots == POINTED, dots == NONE], [CURSOR, EMPTY], AXIS)
     return signs[dots].astype(np.uint32), inks.astype(np.uint8)
+
+
+def axis_labels(individual: Individual, view: ArchiveView) -> dict[str, str]:
+    """Return labels with units for the score and the axes of an archive, by name.
+
+    Args:
+        individual: a member of the archive.
+        view: the archive.
+    """
+    units = {name: individual.unit_of(name) for name in ("score", *view.names)}
+    return {name: f"{name} ({unit})" if unit else name for name, unit in units.items()}
+
+
+def summary(run: RunSnapshot, view: ArchiveView) -> str:
+    """Return generation, elites, coverage and, if the search records it, the QD score."""
+    score = run.history.get(f"{FIGURE}QD score")
+    parts = [
+        f"generation {run.generation:,}",
+        view.coverage,
+        *([f"QD score {number(float(score[-1]), 1)}"] if score is not None else []),
+    ]
+    return "  ".join(parts)

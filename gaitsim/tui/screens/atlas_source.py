@@ -10,7 +10,7 @@ from gaitsim.gait import analyse_individual
 from gaitsim.gait.naming import Name
 from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.atlas_labels import axis_labels, summary
+from gaitsim.render.terminal.heat_map import axis_labels, summary
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.growing import RunFollower
 from gaitsim.runs.snapshot import RunSnapshot

@@ -7,7 +7,7 @@ from rich.style import Style
 from rich.text import Text
 
 from gaitsim.live.protocol import Event, Snapshot
-from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.history import FIGURE, MEAN
 from gaitsim.runs.growing import HistoryBuffer

@@ -23,9 +23,9 @@ from gaitsim.render.terminal.explanation import (
     compare_with_twin,
     explanation,
     travel_and_stability,
+    world_results,
 )
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.render.terminal.unseen_results import world_results
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.base import GaitScreen

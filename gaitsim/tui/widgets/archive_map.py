@@ -10,9 +10,7 @@ from textual.binding import Binding, BindingType
 from textual.message import Message
 
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.cell_steps import Place, nearest, next_occupied
-from gaitsim.render.terminal.colour_scale import styles
-from gaitsim.render.terminal.heat_map import HeatMap
+from gaitsim.render.terminal.heat_map import HeatMap, Place, nearest, next_occupied, styles
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 _PARTS = ("axis", "empty", "pointer")

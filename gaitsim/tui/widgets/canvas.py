@@ -16,7 +16,7 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
-from gaitsim.render.terminal.view import Viewpoint
+from gaitsim.render.terminal.body import Viewpoint
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 FPS = 20

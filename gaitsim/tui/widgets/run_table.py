@@ -12,7 +12,7 @@ from textual.events import Click
 from textual.message import Message
 from textual.widgets import DataTable
 
-from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.overview import Overview
 from gaitsim.tui.formatting import ago, clip, clip_name

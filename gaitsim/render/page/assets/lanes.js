@@ -1,4 +1,4 @@
-// Several bodies side by side on one ground, in lanes like those of gaitsim/render/scene/race.py.
+// Several bodies side by side on one ground, in lanes like those of gaitsim/render/scene/clip.py.
 
 const APART = 0.3; // gap between bodies side by side, in body widths
 const STEEP = 0.7; // minimum distance of lanes, in body heights

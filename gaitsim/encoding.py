@@ -1,18 +1,171 @@
-"""Oscillators that drive joints: the sine and cpg encodings.
+"""Encodings, which turn genomes into joint angles over time, for any number of joints.
 
-Source of the cpg: A. J. Ijspeert, Central pattern generators for locomotion control in animals
-and robots: a review, Neural Networks 21 (2008) 642-653. Unlike in that paper, couplings are not
-weighted by amplitude.
+A body declares groups of genes (`GeneGroup`), builds its genome space from them
+(`genome_space`), and decodes a population in two steps: `split_genomes` returns the values of
+each group, and `Oscillators.sine` or `Oscillators.cpg` converts them to joint angles.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from gaitsim.contracts import Genomes, RealSpace
 from gaitsim.portable import arctan, cos, exp, sin, tan
+
+
+@dataclass(frozen=True)
+class GeneGroup:
+    """Genes that set the same quantity for several parts of a body.
+
+    Attributes:
+        name: name of the quantity, such as 'amplitude'.
+        parts: part that each gene belongs to, such as 'L1 coxa'; '' for the whole body.
+        lower: smallest value, one for all parts or (parts,).
+        upper: largest value, one for all parts or (parts,).
+        periodic: whether the values are angles of a cycle; see `RealSpace`.
+        mirror: offset between the two sides of the body, such as π for the phase of an
+            alternating gait. Each part in `parts` then has a counterpart on the other side without
+            a gene, whose value is that of the part plus `mirror`. None for a body in which every
+            part has its own gene.
+    """
+
+    name: str
+    parts: tuple[str, ...]
+    lower: ArrayLike
+    upper: ArrayLike
+    periodic: bool = False
+    mirror: float | None = None
+
+    def halved(self, mirror: float) -> "GeneGroup":
+        """Return the group with genes for the first half of its parts, which the rest mirror."""
+        return replace(self, parts=self.parts[: len(self.parts) // 2], mirror=mirror)
+
+
+def genome_space(groups: Sequence[GeneGroup]) -> RealSpace:
+    """Return the space of genomes that hold the groups in order.
+
+    Raises:
+        ValueError: a lower bound is not below its upper bound, or bounds are not finite or do not
+            match the parts.
+    """
+    count = [len(group.parts) for group in groups]
+    return RealSpace(
+        lower=_bounds_by_gene([group.lower for group in groups], count),
+        upper=_bounds_by_gene([group.upper for group in groups], count),
+        labels=tuple(f"{part} {group.name}".strip() for group in groups for part in group.parts),
+        periodic=np.repeat([group.periodic for group in groups], count),
+    )
+
+
+def split_genomes(genomes: Genomes, groups: Sequence[GeneGroup]) -> tuple[NDArray[np.float64], ...]:
+    """Return the values of each group, (population, parts), mirrored parts last.
+
+    Args:
+        genomes: genomes in `genome_space(groups)`, (population, genes).
+        groups: groups in the order of the genome.
+
+    Raises:
+        ValueError: the number of genes does not match the groups.
+    """
+    ends = np.cumsum([len(group.parts) for group in groups])
+    if genomes.ndim != 2 or genomes.shape[1] != ends[-1]:
+        raise ValueError(
+            f"genomes have the shape {genomes.shape}, expected (population, {ends[-1]})"
+        )
+    return tuple(
+        values if group.mirror is None else np.hstack([values, values + group.mirror])
+        for group, values in zip(groups, np.split(genomes, ends[:-1], axis=1), strict=True)
+    )
+
+
+def _bounds_by_gene(bounds: Sequence[ArrayLike], counts: Sequence[int]) -> NDArray[np.float64]:
+    return np.concatenate(
+        [
+            np.broadcast_to(np.asarray(bound, np.float64), count)
+            for bound, count in zip(bounds, counts, strict=True)
+        ]
+    )
+
+
+def amplitude_limit(
+    frequency: float, angle_limit: ArrayLike, speed_limit: ArrayLike
+) -> NDArray[np.float64]:
+    """Return the largest amplitude with which a sine stays within both limits of its joint.
+
+    The largest speed of a sine of amplitude A is 2πAf.
+
+    Args:
+        frequency: frequency f of the sine, Hz.
+        angle_limit: largest absolute angle, rad, for all joints or (joints,).
+        speed_limit: largest angular speed, rad/s, for all joints or (joints,).
+
+    Returns:
+        The amplitude, rad, in the common shape of both limits.
+    """
+    speed = np.asarray(speed_limit, np.float64) / (2 * math.pi * frequency)
+    return np.asarray(np.minimum(np.asarray(angle_limit, np.float64), speed))
+
+
+def check_joint_angles(joint_angles: NDArray[Any], joints: int) -> None:
+    """Check joint angles, (population, frames, joints) rad, that a body is to play.
+
+    Raises:
+        ValueError: the shape is different, there are fewer than 2 frames, or angles are not finite.
+    """
+    shape = joint_angles.shape
+    if len(shape) != 3 or shape[1] < 2 or shape[2] != joints:
+        raise ValueError(
+            f"joint_angles has the shape {shape}, expected (population, frames, joints) with at "
+            f"least 2 frames and {joints} joints"
+        )
+    if not np.isfinite(joint_angles).all():
+        raise ValueError("some joint_angles are not finite")
+
+
+def check_time_step(dt: float, frame_rate: float) -> None:
+    """Check that a frame has a whole number of a simulation's time steps.
+
+    Args:
+        dt: time step, s.
+        frame_rate: frames per second, Hz.
+
+    Raises:
+        ValueError: the number of time steps is not whole; the message suggests a similar time step.
+    """
+    steps = 1 / (frame_rate * dt)
+    if not math.isclose(steps, round(steps), rel_tol=1e-3):
+        near = 1 / (frame_rate * round(steps))
+        raise ValueError(
+            f"a frame of 1/{frame_rate:g} s is not a whole number of time steps of {dt:g} s; "
+            f"{near:.4g} s divides it"
+        )
+
+
+def limit_steps(
+    angles: NDArray[np.floating[Any]], step_limit: ArrayLike
+) -> NDArray[np.floating[Any]]:
+    """Return the angles of servos that follow `angles` but turn at most `step_limit` per frame.
+
+    Angles within the limit are returned unchanged, bit for bit.
+
+    Args:
+        angles: commanded angles, (population, joints, frames) rad; not changed.
+        step_limit: largest change from frame to frame, rad, for all joints or (joints,).
+
+    Returns:
+        The angles of the servos, (population, joints, frames) rad, in the dtype of `angles`.
+    """
+    limited = angles.copy()
+    step = np.asarray(step_limit, angles.dtype)
+    for frame in range(1, angles.shape[2]):
+        before = limited[:, :, frame - 1]
+        limited[:, :, frame] = np.clip(angles[:, :, frame], before - step, before + step)
+    return limited
+
 
 Floats = NDArray[np.floating[Any]]
 
