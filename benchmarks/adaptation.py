@@ -17,7 +17,7 @@ import numpy as np
 
 import gaitsim as gs
 from gaitsim.adaptation.report import Case, Report, leg_losses
-from gaitsim.adaptation.trials import Settings
+from gaitsim.adaptation.settings import Settings
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import play_on_twin
 from gaitsim.gait.changed import damage_body

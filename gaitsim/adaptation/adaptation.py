@@ -17,11 +17,10 @@ from gaitsim.adaptation.prior import (
     atlas_members,
     read_prior,
 )
+from gaitsim.adaptation.settings import MOST_TRIALS, Settings
 from gaitsim.adaptation.trials import (
-    MOST_TRIALS,
     MeasureGait,
     Proposal,
-    Settings,
     Trial,
     best_of,
     create_trial,

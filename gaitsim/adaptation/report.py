@@ -22,9 +22,9 @@ from gaitsim.adaptation.prior import (
     atlas_members,
     read_prior,
 )
+from gaitsim.adaptation.settings import Settings
 from gaitsim.adaptation.trials import (
     MeasureGait,
-    Settings,
     Trial,
     adapt,
     best_of,

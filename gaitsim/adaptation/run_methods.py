@@ -6,7 +6,8 @@ from typing import Protocol
 
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
 from gaitsim.adaptation.report import Report, make_report
-from gaitsim.adaptation.trials import MeasureGait, Settings
+from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.runs.snapshot import RunSnapshot
 
 

@@ -20,6 +20,7 @@ from gaitsim.adaptation.prior import (
     atlas_members,
     performance_of,
 )
+from gaitsim.adaptation.settings import Settings
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.experiment import Experiment
@@ -27,55 +28,6 @@ from gaitsim.gait.changed import damage_body, play_on, twin_of
 from gaitsim.gaussian_process import Prediction, posterior
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
-
-MOST_TRIALS = 1000
-
-
-@dataclass(frozen=True)
-class Settings:
-    """The settings of an adaptation.
-
-    Performance is relative to the best in the map, and distances between behaviours are relative to
-    the ranges of the axes.
-
-    Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals", who use
-    six axes, a length scale of 0.4 and a stop at 0.9. For the spider's eight axes, a shorter length
-    scale works better.
-
-    Attributes:
-        trials: maximum number of trials.
-        kappa: weight of the uncertainty in the choice of a trial; 0 always tries the gait with
-            the best expected performance.
-        length_scale: distance over which a trial affects the expected performance of other gaits.
-        noise: variance of a measured performance.
-        stop: share of the best expected performance that a trial must reach to end the adaptation.
-    """
-
-    trials: int = 20
-    kappa: float = 0.05
-    length_scale: float = 0.2
-    noise: float = 0.001
-    stop: float = 0.95
-
-    def __post_init__(self) -> None:
-        lowest = {"trials": 1, "kappa": 0, "length_scale": 1e-3, "noise": 1e-9, "stop": 0}
-        highest = {
-            "trials": MOST_TRIALS,
-            "kappa": 1e3,
-            "length_scale": 1e3,
-            "noise": 1e3,
-            "stop": 1e3,
-        }
-        for name, low in lowest.items():
-            value, high = getattr(self, name), highest[name]
-            kind = int if name == "trials" else int | float
-            if not (isinstance(value, kind) and low <= value <= high):
-                raise GaitsimError(
-                    f"invalid {name!r} for an adaptation: {value!r:.80}",
-                    key=name,
-                    allowed=f"{'a whole number' if kind is int else 'a number'}, {low} to {high}",
-                )
-
 
 MeasureGait = Callable[[Individual], float]
 """Function that returns the performance of a gait on the damaged body, in the unit of the map."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitsim.adaptation.trials import MOST_TRIALS, Settings
+from gaitsim.adaptation.settings import MOST_TRIALS, Settings
 from gaitsim.choices import DAMAGE_HELP, GaitFormat
 from gaitsim.cli.completion import run_names
 from gaitsim.cli.options import Json, Workers

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.adaptation.report import SUMMARY, TRIALS, Report, make_report, summary, trials_table
-from gaitsim.adaptation.trials import Settings, count_intact_gaits
+from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.trials import count_intact_gaits
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import echo, notice, report_files

@@ -9,7 +9,7 @@ import pytest
 from hostile import ATTACKS
 
 import gaitsim as gs
-from gaitsim.adaptation.trials import Settings
+from gaitsim.adaptation.settings import Settings
 from gaitsim.render.plots.adaptation import adaptation_figure
 
 LOST = ("--damage", "A lost")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gaitsim.adaptation.prior import Prior, read_prior
+from gaitsim.adaptation.settings import Settings
 from gaitsim.adaptation.trials import (
-    Settings,
     Trial,
     adapt,
     best_of,

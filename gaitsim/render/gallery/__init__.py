@@ -22,7 +22,7 @@ from gaitsim.render.scene import Clip, Scene
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import check_links, create_out_folder, list_runs
-from gaitsim.runs.notes import read_note
+from gaitsim.runs.manage import read_note
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
 
