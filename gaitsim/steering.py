@@ -14,7 +14,7 @@ from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.gait.travel import heading, size, trunk
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
-from gaitsim.runs.start import find_individual
+from gaitsim.runs.creation import find_individual
 
 RECENT = 3.0  # seconds of recent motion kept in full
 PATH_RATE = 10.0  # rate at which points of the path are kept, Hz

@@ -33,12 +33,13 @@ from gaitsim.runs.background import (
     create_runtime_folder,
     last_failure,
 )
+from gaitsim.runs.compatibility import check_start
+from gaitsim.runs.creation import find_individual
 from gaitsim.runs.files.checkpoint import Champion
 from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.files.history import row
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.start import check_start, find_individual
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import Challenge
 

@@ -46,7 +46,7 @@ def fork(
     gaitsim fork spider --out runs/bold --set mutation.rate=0.2 --generations 1500
     """
     from gaitsim.experiment import parse_assignments
-    from gaitsim.runs.fork import fork_run
+    from gaitsim.runs.creation import fork_run
     from gaitsim.runs.snapshot import RunSnapshot
 
     source = find_run(run)

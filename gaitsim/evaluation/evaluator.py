@@ -140,25 +140,23 @@ class Evaluator:
             GaitsimError: the same individuals repeatedly killed their worker, or the connection
                 to remote workers was lost.
         """
-        scheduler = self._scheduler
-        if scheduler is None:
-            return self._evaluate_locally(genomes, generation)
-        with self._explain_lost_workers():
-            chunks = scheduler.chunks(len(genomes))
-        if chunks == 1:
-            return self._evaluate_locally(genomes, generation)
-        populations = np.split(genomes, split_indices(len(genomes), chunks, self.workers))
-        results = self._map_remotely(scheduler, partial(_timed, generation), populations)
-        seconds = sum(seconds for seconds, _ in results)
-        scheduler.cost_model.learn(len(genomes) / len(results), seconds / len(results))
-        return join_evaluations(self.experiment, [part for _, part in results])
-
-    def _evaluate_locally(self, genomes: Genomes, generation: int) -> Evaluation:
+        scheduler, chunks = self._scheduler, 1
+        if scheduler is not None:
+            with self._explain_lost_workers():
+                chunks = scheduler.chunks(len(genomes))
+        if scheduler is not None and chunks > 1:
+            populations = np.split(genomes, split_indices(len(genomes), chunks, self.workers))
+            results = self._map_remotely(scheduler, partial(_timed, generation), populations)
+            seconds = sum(seconds for seconds, _ in results)
+            scheduler.cost_model.learn(len(genomes) / len(results), seconds / len(results))
+            return join_evaluations(self.experiment, [part for _, part in results])
         start = time.perf_counter()
-        parts = self._map_locally(partial(_evaluate, generation), self._cut(genomes))
-        if self._scheduler is not None:
+        score = partial(evaluate, self.experiment, generation=generation)
+        each = self._pool.map if self._pool else map
+        parts = list(each(score, self._cut(genomes)))
+        if scheduler is not None:
             seconds = time.perf_counter() - start
-            self._scheduler.cost_model.learn(len(genomes), seconds, self._threads)
+            scheduler.cost_model.learn(len(genomes), seconds, self._threads)
         return join_evaluations(self.experiment, parts)
 
     def map(
@@ -187,7 +185,8 @@ class Evaluator:
             if shared:
                 return self._map_remotely(scheduler, function, tasks)
         start = time.perf_counter()
-        results = self._map_locally(function, tasks)
+        each = self._pool.map if self._pool else map
+        results = list(each(partial(function, self.experiment), tasks))
         if scheduler is not None:
             scheduler.cost_model.learn(len(tasks), time.perf_counter() - start)
         return results
@@ -200,12 +199,6 @@ class Evaluator:
         whole = len(genomes) - rest
         full = np.split(genomes[:whole], range(IN_CACHE, whole, IN_CACHE)) if whole else []
         return [*full, *np.array_split(genomes[whole:], min(self._threads, rest))] if rest else full
-
-    def _map_locally(
-        self, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
-    ) -> list[Result]:
-        work = partial(function, self.experiment)
-        return list(self._pool.map(work, tasks) if self._pool else map(work, tasks))
 
     def _map_remotely(
         self,
@@ -235,10 +228,6 @@ def _apply(
     serialized: SerializedExperiment, function: Callable[[Experiment, Task], Result], task: Task
 ) -> Result:
     return function(serialized.experiment, task)
-
-
-def _evaluate(generation: int, experiment: Experiment, genomes: Genomes) -> Evaluation:
-    return evaluate(experiment, genomes, generation)
 
 
 def _timed(generation: int, experiment: Experiment, genomes: Genomes) -> tuple[float, Evaluation]:

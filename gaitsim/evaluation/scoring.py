@@ -51,16 +51,10 @@ def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> E
         genomes: genomes, which are not changed.
         generation: number of the generation, counted from 1, in whose worlds they move.
     """
-    if not experiment.worlds.number:
-        return _evaluate(experiment, genomes)
-    worlds = draw_worlds(experiment, generation)
-    return combine_worlds(
-        experiment, worlds, [_evaluate(in_world(experiment, world), genomes) for world in worlds]
-    )
-
-
-def _evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
-    """Move and score genomes, (population, genes), in one world."""
+    if experiment.worlds.number:
+        worlds = draw_worlds(experiment, generation)
+        each = [evaluate(in_world(experiment, world), genomes) for world in worlds]
+        return combine_worlds(experiment, worlds, each)
     # The body gets a copy, so that it cannot change the genomes of the search or the checkpoint.
     # The copy is writable, because Numba would recompile for read-only arrays.
     passed, body = genomes.copy(), experiment.entries["organism"]

@@ -13,13 +13,14 @@ from gaitsim.experiment import OWN_WORLD
 from gaitsim.live.protocol import (
     ENDED,
     Best,
+    Clock,
     Event,
     EventKind,
+    Speed,
     State,
     top_individuals,
     write_snapshot,
 )
-from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.folder import champion_file
 from gaitsim.runs.files.history import island_bests, row
 from gaitsim.runs.writer import RunWriter

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.live.protocol import Best, Event, Snapshot, State, top_individuals
-from gaitsim.live.speed import Clock, Speed
+from gaitsim.live.protocol import Best, Clock, Event, Snapshot, Speed, State, top_individuals
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import champion_file, deleted_or_moved, saved_champions
 from gaitsim.runs.files.lock import is_locked

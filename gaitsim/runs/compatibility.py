@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
-from gaitsim.errors import CheckpointError, GaitsimError
+from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.experiment import Experiment, parse_space, read_outline
 from gaitsim.registry import KINDS, entries, plugin_errors
 from gaitsim.registry.entry_points import OUTSIDE
-from gaitsim.runs.files.checkpoint import Checkpoint
+from gaitsim.runs.files.checkpoint import Champion, Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
+from gaitsim.runs.files.safe_pickle import MAX_BYTES
 
 ENGINES = ("mujoco", "pybullet", "pymunk")  # a different version may compute different motions
 LIBRARIES = ("numpy", *ENGINES)
@@ -86,6 +87,31 @@ def _first_outside(space: GenomeSpace, genomes: Genomes) -> str:
         f": {space.labels[gene]!r}{owner} is {genomes[individual, gene]:g}, "
         f"allowed {space.lower[gene]:g} to {space.upper[gene]:g}"
     )
+
+
+def check_start(experiment: Experiment, start: Champion, where: str) -> None:
+    """Check that the genome of an individual fits the experiment's body."""
+    wrong = genome_mismatch(experiment, start.genome[None], start.experiment, "the genome")
+    if wrong:
+        raise RunError(
+            f"{wrong}, so a run cannot start from it",
+            where=where,
+            allowed=expected_genomes(experiment),
+            remedy="start from an individual of the same body, with the same options for its "
+            "genome",
+        )
+
+
+def check_size(experiment: Experiment) -> None:
+    """Check that the population fits into a checkpoint."""
+    population, space = experiment.individuals, experiment.space()
+    # Half of the checkpoint is reserved for scores and terms.
+    most = MAX_BYTES // 2 // (space.genes * space.dtype.itemsize)
+    if population > most:
+        raise RunError(
+            f"{population:,} individuals with {space.genes} genes are too many for a checkpoint",
+            allowed=f"evolution.population up to {most // experiment.islands.number:,}",
+        )
 
 
 def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from gaitsim.contracts import Array
-from gaitsim.errors import ExperimentError, GaitsimError, RunError
+from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress, stop_reason
 from gaitsim.evolution.searching import state_mismatch
@@ -18,16 +18,16 @@ from gaitsim.registry import options
 from gaitsim.runs.compatibility import (
     LIBRARIES,
     check_population,
+    check_size,
+    check_start,
     expected_genomes,
     genome_mismatch,
     versions,
 )
-from gaitsim.runs.creation import check_size
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
-from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, command
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, START, command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, changes, pending_changes
-from gaitsim.runs.start import start_genome
 
 POPULATION = "evolution.population"
 
@@ -277,3 +277,16 @@ def stop_reason_of(run: RunSnapshot) -> str:
     evolution = run.outline.evolution
     progress = next_progress(checkpoint, evolution, changes(run.stages[-1].outline, run.outline))
     return stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))
+
+
+def start_genome(run: RunSnapshot, experiment: Experiment) -> Array | None:
+    """Return the genome of the initial population, (genes,); None for a random population."""
+    try:
+        start = run.start
+    except CheckpointError as error:
+        error.remedy = "restore it from a copy; the run cannot start as planned without it"
+        raise
+    if start is None:
+        return None
+    check_start(experiment, start, str(run.path / START))
+    return start.genome

@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from gaitsim.evaluation import evaluate
-from gaitsim.runs.fork import fork_run
+from gaitsim.runs.creation import fork_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 

@@ -17,10 +17,9 @@ from pathlib import Path
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments, parse_experiment
-from gaitsim.runs.creation import create_run
+from gaitsim.runs.creation import create_run, fork_run
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import create_folder, exports_folder
-from gaitsim.runs.fork import fork_run
 from gaitsim.runs.manage import delete_run
 from gaitsim.runs.writer import RunWriter
 

@@ -10,7 +10,7 @@ import pytest
 from run_helpers import names
 
 from gaitsim.errors import RunError
-from gaitsim.runs import creation
+from gaitsim.runs import compatibility
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files import folder as folders
 from gaitsim.runs.files.folder import find_run, list_runs
@@ -100,7 +100,7 @@ def test_a_run_that_cannot_be_created_leaves_nothing(puppet, monkeypatch, number
 
 
 def test_a_population_too_large_for_a_checkpoint_is_an_error(puppet, monkeypatch):
-    monkeypatch.setattr(creation, "MAX_BYTES", 1000)
+    monkeypatch.setattr(compatibility, "MAX_BYTES", 1000)
     create_run(puppet("evolution.population=20"))
     with pytest.raises(RunError, match="21 individuals with 3 genes are too many") as error:
         create_run(puppet("evolution.population=21"))

@@ -9,12 +9,10 @@ import pytest
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments
-from gaitsim.runs.creation import create_run
+from gaitsim.runs.creation import champion_of, create_run, fork_run
 from gaitsim.runs.files.checkpoint import pack, read_checkpoint
-from gaitsim.runs.fork import fork_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import stages_of
-from gaitsim.runs.start import champion_of
 from gaitsim.runs.verify.verify import verify
 from gaitsim.runs.writer import RunWriter
 

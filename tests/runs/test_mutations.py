@@ -8,14 +8,14 @@ from run_helpers import THRESHOLD, continue_run, seal
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.creation import create_run
+from gaitsim.runs.compatibility import check_start
+from gaitsim.runs.creation import champion_of, create_run
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.checkpoint import read_champion
 from gaitsim.runs.files.checksums import RECORD
 from gaitsim.runs.files.history import read_history, read_islands, read_records
 from gaitsim.runs.files.provenance import read_provenance
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.start import champion_of, check_start
 
 pytestmark = pytest.mark.usefixtures("here")
 

@@ -19,10 +19,9 @@ from gaitsim.evolution import evolve
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import entries
-from gaitsim.runs.creation import create_run
+from gaitsim.runs.creation import create_run, fork_run
 from gaitsim.runs.files.checkpoint import write_checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT
-from gaitsim.runs.fork import fork_run
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.verify.verify import verify

@@ -10,11 +10,11 @@ import pytest
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.streams import Purpose, stream
-from gaitsim.runs.creation import create_run
+from gaitsim.runs.compatibility import check_start
+from gaitsim.runs.creation import create_run, find_individual
 from gaitsim.runs.files.checkpoint import Champion, read_champion, write_champion
 from gaitsim.runs.files.folder import START
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.start import check_start, find_individual
 from gaitsim.runs.writer import RunWriter
 
 THRESHOLD = "evolution.fitness_threshold=0"

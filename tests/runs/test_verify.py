@@ -10,7 +10,7 @@ import pytest
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments, with_overrides
-from gaitsim.runs.creation import create_run
+from gaitsim.runs.creation import champion_of, create_run, fork_run
 from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
 from gaitsim.runs.files.checksums import (
     RECORD,
@@ -25,10 +25,8 @@ from gaitsim.runs.files.provenance import (
     read_provenance,
     write_provenance,
 )
-from gaitsim.runs.fork import fork_run
 from gaitsim.runs.resume import restore_generation
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.start import champion_of
 from gaitsim.runs.verify.consistency import expected_chain
 from gaitsim.runs.verify.verify import sample
 from gaitsim.runs.verify.verify import verify as verify_snapshot

@@ -15,9 +15,8 @@ from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, CHECKSUMS, PREVIOUS
 from gaitsim.runs.files.history import best_terms
-from gaitsim.runs.resume import restore_generation
+from gaitsim.runs.resume import restore_generation, start_genome
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.start import start_genome
 from gaitsim.runs.verify.consistency import (
     population_out_of_bounds,
     row_differences,

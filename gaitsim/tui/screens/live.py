@@ -17,9 +17,9 @@ from gaitsim.live.process import RunProcess, background_state
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watcher import RunWatcher
 from gaitsim.runs.background import STATE_PREDICATES
+from gaitsim.runs.creation import fork_run
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
-from gaitsim.runs.fork import fork_run
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
