@@ -143,9 +143,6 @@ class TestView:
         assert Viewpoint().turned(0, -1000).elevation == 0
         assert Viewpoint().turned(0, 1000).elevation == 90
 
-    def test_a_full_turn_changes_nothing(self):
-        assert Viewpoint().turned(360, 0) == Viewpoint()
-
     def test_zoom_has_limits(self):
         view = Viewpoint()
         for _ in range(100):
@@ -368,14 +365,6 @@ class TestWidget:
             assert canvas.frame == 0
 
         play(test, message="no [bold]champion[/bold] 漢字")
-
-    def test_the_reason_is_shown_if_a_body_cannot_be_drawn(self):
-        async def test(canvas, pilot):
-            canvas.set_skeleton(Skeleton(np.full((2, 1, 2, 3), np.nan), ("limb",), 1.0))
-            await pilot.pause()
-            assert "not finite" in "".join(strip.text for strip in strips(canvas))
-
-        play(test, size=(100, 8), skeleton=walker())
 
     def test_it_adopts_the_colours_of_another_theme(self):
         async def test(canvas, pilot):

@@ -151,9 +151,6 @@ class TestRuns:
             f"{within:.4f}".replace("-", "−"),
         )
 
-    def test_seconds_add_up(self, two):
-        assert RunsReader(two).read()[0].axis("seconds").tolist() == [0.5, 1.0, 1.5, 2.0, 2.5]
-
     def test_runs_with_equal_names_are_labelled_by_their_folders(self, two):
         shutil.copytree(two[0], "elsewhere/one")
         labels = [one.label for one in RunsReader([two[0], Path("elsewhere/one")]).read()]
@@ -289,20 +286,6 @@ class TestScreen:
             assert not screen.check_action("replay", ())
 
         compare([run], test)
-
-    def test_names_are_not_interpreted_as_markup(self, make_run):
-        async def test(screen, pilot):
-            assert shown(screen)[0].name == "a[red] 漢\\x1b"
-            headings = [str(column.label) for column in screen.query_one("#table").ordered_columns]
-            assert headings[1].endswith("a[red] 漢\\x1b")
-
-        compare([make_run("a[red] 漢\x1b")], test)
-
-    def test_the_screen_has_an_equivalent_command(self, two):
-        async def test(screen, pilot):
-            assert screen.command_line() == "gaitsim differences runs/one runs/two"
-
-        compare(two, test)
 
 
 @pytest.mark.parametrize("size", [(80, 24), (160, 48)])

@@ -2,8 +2,6 @@
 
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from threading import Event
 
@@ -12,7 +10,6 @@ from rich.cells import cell_len
 from textual.events import Key
 from textual.keys import _character_to_key
 from textual.widgets import Input, Static
-from textual.widgets._footer import FooterKey
 
 from gaitsim.live.process import background_state, start_detached
 from gaitsim.runs import growing
@@ -117,15 +114,6 @@ class TestTable:
 
         drive(test)
 
-    def test_names_are_not_interpreted_as_markup(self, walk, drive):
-        walk("ugly [bold]x[b] $y {z}")
-
-        async def test(driver):
-            assert names(driver)[0].startswith("ugly [bold]")  # clipped on narrow screens
-            assert "ugly [bold]x[b] $y {z}" in driver.text("#details")
-
-        drive(test, size=(160, 48))
-
     def test_long_names_keep_their_ends(self, walk, drive):
         walk("walker-rough-2")
         walk("walker-rough-3")
@@ -138,41 +126,8 @@ class TestTable:
 
         drive(test)
 
-    def test_control_characters_do_not_reach_the_terminal(self, walk, drive):
-        path = walk()
-        path.rename(path.with_name("a\x1b[2Jb"))
-
-        async def test(driver):
-            assert names(driver) == [r"a\x1b[2Jb"]
-            assert "\x1b" not in driver.text("#details")
-
-        drive(test, size=(160, 48))
-
 
 class TestFollowing:
-    @pytest.mark.slow
-    def test_a_run_written_by_another_process_is_followed(self, walk, drive):
-        path = walk("walk", 1, "organism.pause=0.02", generations=40)
-        command = [sys.executable, "-m", "gaitsim", "resume", str(path), "--json"]
-
-        async def test(driver):
-            with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
-                seen = set()
-
-                def ran():
-                    row = rows(driver)[0]
-                    if "● running" in row:
-                        seen.add(next(cell for cell in row if cell.endswith("/40")))
-                        assert "home.delete" not in driver.offered()
-                    return "✓ finished" in row
-
-                await driver.until(ran)
-                assert process.wait() == 0
-            assert len(seen) >= 1
-            assert "40/40" in rows(driver)[0]
-
-        drive(test)
-
     def test_locking_and_unlocking_a_run_changes_its_state(self, walk, drive):
         path = walk()
 
@@ -365,21 +320,6 @@ class TestDeleting:
 
         drive(test)
 
-    @pytest.mark.slow
-    def test_a_run_that_starts_during_the_question_is_kept(self, walk, drive):
-        path = walk()
-
-        async def test(driver):
-            await driver.press("d")
-            await driver.at("Confirm")
-            lock = RunLock(path)
-            await driver.press("y")
-            await driver.until(lambda: "being written" in driver.notifications())
-            lock.release()
-            assert path.exists()
-
-        drive(test)
-
     def test_marked_runs_are_deleted_after_one_question_except_live_ones(self, walk, drive):
         for name in ("a", "b", "c", "kept"):
             walk(name, 0)
@@ -523,32 +463,8 @@ class TestMouse:
 
         drive(test)
 
-    def test_a_key_in_the_footer_can_be_clicked(self, walk, drive):
-        walk("a", 0)
-
-        async def test(driver):
-            key = next(key for key in driver.screen.query(FooterKey) if key.key == "n")
-            await driver.pilot.click(key)
-            await driver.at("New")
-
-        drive(test)
-
 
 class TestNavigation:
-    @pytest.mark.slow
-    def test_each_screen_opens_and_returns_to_home(self, walk, drive):
-        walk("a")
-        walk("b")
-
-        async def test(driver):
-            for key, kind in (("enter", "Live"), ("r", "Replay"), ("p", "Plugins"), ("n", "New")):
-                await driver.press(key)
-                await driver.at(kind)
-                await driver.press("escape")
-                await driver.at("Home")
-
-        drive(test)
-
     def test_marked_runs_are_compared_or_replayed_side_by_side(self, walk, drive):
         walk("a")
         walk("b")

@@ -12,9 +12,10 @@ from gaitsim.adaptation.adaptation import read_session, session_file
 from gaitsim.adaptation.trials import Trial
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment, parse_assignments
+from gaitsim.legged.damage import Damage, damage_options, parse_damage
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.writer import RunWriter
-from gaitsim.tui.damage_choice import damage_texts
+from gaitsim.tui.damage_choice import damage_texts, set_joint, toggle_leg
 from gaitsim.tui.screens.laboratory import Laboratory
 from gaitsim.tui.screens.laboratory_trials import axes_of, mark
 
@@ -140,3 +141,29 @@ def test_damage_needs_a_body_with_legs_but_not_an_atlas(walk, drive):
         assert screen.command_line() == f"gaitsim play {path}"
 
     drive(test)
+
+
+LEGS = {name: (f"{name} coxa", f"{name} femur") for name in ("L1", "L2", "R1")}
+
+
+def test_a_leg_is_removed_and_restored_intact():
+    stuck = parse_damage(["L2 femur stuck 20"], LEGS)
+    lost = toggle_leg(stuck, "L2", LEGS)
+    assert damage_texts(lost) == ("L2 lost",)
+    assert toggle_leg(lost, "L2", LEGS) == ()
+
+
+def test_a_joint_has_one_damage_and_none_while_its_leg_is_lost():
+    lost = toggle_leg((), "L2", LEGS)
+    slow = set_joint(lost, "L2 femur", Damage("L2 femur", "slow", 0.25), LEGS)
+    assert damage_texts(slow) == ("L2 femur slow 0.25",)
+    stuck = set_joint(slow, "L2 femur", Damage("L2 femur", "stuck"), LEGS)
+    assert damage_texts(stuck) == ("L2 femur stuck",)
+    assert set_joint(stuck, "L2 femur", None, LEGS) == ()
+
+
+def test_equal_damage_has_equal_text_in_any_order():
+    one = toggle_leg(toggle_leg((), "R1", LEGS), "L1", LEGS)
+    other = toggle_leg(toggle_leg((), "L1", LEGS), "R1", LEGS)
+    assert one == other == parse_damage(damage_texts(one), LEGS)
+    assert damage_options(damage_texts(one)) == ["--damage", "L1 lost", "--damage", "R1 lost"]

@@ -23,7 +23,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim.live.process import background_state
 from gaitsim.live.protocol import Best, Event, RankedIndividual, Snapshot
 from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.lock import RunLock, is_locked
+from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.growing import HistoryBuffer
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -38,31 +38,22 @@ from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.lines import Lines
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+pytestmark = [
+    pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals"),
+    pytest.mark.usefixtures("here"),
+]
 PUPPETS = Path(__file__).parents[1] / "puppets"
 SLOW = "organism.pause=0.01"
 SIZES = [(80, 24), (160, 48)]
 STYLES = {name: Style() for name in [*COLOURS, "dim"]}
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch, puppets):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
-
-
 @pytest.fixture
-def make(puppet):
+def make(walk):
     """Return a function that creates a run of puppets evolved up to a generation."""
 
-    def make(generation=0, *overrides, out="runs/walk", generations=20):
-        path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
-        if generation:
-            with RunWriter.open(path) as writer:
-                for made in writer.evolve(partial(evaluate, writer.experiment)):
-                    if made.number == generation:
-                        break
-        return path
+    def make(generation=0, *overrides, name="walk", generations=20):
+        return walk(name, generation, *overrides, generations=generations)
 
     return make
 
@@ -126,7 +117,7 @@ def problem(screen):
 
 def whole(make, gaitsim, *overrides, **options):
     """Return the fingerprint of the same run without interruptions."""
-    path = make(0, *overrides, out="whole", **options)
+    path = make(0, *overrides, name="whole", **options)
     gaitsim("resume", path)
     return RunSnapshot(path).fingerprint()
 
@@ -251,23 +242,6 @@ class TestSteering:
         live(run, test)
         assert RunSnapshot(run).fingerprint() == whole(make, gaitsim, generations=150)
 
-    @pytest.mark.slow
-    def test_the_footer_of_a_finished_run_offers_only_available_actions(self, make):
-        async def test(screen, pilot):
-            await pilot.press("space")
-            await app_until(pilot, lambda: screen.state == "finished" and screen.process is None)
-            await app_until(pilot, lambda: "Stop" not in footer(screen), 10)
-            assert {"Generations", "Change", "Fork", "Replay", "Export"} <= footer(screen)
-
-        live(make(3), test, size=(160, 48))
-
-    @pytest.mark.slow
-    def test_a_run_can_be_resumed_when_the_screen_opens(self, make):
-        async def test(screen, pilot):
-            await app_until(pilot, lambda: screen.state == "finished")
-
-        live(make(), test, resume=True)
-
     def test_an_option_is_changed_while_the_run_evolves(self, make, gaitsim):
         run = make(0, SLOW, generations=100_000)
 
@@ -295,7 +269,7 @@ class TestSteering:
 
         live(run, test, resume=True)
         first, second = RunSnapshot(run).stages
-        whole = make(0, SLOW, out="other", generations=first.last)
+        whole = make(0, SLOW, name="other", generations=first.last)
         gaitsim("resume", whole)
         more = ("--set", "fitness.price=0.7", "--generations", second.last)
         gaitsim("resume", whole, *more)
@@ -340,8 +314,7 @@ class TestSteering:
         live(make(3), test)
 
     @pytest.mark.slow
-    @pytest.mark.parametrize("way", [["down", "enter"], ["enter"], ["tab"]])
-    def test_an_option_is_completed_before_the_list_is_read(self, make, way, monkeypatch):
+    def test_an_option_is_completed_before_the_list_is_read(self, make, monkeypatch):
         ready = threading.Event()
 
         def slow(run):
@@ -356,14 +329,14 @@ class TestSteering:
             await pilot.press("c")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             typed = pilot.app.screen.query_one("#change-text", Input)
-            await pilot.press(*"pric", *way, "7")
+            await pilot.press(*"pric", "enter", "7")
             assert typed.value == "pric"
             ready.set()
             await app_until(pilot, lambda: typed.value == "fitness.price=7")
             await pilot.press("5")
             assert typed.value == "fitness.price=75"
             typed.value = ""
-            for key in (*"pric", way[-1], *"23", "backspace", "5", "enter"):  # in one burst
+            for key in (*"pric", "enter", *"23", "backspace", "5", "enter"):  # in one burst
                 pilot.app.post_message(Key(key, key if len(key) == 1 else None))
             await app_until(pilot, lambda: pilot.app.screen is screen)
             await app_until(pilot, lambda: len(RunSnapshot(run).stages) == 2)
@@ -538,65 +511,6 @@ class TestProblems:
         assert end
         live(run, test)
 
-    @pytest.mark.slow
-    def test_a_run_locked_by_another_program_is_reported_and_followed(self, make):
-        run = make(3)
-
-        async def test(screen, pilot):
-            lock = RunLock(run)
-            await pilot.press("space")
-            await app_until(pilot, lambda: screen.state == "elsewhere")
-            assert f"is being written by process {os.getpid()}" in problem(screen)
-            lock.release()
-            await app_until(
-                pilot, lambda: screen.state == "failed"
-            )  # still, because no process has evolved it
-            await pilot.press("n")
-            await paused_at(pilot, screen, 4)
-            assert problem(screen) == ""
-
-        live(run, test)
-
-    @pytest.mark.slow
-    def test_the_error_of_a_broken_plugin_is_shown(self, make, install, monkeypatch):
-        source = (
-            "import gaitsim_puppets as puppets\n"
-            "class Body(puppets.Puppet):\n"
-            "    def move(self, genomes):\n"
-            "        raise ValueError('[/red] [bold]out of joint')\n"
-        )
-        folder = install("spoilt", source, {"organism": {"spoilt": "Body"}})
-        monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-
-        async def test(screen, pilot):
-            await app_until(pilot, lambda: screen.state == "failed" and screen.process is None)
-            assert "[/red] [bold]out of joint" in problem(screen)
-            assert "organism 'spoilt' of package spoilt 1.0" in problem(screen)
-            assert "go" in offered(screen)
-
-        live(make(0, "organism.plugin=spoilt"), test, resume=True)
-
-    @pytest.mark.slow
-    def test_a_failed_resume_keeps_the_shown_generation(self, make):
-        run = make(3)
-        lines_shown = set()
-
-        async def test(screen, pilot):
-            status = screen.query_one("#live-status", Lines)
-            draw = status.show
-            status.show = lambda lines: (lines_shown.add(lines[0].plain), draw(lines))
-            (run / "history.csv").write_text("")
-            await pilot.press("space")
-            await app_until(pilot, lambda: screen.state == "failed" and screen.process is None)
-            assert "history.csv ends at generation 0" in problem(screen)
-            assert {"go", "fork", "replay", "export"} <= offered(screen)
-            await app_until(
-                pilot, lambda: "failed  generation 3/20" in text(screen, "#live-status"), 10
-            )
-            assert set(re.findall(r"\d+/\d+", " ".join(lines_shown))) == {"3/20"}
-
-        live(run, test)
-
     def test_an_error_replaces_a_body_that_cannot_be_drawn(self, make, monkeypatch):
         run = make(3)
 
@@ -642,20 +556,6 @@ class TestProblems:
         live(run, test)
 
     @pytest.mark.slow
-    def test_a_killed_process_is_reported_and_can_be_restarted(self, make):
-        async def test(screen, pilot):
-            await app_until(pilot, lambda: screen.snapshot.generation > 2)
-            screen.process.kill()
-            await app_until(pilot, lambda: screen.process is None)
-            assert "was killed or crashed" in problem(screen)
-            at = screen.snapshot.generation
-            await pilot.press("space")
-            await app_until(pilot, lambda: screen.snapshot.generation > at)
-            assert problem(screen) == ""
-
-        live(make(0, SLOW, generations=100_000), test, resume=True)
-
-    @pytest.mark.slow
     def test_a_second_stop_kills_the_process(self, make):
         run = make(2, "organism.pause=0", generations=100_000)
         toml = run / "experiment.toml"
@@ -684,24 +584,6 @@ class TestProblems:
             np.testing.assert_array_equal(read["best"], course["best"])
 
         live(make(7), test)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("size", SIZES)
-def test_themes_change_only_colours(make, size, monkeypatch):
-    monkeypatch.setenv("NO_COLOR", "1")
-
-    async def test(screen, pilot):
-        panels = ("#live-status", "#live-table", "#live-events")
-        await app_until(pilot, lambda: all(text(screen, panel) for panel in panels[:2]))
-        before = [text(screen, panel) for panel in panels]
-        for theme in ("gaitsim-okabe-ito", "gaitsim-light", "textual-ansi"):
-            if theme in pilot.app.available_themes:
-                pilot.app.theme = theme
-                await pilot.pause(0.3)  # some of the board's ticks
-                assert [text(screen, panel) for panel in panels] == before
-
-    live(make(5), test, size=size)
 
 
 @pytest.mark.parametrize("number", [4, 60])

@@ -1,6 +1,5 @@
 """The forms of a new run: fields of all options, validation while typing, and drafts."""
 
-import errno
 from pathlib import Path
 
 import pytest
@@ -90,15 +89,6 @@ class TestForms:
                     assert field.region.right <= size[0]
 
         fill(test, size=size)
-
-    @pytest.mark.slow
-    def test_units_and_bounds_are_shown(self, fill):
-        async def test(driver, screen):
-            field = (await open_section(driver, screen, "organism"))["organism.pause"]
-            assert "a number ≥ 0" in str(field.query_one(".field-about").render())
-            assert str(field.query_one(".field-unit").render()) == "s"
-
-        fill(test)
 
     @pytest.mark.slow
     def test_the_file_of_an_option_can_be_replaced(self, shaped, fill):
@@ -291,26 +281,6 @@ class TestValidation:
         fill(test)
 
     @pytest.mark.slow
-    def test_fast_typing_is_checked_once(self, fill):
-        async def test(driver, screen):
-            field = (await open_section(driver, screen, "fitness"))["fitness.price"]
-            field.query_one(Input).focus()
-            await driver.press("end", "backspace", "5", "7")
-            await driver.until(lambda: "fitness.price=0.57" in screen.command_line())
-            assert screen.validation.experiment.fitness.price == 0.57
-
-        fill(test)
-
-    @pytest.mark.slow
-    def test_incompatible_parts(self, fill):
-        async def test(driver, screen):
-            field = (await open_section(driver, screen, "evolution"))["evolution.population"]
-            await enter(driver, screen, field, "2")  # equal to the number of elites
-            assert field.has_class("-wrong")
-
-        fill(test)
-
-    @pytest.mark.slow
     @pytest.mark.parametrize(("key", "text"), [("name", "a/b"), ("seed", "x"), ("seed", "-1")])
     def test_name_and_seed(self, fill, key, text):
         async def test(driver, screen):
@@ -337,16 +307,6 @@ class TestPlugins:
             await open_section(driver, screen, "mutation")
             select = screen.query_one("#part-mutation .plugin", Select)
             await driver.until(lambda: "bit-flip" in choices(select))
-
-        fill(test)
-
-    @pytest.mark.slow
-    def test_a_broken_body_is_reported(self, fill, install):
-        install("broken", "raise RuntimeError('no [b]luck')", {"organism": {"bad": "Bad"}})
-
-        async def test(driver, screen):
-            select_values = screen.validation.offered["organism"]
-            assert "bad" not in select_values
 
         fill(test)
 
@@ -391,22 +351,6 @@ class TestLoading:
             await driver.press("y")
             await driver.until(lambda: screen.validation.forms["organism"].plugin == "fly")
             assert not screen.builder.changes
-
-        fill(test)
-
-    @pytest.mark.slow
-    def test_reset_undoes_all_changes(self, fill):
-        async def test(driver, screen):
-            field = (await open_section(driver, screen, "evolution"))["evolution.population"]
-            ready = field.option.preset
-            await enter(driver, screen, field, "12")
-            await driver.press("ctrl+z")
-            await driver.at("Confirm")
-            await driver.press("y")
-            await driver.until(lambda: not screen.builder.changes and len(fields(screen)) > 3)
-            await driver.until(
-                lambda: fields(screen)["evolution.population"].query_one(Input).value == ready
-            )
 
         fill(test)
 
@@ -477,18 +421,6 @@ class TestStartingAndSaving:
         fill(test)
 
     @pytest.mark.slow
-    def test_run_in_another_folder(self, fill):
-        async def test(driver, screen):
-            assert screen.command_line().endswith("--out elsewhere/puppet")
-            await driver.press("ctrl+r")
-            live = await driver.at("Live")
-            assert live.run == Path("elsewhere/puppet")
-            await driver.until(lambda: RunSnapshot(live.run).generation > 0)
-            await stop_run(driver, live)
-
-        fill(test, folder=Path("elsewhere"))
-
-    @pytest.mark.slow
     def test_run_focuses_the_first_invalid_option(self, fill):
         async def test(driver, screen):
             field = (await open_section(driver, screen, "fitness"))["fitness.price"]
@@ -497,20 +429,6 @@ class TestStartingAndSaving:
             await driver.press("ctrl+r")
             await driver.until(lambda: driver.app.focused is field.query_one(Input))
             assert not Path("runs").exists()
-
-        fill(test)
-
-    @pytest.mark.slow
-    def test_a_full_disk_is_reported(self, fill, monkeypatch):
-        async def test(driver, screen):
-            def full(*_, **__):
-                raise OSError(errno.ENOSPC, "No space left on device")
-
-            monkeypatch.setattr(Path, "mkdir", full)
-            await driver.press("ctrl+r")
-            await driver.until(lambda: "No space left" in driver.notifications())
-            monkeypatch.undo()
-            assert driver.screen is screen
 
         fill(test)
 
@@ -545,26 +463,5 @@ class TestStartingAndSaving:
                 await driver.at("New")
                 assert not kept or Path("puppet.toml").read_text() == "mine"
             await driver.until(lambda: Path("puppet.toml").read_text() == screen.validation.toml)
-
-        fill(test)
-
-    @pytest.mark.slow
-    def test_an_unwritable_folder_is_reported(self, fill):
-        async def test(driver, screen):
-            await driver.press("ctrl+s")
-            ask = await driver.at("Ask")
-            ask.query_one(Input).value = "nowhere/mine.toml"
-            await driver.press("enter")
-            await driver.until(lambda: "cannot write" in driver.notifications())
-
-        fill(test)
-
-    @pytest.mark.slow
-    def test_the_command_is_copied(self, fill):
-        async def test(driver, screen):
-            screen.query_one("#seed", Input).value = "5"
-            await driver.until(lambda: "seed=5" in screen.command_line())
-            await driver.press("ctrl+y")
-            assert driver.app.clipboard == screen.command_line()
 
         fill(test)

@@ -156,19 +156,6 @@ def test_a_body_or_a_preset_opens_a_new_run(look):
 
 
 @pytest.mark.slow
-def test_the_equivalent_command_is_copied(look):
-    async def test(driver):
-        await go(driver, "mutation gaussian")
-        await driver.press("y")
-        assert driver.app.clipboard == "gaitsim plugins show gaussian"
-        await go(driver, f"{EXPERIMENTS} fly")
-        await driver.press("y")
-        assert driver.app.clipboard == "gaitsim experiments show fly"
-
-    look(test)
-
-
-@pytest.mark.slow
 def test_a_check_shows_its_verdict(look, install, working, monkeypatch):
     broken = "class X(Body):\n    def move(self, genomes):\n        return 'no [b]motion'\n"
     folder = install("odd", working + broken, {"organism": {"odd": "X"}})

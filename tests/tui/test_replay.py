@@ -18,7 +18,6 @@ from gaitsim.experiment import parse_assignments, parse_experiment
 from gaitsim.individual import Member
 from gaitsim.render.colours import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, SWING_INK, strip
-from gaitsim.render.terminal.text import visible
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -423,18 +422,6 @@ class TestTwoBodies:
 
 class TestLayout:
     @pytest.mark.slow
-    def test_measures_are_beside_the_body_on_wide_screens(self, walk):
-        async def test(screen, pilot):
-            assert screen.pane.measures_shown
-            measures = str(screen.pane.query_one(".measures").render())
-            assert "distance" in measures
-            assert " m" in measures
-            await press(pilot, "m")
-            assert not screen.pane.measures_shown
-
-        replay(walk(), test, size=(160, 48))
-
-    @pytest.mark.slow
     def test_measures_can_be_shown_on_narrow_screens_and_scrolled(self, walk):
         async def test(screen, pilot):
             pane = screen.pane
@@ -452,16 +439,6 @@ class TestLayout:
             await app_until(pilot, lambda: scroll.scroll_y == scroll.max_scroll_y)
 
         replay(walk("walk", "organism.many=30"), test)
-
-    @pytest.mark.slow
-    def test_measures_replace_narrow_bodies(self, walk):
-        async def test(screen, pilot):
-            await press(pilot, "m")
-            assert [pane.canvas.display for pane in screen.panes] == [False, False]
-            await press(pilot, "m")
-            assert [pane.canvas.display for pane in screen.panes] == [True, True]
-
-        replay(walk(), test, beside=walk("other"))
 
     def test_a_body_without_feet_has_no_footfalls(self, walk):
         async def test(screen, pilot):
@@ -513,19 +490,6 @@ class TestProblems:
             assert "gaitsim resume" in words(screen.pane.canvas)
 
         replay(run, test)
-
-    def test_names_are_not_interpreted_as_markup(self, walk):
-        async def test(screen, pilot):
-            assert visible("a[red]\x1b漢") in title(screen.pane)
-
-        replay(walk("a[red]\x1b漢"), test)
-
-
-def test_the_screen_has_an_equivalent_command(walk):
-    async def test(screen, pilot):
-        assert screen.command_line() == "gaitsim play runs/walk --generation 2"
-
-    replay(walk(), test, generation=2)
 
 
 @pytest.mark.parametrize("size", [(80, 24), (160, 48)])
@@ -600,20 +564,6 @@ class TestFootfalls:
         assert rows[0] == "L1 R1 ▀▀▀▀████"
         assert rows[1].startswith("L2 R2")
 
-    def test_a_short_motion_is_stretched_to_the_width(self):
-        touching = np.zeros((10, 1))
-        touching[5:] = 1
-        rows, inks = self.drawn(touching, 9, 43, names=("L1",))
-        assert rows[0] == "L1 " + "·" * 15 + "█" * 15
-        assert inks[0, 30] == CURSOR
-
-    def test_several_frames_share_a_cell(self):
-        touching = np.zeros((4000, 1))
-        touching[2000:] = 1
-        rows, _ = self.drawn(touching, 2000, rate=1000.0, names=("L1",))
-        assert "·" in rows[0]
-        assert "█" in rows[0]
-
     @pytest.mark.parametrize("shape", [(0, 0), (3, 0), (0, 3), (1, 1), (5, 60)])
     @pytest.mark.parametrize("size", [(0, 0), (5, 1), (40, 3)])
     def test_any_size_can_be_drawn(self, shape, size):
@@ -683,15 +633,3 @@ class TestScrubber:
         assert slider.value == 3
         slider.choose(-4)
         assert slider.value == 1
-
-    def test_a_slider_without_a_range_can_be_drawn(self):
-        async def go():
-            app = Slider()
-            async with app.run_test(size=(12, 2)) as pilot:
-                slider = app.query_one(Scrubber)
-                slider.set_range(7, 7)
-                slider.focus()
-                await pilot.press("left", "right", "home", "end", "pageup")
-                assert slider.render().plain.startswith("time ●")
-
-        asyncio.run(go())

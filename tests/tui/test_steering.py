@@ -71,30 +71,6 @@ def test_keys_choose_commands_until_the_flight_ends(kite, drive):
     drive(test)
 
 
-@pytest.mark.slow
-def test_pause_help_and_view_keys_at_several_sizes(kite, drive):
-    async def test(driver):
-        clock = Clock()
-        screen = await open_steering(driver, partial(create_drive, kite, {}), clock)
-        await driver.press("p")
-        seconds = screen.drive.seconds
-        clock.now += 0.5
-        await driver.pilot.pause(0.15)
-        assert screen.drive.seconds == seconds
-        assert "Paused" in driver.text("#steering-message")
-        await driver.press("p")
-        await fly(driver, screen, clock, 0.2)
-        view = screen.body.camera
-        await driver.press("v", "plus")
-        assert screen.body.camera != view
-        assert screen.body.zoom > 1
-        await driver.press("h")
-        await driver.at("Help")
-
-    drive(test)
-    drive(test, size=(160, 48))
-
-
 def test_an_unreadable_controller_is_reported(kite, drive):
     def load():
         raise GaitsimError("there is no such run")

@@ -92,53 +92,6 @@ class TestStudies:
 
         drive(test)
 
-    @pytest.mark.slow
-    def test_a_running_study_is_stopped(self, sweep, drive):
-        Path("small.toml").write_text(STUDY.replace("= 3", "= 100000"))
-
-        async def test(driver):
-            await driver.press("u")
-            await driver.at("Studies")
-            await driver.press("n")
-            await driver.at("StudyDialog")
-            await write(driver, "small.toml")
-            await driver.pilot.click("#begin")
-            await driver.until(lambda: driver.screen.query("#studies") and rows(driver))
-            await driver.until(lambda: "running" in rows(driver)[0][1])
-            await driver.until(lambda: "studies.stop" in driver.offered())
-            await driver.press("x")
-            await driver.until(lambda: ended(driver))
-            await driver.until(lambda: "stopped" in rows(driver)[0][1])
-            assert driver.app.tasks.all[0].state == "stopped"
-
-        drive(test)
-
-    @pytest.mark.slow
-    def test_unreadable_folders_show_the_reason(self, sweep, drive):
-        for name in ("broken", "[red]odd\x1b"):
-            Path("studies", name).mkdir(parents=True)
-            Path("studies", name, "study.toml").write_text("name = 3")
-        Path("comparisons/a").mkdir(parents=True)
-        Path("comparisons/a/1.toml").write_text("")
-        Path("comparisons/a/report.md").write_text("# [red]x\x1b\n\n| a |\n|---|\n| [b]\x1b |\n")
-
-        async def test(driver):
-            await driver.press("u")
-            await driver.at("Studies")
-            await driver.until(lambda: len(rows(driver)) == 3)
-            for number in range(3):
-                kind, state, *_ = rows(driver)[number]
-                assert ("damaged" in state) == (kind == "study")
-                await driver.press("enter")
-                await driver.at("StudyResults")
-                await driver.until(lambda: "Files" in displayed_texts(driver))
-                texts = displayed_texts(driver)
-                assert ("is required" in texts) == (kind == "study")
-                assert ("[b]\\x1b" in texts) == (kind == "comparison")
-                await driver.press("escape", "down")
-
-        drive(test)
-
 
 @pytest.mark.slow
 def test_a_comparison_of_marked_runs_is_started_with_the_mouse(walk, drive):

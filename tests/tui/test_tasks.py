@@ -433,50 +433,6 @@ class TestExports:
 
         drive(test)
 
-    def test_a_task_without_files_has_no_path_to_copy(self, here, drive, monkeypatch):
-        Path("gaitsim.py").write_text("print('Terms:'); print('• constant')")
-        monkeypatch.setenv("PYTHONPATH", str(here))
-
-        async def test(driver):
-            driver.app.start_task(["analyse", "x"])
-            driver.app.action_tasks()
-            await driver.at("TaskList")
-            await driver.until(lambda: driver.app.tasks.all[0].state == "done")
-            await driver.until(lambda: "• constant" in driver.text("#task-text"))
-            assert "Done" not in driver.notifications()  # the task list shows it
-            assert "tasks.copy" not in driver.offered()
-
-        drive(test)
-
-    def test_long_lines_and_commands_are_wrapped(self, here, drive, monkeypatch):
-        Path("gaitsim.py").write_text("print('word ' * 40 + 'end' + '/path' * 40)")
-        monkeypatch.setenv("PYTHONPATH", str(here))
-
-        async def test(driver):
-            driver.app.start_task(["export", "runs/" + "long-name-" * 12])
-            driver.app.action_tasks()
-            await driver.at("TaskList")
-            await driver.until(lambda: driver.app.tasks.all[0].state == "done")
-            await driver.pilot.pause()
-            shown = driver.screen.query_one("#task-text")
-            assert shown.region.right <= 80
-            lines = [shown.render_line(row).text.rstrip() for row in range(shown.size.height)]
-            assert "long-name-" * 12 in "".join(lines)
-            assert "/path" * 40 in "".join(lines)
-
-        drive(test)
-
-    @pytest.mark.slow
-    def test_a_failure_is_reported_and_its_message_kept(self, here, drive):
-        async def test(driver):
-            driver.app.start_task(["export", "no [b]where"])
-            await driver.until(lambda: "there is no run 'no [b]where'" in driver.notifications())
-            driver.app.action_tasks()
-            await driver.at("TaskList")
-            await driver.until(lambda: "there is no run 'no [b]where'" in driver.text("#task-text"))
-
-        drive(test)
-
     def test_quitting_asks_and_stops_running_tasks(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("import time; print('begun', flush=True); time.sleep(60)")
         monkeypatch.setenv("PYTHONPATH", str(here))

@@ -170,22 +170,6 @@ class TestAttacks:
         window.press("y")
         window.until(lambda: not run.exists())
 
-    def test_another_page_cannot_connect(self, serve, browser):
-        _, address = serve()
-        context = browser.new_context()
-        Window(context, address)
-        socket = address.partition("?")[0].replace("http", "ws") + "ws"
-        script = f"""<script>
-            const socket = new WebSocket("{socket}");
-            socket.onopen = () => document.title = "open";
-            socket.onclose = () => document.title ||= "refused";
-        </script>"""
-        with _page(script) as foreign:
-            page = context.new_page()
-            page.goto(foreign)
-            page.wait_for_function("document.title")
-            assert page.title() == "refused"
-
     def test_a_missing_token_can_be_entered(self, serve, browser):
         _, address = serve()
         page, _, token = address.partition("?token=")
@@ -195,38 +179,6 @@ class TestAttacks:
         shown.press("input", "Enter")
         shown.wait_for_selector("body.-first-byte")
         assert shown.url == page
-
-    def test_an_excess_window_is_explained(self, serve, browser):
-        _, address = serve("--windows", "1")
-        context = browser.new_context()
-        window = Window(context, address)
-        second = context.new_page()
-        second.goto(address)
-        second.wait_for_selector("body.-closed")
-        assert "--windows" in second.inner_text("#ended")
-        window.press("q")
-        window.page.wait_for_selector("body.-closed")
-        second.click("#again")
-        second.wait_for_selector("body.-first-byte")
-
-    def test_apps_end_when_the_server_is_killed(self, serve, browser):
-        server, address = serve()
-        Window(browser, address)
-        children = Path(f"/proc/{server.pid}/task/{server.pid}/children")
-        if not children.exists():
-            pytest.skip("processes are looked up in /proc")
-        apps = [Path("/proc", process) for process in children.read_text().split()]
-        server.kill()
-        assert apps
-        until(lambda: not any(_is_running(app) for app in apps))
-
-
-def _is_running(process):
-    """Return whether a process runs and is not a zombie."""
-    try:
-        return (process / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 @contextmanager

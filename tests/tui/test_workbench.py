@@ -1,7 +1,4 @@
-"""Whole sessions in the app, with the keyboard alone and with the mouse alone.
-
-In both, text is typed.
-"""
+"""Whole sessions in the app with the mouse alone; text is typed."""
 
 import re
 from pathlib import Path
@@ -12,7 +9,6 @@ from textual.widgets import Button
 
 from gaitsim.live.process import background_state
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.tui.widgets.curves import Curves
 
 pytestmark = pytest.mark.slow
 RUN = Path("runs/walk")
@@ -34,8 +30,8 @@ def find_text(app, words, *, last=False):
     return None
 
 
-class User:
-    """A user who reads the screen and acts on its text."""
+class Mouse:
+    """A user with a mouse, who reads the screen and acts on its text."""
 
     def __init__(self, driver):
         self.driver, self.app, self.pilot = driver, driver.app, driver.pilot
@@ -62,48 +58,7 @@ class User:
         await self.pilot.click(offset=find_text(self.app, words), times=times)
         await self.pilot.pause()
 
-
-class Keyboard(User):
-    async def do(self, key, _word):
-        """Press the key of an action."""
-        await self.driver.press(key)
-
-    async def on_run(self, name):
-        """Put the cursor of the list on a run."""
-        table = self.app.screen.query_one("#runs")
-        await self.driver.press("g", "g")
-        while self.app.screen.current().name != name:
-            assert table.cursor_row < table.row_count - 1
-            await self.driver.press("j")
-
-    async def mark(self, name):
-        await self.on_run(name)
-        await self.driver.press("space")
-
-    async def open(self, name):
-        await self.on_run(name)
-        await self.driver.press("enter")
-
-    async def take(self, _words):
-        """Accept the first suggestion."""
-        await self.driver.press("down", "enter")
-
-    async def agree(self, _words):
-        """Accept the proposal of a dialog."""
-        await self.driver.press("enter")
-
-    async def confirm(self, key, _words):
-        """Press the key of a dialog's button."""
-        await self.driver.press(key)
-
-    async def tool(self, key, _word):
-        """Press the key of a curve's tool."""
-        self.app.screen.query_one(Curves).focus()
-        await self.driver.press(key)
-
-
-class Mouse(User):
-    async def do(self, key, word):
+    async def do(self, word):
         """Click an action in the footer, or in the help if the footer is full."""
         active = self.app.screen.active_bindings.values()
         about = next(one.binding.tooltip for one in active if one.binding.description == word)
@@ -145,20 +100,11 @@ class Mouse(User):
     async def open(self, name):
         await self.click(name, times=2)
 
-    async def take(self, words):
-        await self.click(words)
-
     async def agree(self, words):
         """Click a button of a dialog."""
         buttons = {str(one.label): one for one in self.app.screen.query(Button)}
         await self.pilot.click(buttons[words])
         await self.pilot.pause()
-
-    async def confirm(self, _key, words):
-        await self.agree(words)
-
-    async def tool(self, _key, word):
-        await self.click(word)
 
 
 async def at_rest(user, name, state):
@@ -171,16 +117,15 @@ async def at_rest(user, name, state):
     await user.driver.until(holds)
 
 
-@pytest.fixture(params=[(Keyboard, (120, 34)), (Mouse, (80, 24))], ids=["keyboard", "mouse"])
-def run_task(request, drive):
-    """Return a function that runs a task with the keyboard, or with the mouse on a small screen."""
-    user, size = request.param
+@pytest.fixture
+def run_task(drive):
+    """Return a function that runs a task with the mouse on a small screen."""
 
     def run_task(task):
         async def test(driver):
-            await task(user(driver))
+            await task(Mouse(driver))
 
-        drive(test, size=size)
+        drive(test)
 
     return run_task
 
@@ -192,37 +137,37 @@ def test_evolving(run_task, walk):
     async def task(user):
         await user.open("walk")
         await user.at("Live")
-        await user.do("space", "Resume")
+        await user.do("Resume")
         await user.sees("Pause")
-        await user.do("escape", "Back")
+        await user.do("Back")
         await user.at("Home")
         await at_rest(user, "walk", "running")
         await user.open("walk")
         await user.at("Live")
         await user.sees("running")
-        await user.do("c", "Change")
+        await user.do("Change")
         await user.at("ChangeDialog")
         await user.write("pric")
         await user.sees("Continue typing")
-        await user.take("fitness.price")
+        await user.click("fitness.price")
         await user.write("4")
         await user.sees("now 4.0")
         await user.agree("Change")
         await user.at("Live")
         await user.sees("stage 2")
-        await user.do("f", "Fork")
+        await user.do("Fork")
         await user.at("ChangeDialog")
         await user.agree("Fork")
         await user.driver.until(lambda: background_state(Path("runs/walk-2")) == "running")
         await user.sees("walk-2")
-        await user.do("s", "Stop")
+        await user.do("Stop")
         await user.sees("stopped")
-        await user.do("escape", "Back")
+        await user.do("Back")
         await user.sees("walk — body puppet")
-        await user.do("escape", "Back")
+        await user.do("Back")
         await user.at("Home")
         await user.mark("walk")
-        await user.do("x", "Stop")
+        await user.do("Stop")
         await at_rest(user, "walk", "stopped")
 
     run_task(task)
@@ -239,40 +184,40 @@ def test_comparing_replaying_and_exporting(run_task, walk):
     async def task(user):
         await user.mark("walk")
         await user.mark("other")
-        await user.do("c", "Compare")
+        await user.do("Compare")
         await user.at("Compare")
-        await user.tool("m", "smooth")
+        await user.click("smooth")
         await user.sees("median of")
-        await user.tool("0", "all")
-        await user.tool("m", "smooth")
-        await user.do("escape", "Back")
+        await user.click("all")
+        await user.click("smooth")
+        await user.do("Back")
         await user.at("Home")
         await user.mark("walk")
         await user.mark("other")
         await user.open("walk")
         await user.at("Live")
-        await user.do("r", "Replay")
+        await user.do("Replay")
         await user.at("Replay")
         await user.sees("generation 5")
-        await user.do("left_square_bracket", "Generation")
-        await user.do("g", "Go to")
+        await user.do("Generation")
+        await user.do("Go to")
         await user.at("Ask")
         await user.write("2")
         await user.agree("OK")
         await user.sees("generation 2")
-        await user.do("w", "Why")
+        await user.do("Why")
         await user.at("Why")
         await user.sees("reach")
-        await user.do("escape", "Back")
-        await user.do("e", "Export")
+        await user.do("Back")
+        await user.do("Export")
         await user.at("ExportDialog")
         await user.sees("--generation 2")
         await user.agree("Export")
         await user.driver.until(lambda: [*RUN.glob("exports/*")])
         await user.at("Replay")
-        await user.do("escape", "Back")
+        await user.do("Back")
         await user.at("Live")
-        await user.do("escape", "Back")
+        await user.do("Back")
         await user.at("Home")
 
     run_task(task)
@@ -286,27 +231,27 @@ def test_verifying_noting_and_deleting(run_task, walk):
     async def task(user):
         await user.open("walk")
         await user.at("Live")
-        await user.do("v", "Verify")
+        await user.do("Verify")
         await user.at("Verify")
         await user.sees("identical")
-        await user.do("escape", "Back")
+        await user.do("Back")
         await user.at("Live")
-        await user.do("escape", "Back")
+        await user.do("Back")
         await user.at("Home")
-        await user.do("N", "Note")
+        await user.do("Note")
         await user.at("NoteDialog")
         await user.write("it walks")
-        await user.confirm("ctrl+s", "Save")
+        await user.agree("Save")
         await user.at("Home")
-        await user.do("slash", "Filter")
+        await user.do("Filter")
         await user.write("walks")
         await user.driver.until(lambda: not find_text(user.app, "other"))
-        await user.do("escape", "Back")
+        await user.do("Back")
         await user.mark("walk")
         await user.mark("other")
-        await user.do("d", "Delete")
+        await user.do("Delete")
         await user.at("Confirm")
-        await user.confirm("y", "Delete")
+        await user.agree("Delete")
         await user.driver.until(lambda: not RUN.exists())
 
     run_task(task)
