@@ -14,17 +14,20 @@ stores them.
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, Genomes, GenomeSpace, Results, State
-from gaitsim.evaluation import Evaluation, evaluate
+from gaitsim.contracts import Array, Genomes, GenomeSpace, Members, Results, Search, State
+from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.worlds import in_reality
+from gaitsim.evolution.context import CheckedContext, check_state
 from gaitsim.experiment import FEATURES, TRANSFERABILITY, Experiment
 from gaitsim.gaussian_process import posterior
 from gaitsim.portable import distances
+from gaitsim.registry import plugin_errors
 
 Floats = NDArray[np.float64]
 
@@ -173,9 +176,118 @@ class RealityTests:
         return np.where(np.isnan(found), 0.0, found)
 
 
-def search_state(state: State) -> State:
-    """Return the state of a search without the arrays of the model."""
+class TransferabilitySearch:
+    """A search whose individuals are tested in reality; it has the methods of `Search`.
+
+    The state is that of the inner search, with the arrays of the tests.
+    """
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._experiment, self._search = experiment, experiment.search
+
+    def initial(self, context: CheckedContext) -> State:
+        """Return the state before the first generation."""
+        return _joined(self._search.initial(context), RealityTests.none(context.space))
+
+    def ask(
+        self, state: State, last: Results | None, context: CheckedContext
+    ) -> tuple[Genomes, State]:
+        """Return the genomes of a generation, and the state for `tell`."""
+        tests, before = _split(state)
+        if last is not None:
+            last = with_predictions(self._experiment, tests, last)
+        genomes, after = self._search.ask(before, last, context)
+        return genomes, _joined(after, tests)
+
+    def tell(self, state: State, results: Results, context: CheckedContext) -> State:
+        """Return the state after a generation, and after a test in reality if one is due."""
+        tests, before = _split(state)
+        rng = deepcopy(context.rng)
+        seen = with_predictions(self._experiment, tests, results)
+        after = check_state(self._experiment, self._search.tell(before, seen, context))
+        pool = pool_results(tests, self._kept(before), results)
+        tests, kept = with_kept_values(tests, pool, self._kept(after))
+        if (context.generation - 1) % self._experiment.transferability.every == 0:
+            more = run_reality_test(self._experiment, tests, kept, context.generation)
+            if more is not None:
+                again = with_predictions(self._experiment, more, kept)
+                with plugin_errors(self._experiment.entries["search"], "receiving new scores"):
+                    after = self._search.rescored(after, again, replace(context, rng=rng))
+                after = check_state(self._experiment, after)
+                tests, _ = with_kept_values(more, kept, self._kept(after))
+        return _joined(after, tests)
+
+    def remembered(self, state: State) -> Genomes | None:
+        """Return the genomes that the inner search remembers, followed by those tested."""
+        tests, before = _split(state)
+        kept = self._kept(before)
+        return np.concatenate([kept, tests.genomes]) if len(kept) else None
+
+    def rescored(self, state: State, results: Results, context: CheckedContext) -> State:
+        """Return the state with new scores of the genomes in `remembered`.
+
+        The tests in reality are costly, and are not repeated if only the worlds were redrawn.
+        """
+        tests, before = _split(state)
+        count = len(results.genomes) - tests.count
+        kept, tested = _rows(results, slice(None, count)), _rows(results, slice(count, None))
+        if tests.count:
+            again = not context.redrawn
+            tests = repeat_reality_tests(self._experiment, tests, tested, kept, in_reality=again)
+        seen = with_predictions(self._experiment, tests, kept)
+        after = check_state(self._experiment, self._search.rescored(before, seen, context))
+        tests, _ = with_kept_values(tests, kept, self._kept(after))
+        return _joined(after, tests)
+
+    def figures(self, state: State) -> Mapping[str, float]:
+        """Return the figures of the inner search."""
+        return self._search.figures(_split(state)[1])
+
+    def members(self, state: State) -> Members | None:
+        """Return the members of the inner search."""
+        return self._search.members(_split(state)[1])
+
+    def mismatch(self, state: State, context: CheckedContext) -> str:
+        """Return why a stored state does not fit; '' if it does."""
+        tests = RealityTests.of(state)
+        wrong = self._search.mismatch(_without_tests(state), context)
+        if wrong or tests is None:
+            return wrong or "it lacks the tests in reality"
+        return tests.mismatch(context.space.genes)
+
+    def _kept(self, state: State) -> Genomes:
+        """Return the genomes that the inner search remembers, (genomes, genes)."""
+        with plugin_errors(self._experiment.entries["search"], "listing the genomes it remembers"):
+            genomes = self._search.remembered(state)
+        if genomes is None:
+            return self._experiment.space().random(0, np.random.default_rng(0))
+        return genomes
+
+
+def search_of(experiment: Experiment) -> Search | TransferabilitySearch:
+    """Return the search of an experiment, with tests in reality if the experiment has them."""
+    return experiment.search if experiment.reality is None else TransferabilitySearch(experiment)
+
+
+def _split(state: State) -> tuple[RealityTests, State]:
+    """Return the tests and the state of the inner search."""
+    tests = RealityTests.of(state)
+    if tests is None:
+        raise ValueError("the state lacks the tests in reality")
+    return tests, _without_tests(state)
+
+
+def _without_tests(state: State) -> State:
     return {name: values for name, values in state.items() if not name.startswith(PREFIX)}
+
+
+def _joined(state: State, tests: RealityTests) -> State:
+    return {**state, **tests.arrays()}
+
+
+def _rows(results: Results, rows: slice) -> Results:
+    values = {name: column[rows] for name, column in results.values.items()}
+    return Results(results.genomes[rows], results.scores[rows], values)
 
 
 def features_of(experiment: Experiment, names: Sequence[str], values: Floats) -> Floats:
@@ -248,7 +360,7 @@ def run_reality_test(
 def repeat_reality_tests(
     experiment: Experiment,
     tests: RealityTests,
-    evaluation: Evaluation,
+    tested: Results,
     kept: Results,
     *,
     in_reality: bool,
@@ -258,15 +370,15 @@ def repeat_reality_tests(
     Args:
         experiment: experiment with the new reality.
         tests: tests under the previous experiment.
-        evaluation: new evaluation of the tested individuals in simulation.
+        tested: new results of the tested individuals in simulation.
         kept: individuals that the search keeps, with new scores and values.
         in_reality: whether to also repeat the tests in reality.
     """
-    names, values = _columns(evaluation.values)
+    names, values = _columns(tested.values)
     tests = replace(
         tests,
         features=features_of(experiment, names, values),
-        simulated=evaluation.scores,
+        simulated=tested.scores,
         real=_in_reality(experiment, tests.genomes) if in_reality else tests.real,
     )
     return tests.rescaled(features_of(experiment, *_columns(kept.values)))

@@ -10,7 +10,7 @@ from scipy.stats import binomtest
 from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation.streams import Purpose, stream
-from gaitsim.evolution.operators import ExperimentOperators
+from gaitsim.evolution.context import ExperimentOperators
 from gaitsim.experiment import load_experiment
 
 SCORES = np.array([0.5, 2.0, -np.inf, 2.0, -1.0, 0.0])
