@@ -1,7 +1,8 @@
-"""The fly's options, their validation, and quantities derived from them."""
+"""The fly's options, their validation and derived quantities; the conditions of its world."""
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
@@ -9,14 +10,71 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gaitsim.contracts import WORLD_HELP, Condition, Organism, check_world, option
-from gaitsim_fly.conditions import fly_conditions, wind
+from gaitsim.legged import condition_rng, conditions, draw_joint_errors, draw_push
+from gaitsim.network import ACTIVATION_CODES
+from gaitsim.portable import cos, sin
 from gaitsim_fly.mechanics import Mechanics
+
+
+def fly_conditions(air_density: float) -> dict[str, Condition]:
+    """Return the conditions of a fly by name; `air_density` is the nominal density, kg/m³."""
+    own = conditions("mass", "latency", "servo_speed", "joint_offset", "push")
+    return {
+        **own,
+        "latency": replace(own["latency"], high=0.02),
+        "air_density": Condition(
+            "kg/m³",
+            air_density,
+            0.85 * air_density,
+            1.1 * air_density,
+            0.0,
+            10 * air_density,
+            "density of the air",
+        ),
+        "wind": Condition("m/s", 0.0, 0.0, 1.0, 0.0, 30.0, "steady horizontal wind"),
+    }
+
+
+def wing_offsets(world: Mapping[str, float], *, planar: bool) -> NDArray[np.float64]:
+    """Return the constant error of each wing angle, (6,) rad.
+
+    Args:
+        world: values by the names of conditions.
+        planar: whether both wings get the same errors, as wings with equal commands cannot
+            correct a difference.
+    """
+    drawn = draw_joint_errors(world, "joint_offset", 6)
+    return np.tile(drawn[:3], 2) if planar else drawn
+
+
+def wind(world: Mapping[str, float], *, planar: bool) -> tuple[float, float]:
+    """Return the velocity of the air along x and y, m/s; only along x if `planar`."""
+    direction = 2 * math.pi * float(condition_rng(world, "wind").random())
+    return _horizontal(world.get("wind", 0.0), direction, planar)
+
+
+def push(
+    world: Mapping[str, float], frames: int, *, planar: bool
+) -> tuple[int, NDArray[np.float64]]:
+    """Return the frame of a push and its change of the velocity, (3,) m/s."""
+    frame, direction = draw_push(world, frames)
+    return frame, np.array([*_horizontal(world.get("push", 0.0), direction, planar), 0.0])
+
+
+def _horizontal(size: float, direction: float, planar: bool) -> tuple[float, float]:
+    if planar:
+        return math.copysign(size, cos(direction)), 0.0
+    return size * float(cos(direction)), size * float(sin(direction))
+
 
 Course = Literal["none", "hover", "climb", "left", "right", "forward"]
 COURSES = get_args(Course)[1:]
 Layer = Annotated[int, Field(ge=1, le=256)]
 
 MOST_STEPS = 2_000_000  # simulated in all trials of an individual, in about 7 s
+ControlArguments = tuple[
+    NDArray[np.int64], int, NDArray[np.float64], float, int, NDArray[np.float64]
+]
 
 
 class FlyOptions(Organism):
@@ -188,6 +246,37 @@ class FlyOptions(Organism):
             gravity=self.gravity,
             wind=wind(world, planar=self.planar),
         )
+
+    def control_arguments(self, own: Mechanics) -> ControlArguments:
+        """Return the arguments of the compiled flight that describe the network and the mechanics.
+
+        Returns:
+            Units of each layer; the activation's code; limits of flap, pitch and sweep, (3,) rad;
+            the time step, s; time steps between commands; the constants (see `gaitsim_fly.flight`).
+        """
+        nominal = round(self.control_step / self.dt)
+        # The time step of the options may be unstable in a denser world.
+        steps = max(nominal, math.ceil(self.control_step / own.stable_step))
+        return (
+            np.array(self.layers),
+            ACTIVATION_CODES[self.activation],
+            np.radians([self.flap_limit, self.pitch_limit, self.sweep_limit]),
+            self.dt if steps == nominal else self.control_step / steps,
+            steps,
+            self._constants(own),
+        )
+
+    def _constants(self, own: Mechanics) -> NDArray[np.float64]:
+        from gaitsim_fly import flight
+
+        c = np.empty(flight.CONSTANTS)
+        own.fill(c)
+        c[flight.SPEED_LIMIT] = flight.FASTEST
+        c[flight.TURN_LIMIT] = flight.LARGEST_TURN
+        c[flight.POSITION_SCALE] = self.position_scale
+        c[flight.VELOCITY_SCALE] = self.velocity_scale
+        c[flight.SPIN_SCALE] = self.spin_scale
+        return c
 
     @property
     def planar(self) -> bool:

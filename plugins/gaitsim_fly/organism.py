@@ -2,6 +2,9 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import as_file, files
 from typing import ClassVar
 
 import numpy as np
@@ -19,18 +22,113 @@ from gaitsim.contracts import (
     Steered,
     SteeringPage,
 )
-from gaitsim.network import ACTIVATION_CODES, gene_labels
-from gaitsim_fly.conditions import push, wing_offsets
-from gaitsim_fly.measures import measures
-from gaitsim_fly.mechanics import Mechanics
-from gaitsim_fly.motion import flight_motion
-from gaitsim_fly.options import COURSES, FlyOptions
-from gaitsim_fly.skeleton import skeleton
-from gaitsim_fly.starts import headings, starts
+from gaitsim.network import gene_labels
+from gaitsim.portable import cos, norm, sin, uniform
+from gaitsim_fly.flight import MOMENTUM, POSITION, ROTATION, STATE, VELOCITY
+from gaitsim_fly.motion import flight_motion, measures, skeleton
+from gaitsim_fly.options import COURSES, FlyOptions, push, wing_offsets
 
-ControlArguments = tuple[
-    NDArray[np.int64], int, NDArray[np.float64], float, int, NDArray[np.float64]
-]
+
+def starts(
+    trials: int,
+    seed: int,
+    inertia: NDArray[np.float64],
+    *,
+    offset: float,
+    tilt: float,
+    headings: NDArray[np.float64],
+    speed: float,
+    spin: float,
+    planar: bool,
+) -> NDArray[np.float64]:
+    """Return the state at the start of each trial, (trials, STATE); the first is level, at rest.
+
+    Args:
+        trials: number of trials.
+        seed: seed of the other states, which are drawn uniformly along each axis.
+        inertia: moments of inertia, (3,) kg·m².
+        offset: largest distance from the origin along each axis, m.
+        tilt: largest component of the rotation vector, rad.
+        headings: headings of the trials, (trials,) rad.
+        speed: largest speed along each axis, m/s.
+        spin: largest angular speed about each axis, rad/s.
+        planar: whether to draw only symmetric starts, as wings with equal commands cannot correct
+            asymmetric ones.
+    """
+    states = np.zeros((trials, STATE))
+    states[:, ROTATION] = 1.0
+    draws = uniform(np.random.default_rng(seed), -1, 1, (trials - 1, 4, 3))
+    if planar:
+        draws[:, (0, 2), 1] = 0.0  # sideways position and velocity
+        draws[:, 1::2, ::2] = 0.0  # roll and yaw
+    turn = tilt * draws[:, 1]
+    half = norm(turn)[:, None] / 2
+    states[1:, POSITION : POSITION + 3] = offset * draws[:, 0]
+    states[1:, ROTATION : ROTATION + 1] = cos(half)
+    # sin(half) / half, which tends to 1
+    ratio = np.where(half > 0, sin(half), 1.0) / np.where(half > 0, half, 1.0)
+    states[1:, ROTATION + 1 : ROTATION + 4] = turn / 2 * ratio
+    states[:, ROTATION : ROTATION + 4] = _turn_about_vertical(
+        states[:, ROTATION : ROTATION + 4], headings / 2
+    )
+    states[1:, VELOCITY : VELOCITY + 3] = speed * draws[:, 2]
+    momentum = inertia * (spin * draws[:, 3])  # in the frame of the body
+    states[1:, MOMENTUM : MOMENTUM + 3] = _rotate(states[1:, ROTATION : ROTATION + 4], momentum)
+    return states
+
+
+def headings(trials: int, seed: int, largest: float) -> NDArray[np.float64]:
+    """Return the heading of each trial, (trials,) rad: 0 for the first, random for the others."""
+    drawn = uniform(np.random.default_rng([seed, 1]), -1, 1, trials - 1)
+    return np.concatenate([[0.0], largest * drawn])
+
+
+def _turn_about_vertical(
+    quaternions: NDArray[np.float64], half: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Turn attitudes about the vertical by twice the angles `half`, (trials,) rad."""
+    w, x, y, z = quaternions.T
+    c, s = cos(half), sin(half)
+    return np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], axis=1)
+
+
+def _rotate(quaternions: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotate vectors, (trials, 3), by unit quaternions, (trials, 4)."""
+    w, u = quaternions[:, :1], quaternions[:, 1:]
+    cross = np.cross(u, vectors)
+    result: NDArray[np.float64] = vectors + 2 * (w * cross + np.cross(u, cross))
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class TrainedNetworks:
+    """Trained networks.
+
+    Attributes:
+        layers: units of each layer, inputs first.
+        genomes: genomes (genes,) by command.
+        experiments: experiments that trained the networks, as TOML, by command.
+    """
+
+    layers: tuple[int, ...]
+    genomes: dict[str, Genomes]
+    experiments: dict[str, str]
+
+
+@cache
+def trained_networks() -> TrainedNetworks:
+    """Return the networks in `controllers.npz`."""
+    with (
+        as_file(files("gaitsim_fly") / "controllers.npz") as path,
+        np.load(path, allow_pickle=False) as stored,
+    ):
+        names = stored["commands"].tolist()
+        genomes = {name: stored[name] for name in names}
+        for genome in genomes.values():
+            genome.flags.writeable = False
+        experiments = {name: str(stored[f"{name} experiment"]) for name in names}
+        return TrainedNetworks(tuple(stored["layers"].tolist()), genomes, experiments)
+
 
 TRIALS = ("frames", "trials")
 XYZ = ("x", "y", "z")
@@ -145,37 +243,6 @@ class Fly(FlyOptions):
             )
         return failures
 
-    def control_arguments(self, own: Mechanics) -> ControlArguments:
-        """Return the arguments of the compiled flight that describe the network and the mechanics.
-
-        Returns:
-            Units of each layer; the activation's code; limits of flap, pitch and sweep, (3,) rad;
-            the time step, s; time steps between commands; the constants (see `gaitsim_fly.flight`).
-        """
-        nominal = round(self.control_step / self.dt)
-        # The time step of the options may be unstable in a denser world.
-        steps = max(nominal, math.ceil(self.control_step / own.stable_step))
-        return (
-            np.array(self.layers),
-            ACTIVATION_CODES[self.activation],
-            np.radians([self.flap_limit, self.pitch_limit, self.sweep_limit]),
-            self.dt if steps == nominal else self.control_step / steps,
-            steps,
-            self._constants(own),
-        )
-
-    def _constants(self, own: Mechanics) -> NDArray[np.float64]:
-        from gaitsim_fly import flight
-
-        c = np.empty(flight.CONSTANTS)
-        own.fill(c)
-        c[flight.SPEED_LIMIT] = flight.FASTEST
-        c[flight.TURN_LIMIT] = flight.LARGEST_TURN
-        c[flight.POSITION_SCALE] = self.position_scale
-        c[flight.VELOCITY_SCALE] = self.velocity_scale
-        c[flight.SPIN_SCALE] = self.spin_scale
-        return c
-
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return altitudes, horizontal distance, tilt and wing beats, as means over the trials."""
         return measures(motion)
@@ -193,8 +260,6 @@ class Fly(FlyOptions):
 
     def controllers(self) -> Mapping[str, Genomes]:
         """Return the package's trained networks, mirrored and 18-12-3, or {} if they do not fit."""
-        from gaitsim_fly.controllers import trained_networks
-
         found = trained_networks()
         fit = self.wings == "mirrored" and self.layers == found.layers
         return found.genomes if fit and self.activation == "tanh" else {}

@@ -2,22 +2,20 @@
 
 from collections.abc import Mapping
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gaitsim.contracts import Genomes, SteeringPage
 from gaitsim_fly import assets, flight
 from gaitsim_fly.mechanics import Mechanics
-
-if TYPE_CHECKING:
-    from gaitsim_fly.organism import Fly
+from gaitsim_fly.options import FlyOptions
 
 SHAPE = ("length", "width", "height", "span", "chord")
 REGISTER = "gaitsim.registerSteering(steeredFly);"
 
 
-def page(fly: "Fly", controllers: Mapping[str, Genomes]) -> SteeringPage:
+def page(fly: FlyOptions, controllers: Mapping[str, Genomes]) -> SteeringPage:
     """Return the script and the data with which a web page simulates a steered fly.
 
     Args:
@@ -66,7 +64,7 @@ def mechanics_data(own: Mechanics) -> dict[str, Any]:
     }
 
 
-def control_data(fly: "Fly") -> dict[str, Any]:
+def control_data(fly: FlyOptions) -> dict[str, Any]:
     """Return the networks' layers, limits, time steps and scales as a `Control` of control.js."""
     return {
         "layers": list(fly.layers),

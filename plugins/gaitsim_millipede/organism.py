@@ -23,7 +23,7 @@ from gaitsim.contracts import (
 from gaitsim.portable import arcsin, cos, scalar, sin
 from gaitsim_millipede import cycle
 from gaitsim_millipede.codec import CODECS, LIMIT, Codec
-from gaitsim_millipede.travel import clockwise_motion, forward_motion
+from gaitsim_millipede.fitness import clockwise_motion, forward_motion
 
 _SIN_LIMIT = float(scalar.sin(math.radians(LIMIT)))
 SIDES = ("left", "right")

@@ -1,6 +1,8 @@
 """CMA-ES: samples from a normal distribution with adaptive mean, covariance and step size."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -8,11 +10,166 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
 from gaitsim.contracts.search import Context, Results, Search, State
-from gaitsim.portable import exp, matmul, power, principal_axes, standard_normal
-from gaitsim_searches import box
-from gaitsim_searches.cma_rates import rates
-from gaitsim_searches.cma_stops import converged, history
+from gaitsim.portable import exp, log, matmul, power, principal_axes, standard_normal
 from gaitsim_searches.real import real_space
+
+MARGIN = 0.025
+"""Distance from a bound, in widths, within which the fold is a parabola."""
+
+
+def genomes(points: NDArray[np.float64], space: RealSpace) -> NDArray[np.float64]:
+    """Return the genomes at unbounded points, (points, genes) in widths above `lower`.
+
+    Genomes equal their points inside the box. Points are mirrored at the bounds along a parabola,
+    so that the fold is smooth; periodic genes wrap (`BoundTransform` of pycma).
+    """
+    period = 2 + 4 * MARGIN
+    # The distance from the middle of the fold at the lower bound is at most half a period.
+    distance = np.mod(points + MARGIN, period)
+    distance = np.minimum(distance, period - distance)
+    # Distances to the nearer bound; short ones are flattened.
+    near = np.minimum(distance, period / 2 - distance)
+    inside = np.where(near < 2 * MARGIN, np.square(near) / (4 * MARGIN), near - MARGIN)
+    folded = np.where(distance < period / 4, inside, 1 - inside)
+    if space.periodic is not None:
+        folded = np.where(space.periodic, np.mod(points, 1.0), folded)
+    return space.repair(space.lower + space.width * folded)
+
+
+def point(genome: NDArray[np.float64], space: RealSpace) -> NDArray[np.float64]:
+    """Return a point that `genomes` maps to a genome, (genes,)."""
+    share = np.clip((genome - space.lower) / space.width, 0, 1)
+    near = np.minimum(share, 1 - share)
+    inside = np.where(near < MARGIN, np.sqrt(4 * MARGIN * near) - MARGIN, near)
+    unfolded = np.where(share < 0.5, inside, 1 - inside)
+    return unfolded if space.periodic is None else np.where(space.periodic, share, unfolded)
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """Parameters of Hansen 2016, "The CMA evolution strategy: a tutorial", table 1, eq. 49 to 58.
+
+    Attributes:
+        weights: weights of the samples from best to worst, (samples,); positive weights sum to 1.
+        parents: number of positive weights, µ.
+        mass: variance effective selection mass, µ_eff.
+        step: learning rate of the path of the step size, c_σ.
+        damping: damping of the step size, d_σ.
+        path: learning rate of the path of the covariance, c_c.
+        rank_one: learning rate of the covariance's rank-one update, c_1.
+        rank_mu: learning rate of the covariance's rank-µ update, c_µ.
+        length: expected length of a vector of standard normal numbers.
+    """
+
+    weights: NDArray[np.float64]
+    parents: int
+    mass: float
+    step: float
+    damping: float
+    path: float
+    rank_one: float
+    rank_mu: float
+    length: float
+
+
+@lru_cache
+def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
+    """Return the default weights and learning rates.
+
+    Args:
+        genes: number of genes, n.
+        samples: number of samples in each update, λ.
+        separable: whether to learn only variances, (n + 2) / 3 times as fast (Ros and Hansen 2008,
+            "A simple modification in CMA-ES achieving linear time and space complexity").
+        active: whether bad samples shrink the covariance (Jastrebski and Arnold 2006, "Improving
+            evolution strategies through active covariance matrix adaptation").
+    """
+    raw = log((samples + 1) / 2) - log(np.arange(1, samples + 1))
+    parents = samples // 2
+    good, bad = raw[:parents], raw[parents:]
+    mass = np.square(good.sum()) / np.square(good).sum()
+    bad_mass = np.square(bad.sum()) / np.square(bad).sum()
+
+    # 3 as in pycma. With the tutorial's 5, the area under the ECDF on BBOB with two genes is 3 %
+    # smaller.
+    step = (mass + 2) / (genes + mass + 3)
+    damping = 1 + 2 * max(0.0, np.sqrt((mass - 1) / (genes + 1)) - 1) + step
+    path = (4 + mass / genes) / (genes + 4 + 2 * mass / genes)
+    rank_one = 2 / (np.square(genes + 1.3) + mass)
+    rank_mu = 2 * (0.25 + mass - 2 + 1 / mass) / (np.square(genes + 2) + mass)
+    faster = (genes + 2) / 3 if separable else 1.0
+    rank_one = min(1.0, faster * rank_one)
+    rank_mu = min(1 - rank_one, faster * rank_mu)
+
+    total = 0.0
+    if active:
+        total = min(
+            1 + rank_one / rank_mu,  # the covariance neither grows nor shrinks overall
+            1 + 2 * bad_mass / (mass + 2),
+            (1 - rank_one - rank_mu) / (genes * rank_mu),  # the covariance stays positive definite
+        )
+    weights = np.concatenate([good / good.sum(), total * bad / np.abs(bad).sum()])
+    length = np.sqrt(genes) * (1 - 1 / (4 * genes) + 1 / (21 * genes * genes))
+    weights.setflags(write=False)
+    return Rates(weights, parents, mass, step, damping, path, rank_one, rank_mu, length)
+
+
+SMALLEST_RANGE = 1e-11  # range of scores that counts as equal
+LARGEST_CONDITION = 1e14  # condition number of the covariance
+LONGEST_HISTORY = 20_000  # number of updates remembered
+
+
+def converged(
+    state: Mapping[str, NDArray[Any]], scores: NDArray[np.float64], tolerance: float
+) -> bool:
+    """Return whether the search has converged (Hansen 2016, appendix B.3).
+
+    Args:
+        state: state after the update.
+        scores: scores of the samples of the update.
+        tolerance: smallest standard deviation worth sampling, in widths.
+    """
+    genes, samples, updates = len(state["mean"]), len(scores), int(state["updates"])
+    step, mean, lengths = float(state["step"]), state["mean"], state["lengths"]
+    covariance = state["covariance"]
+    deviations = step * np.sqrt(np.diag(covariance) if covariance.ndim == 2 else covariance)
+    axis = updates % genes
+    along = np.eye(genes)[axis] if covariance.ndim == 1 else state["axes"][axis]
+    if (mean == mean + 0.1 * step * lengths[axis] * along).all():
+        return True
+    if (mean == mean + 0.2 * deviations).any() or lengths.max() > np.sqrt(
+        LARGEST_CONDITION
+    ) * lengths.min():
+        return True
+    if (deviations < tolerance).all() and (step * np.abs(state["path"]) < tolerance).all():
+        return True
+    best, middle = state["best scores"], state["middle scores"]
+    recent = 10 + int(np.ceil(30 * genes / samples))
+    if len(best) >= recent and _range(np.append(scores, best[-recent:])) < SMALLEST_RANGE:
+        return True
+    return len(best) >= _history_length(genes, samples, updates) and all(
+        np.median(scores[-(len(scores) * 3 // 10) :]) <= np.median(scores[: len(scores) * 3 // 10])
+        for scores in (best, middle)
+    )
+
+
+def history(
+    scores: NDArray[np.float64], latest: float, genes: int, samples: int, updates: int
+) -> NDArray[np.float64]:
+    """Append the latest score to a history, and drop scores that `converged` no longer needs."""
+    return np.append(scores, latest)[-_history_length(genes, samples, updates) :]
+
+
+def _history_length(genes: int, samples: int, updates: int) -> int:
+    """Return the number of updates whose scores `converged` compares."""
+    shortest = 120 + 30 * genes // samples
+    return min(max(shortest, updates // 5), LONGEST_HISTORY)
+
+
+def _range(scores: NDArray[np.float64]) -> float:
+    lowest, highest = scores.min(), scores.max()
+    return 0.0 if lowest == highest else float(highest - lowest)  # 0 even if all are −inf
+
 
 LARGEST_DEVIATION = 1 / 3
 """Largest standard deviation of a gene, in widths; larger ones already sample the whole range."""
@@ -74,7 +231,7 @@ class CmaEs(Search):
         if self.covariance == "full":
             drawn = matmul(drawn, state["axes"])
         points = state["mean"] + state["step"] * drawn
-        return box.genomes(points, space), {**state, "drawn": drawn}
+        return genomes(points, space), {**state, "drawn": drawn}
 
     def tell(self, state: State, results: Results, context: Context) -> State:
         """Collect results; update the distribution once all samples of an update are evaluated."""
@@ -124,7 +281,7 @@ class CmaEs(Search):
         lengths = deviations / step
         full = self.covariance == "full"
         return {
-            "mean": box.point(context.random(1)[0] if start is None else start, space),
+            "mean": point(context.random(1)[0] if start is None else start, space),
             "step": np.array(step),
             "covariance": np.diag(np.square(lengths)) if full else np.square(lengths),
             "lengths": lengths,

@@ -12,8 +12,76 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import State
+from gaitsim.contracts import Genomes, RealSpace, State
 from gaitsim.portable import exp, log, matmul, power, principal_axes, standard_normal
+from gaitsim_searches.archive import Archive, Candidates
+from gaitsim_searches.real import differences
+
+
+@dataclass(frozen=True)
+class SoftThresholds:
+    """Parameters of thresholds that rise slowly, so that a cell rewards several improvements.
+
+    Attributes:
+        minimum: threshold of an empty cell.
+        rate: learning rate of the thresholds, 0 to 1.
+    """
+
+    minimum: float
+    rate: float
+
+
+@dataclass(frozen=True, eq=False)
+class Improvement:
+    """Improvement of an archive by each candidate, compared with the archive before the batch.
+
+    Attributes:
+        status: 2 if a candidate discovers a cell, 1 if it improves a cell, otherwise 0,
+            (candidates,) int64.
+        gain: score minus the threshold of the cell, (candidates,); −inf for an invalid candidate.
+    """
+
+    status: NDArray[np.int64]
+    gain: NDArray[np.float64]
+
+
+def improvement(
+    archive: Archive, candidates: Candidates, soft: SoftThresholds | None
+) -> Improvement:
+    """Return the improvement by each candidate.
+
+    Without soft thresholds, the gain of a candidate that discovers a cell is its score, as in
+    Fontaine, Togelius, Nikolaidis and Hoover 2020, "Covariance matrix adaptation for the rapid
+    illumination of behavior space".
+    """
+    empty = soft.minimum if soft else -np.inf
+    limits = archive.lookup(candidates.cells, archive.thresholds, empty)
+    occupied = archive.lookup(candidates.cells, np.ones(len(archive.cells)), 0) > 0
+    accepted = candidates.valid & (candidates.scores > limits)
+    gain = candidates.scores - np.where(occupied, limits, soft.minimum if soft else 0)
+    return Improvement(
+        np.where(accepted, np.where(occupied, 1, 2), 0), np.where(candidates.valid, gain, -np.inf)
+    )
+
+
+def with_soft_thresholds(
+    before: Archive, after: Archive, candidates: Candidates, soft: SoftThresholds
+) -> Archive:
+    """Return the archive after an insertion, with the thresholds of CMA-MAE.
+
+    Every candidate above the threshold of its cell moves the threshold towards its score; a whole
+    batch is applied at once (Fontaine and Nikolaidis 2023, "Covariance matrix adaptation
+    MAP-annealing", appendix).
+    """
+    thresholds = before.lookup(after.cells, before.thresholds, soft.minimum)
+    accepted = improvement(before, candidates, soft).status > 0
+    slots = np.searchsorted(after.cells, candidates.cells[accepted])
+    counts = np.bincount(slots, minlength=len(thresholds))
+    sums = np.bincount(slots, candidates.scores[accepted], len(thresholds))
+    kept = power(1 - soft.rate, counts)
+    moved = kept * thresholds + (1 - kept) * sums / np.maximum(counts, 1)
+    return replace(after, thresholds=np.where(counts > 0, moved, thresholds))
+
 
 _PREFIX = "emitters "
 _CONDITION = 1e14  # largest condition number of a covariance
@@ -207,3 +275,60 @@ def _rates(mass: Floats, genes: int) -> tuple[Floats, Floats, Floats, Floats, Fl
 def _updated_path(path: Floats, rate: Floats, mass: Floats, shift: Floats) -> Floats:
     """Return evolution paths, (emitters, genes), after a generation that moved by `shift`."""
     return (1 - rate)[:, None] * path + np.sqrt(rate * (2 - rate) * mass)[:, None] * shift
+
+
+_FLAT = 1e-12  # range of gains below which an emitter has no direction to climb
+
+
+def draw_genomes(
+    emitters: Emitters, population: int, space: RealSpace, rng: np.random.Generator
+) -> Genomes:
+    """Draw genomes from all emitters in turn, (population, genes); they may be out of bounds."""
+    each = -(-population // len(emitters.mean))
+    drawn = emitters.sample(each, space.width, rng)
+    return drawn.reshape(-1, space.genes)[:population]
+
+
+def adapt_emitters(
+    emitters: Emitters,
+    genomes: Genomes,
+    found: Improvement,
+    space: RealSpace,
+    *,
+    two_stages: bool,
+) -> tuple[Emitters, NDArray[np.bool_]]:
+    """Adapt each emitter to the improvement by its genomes.
+
+    Args:
+        emitters: emitters that drew the genomes.
+        genomes: repaired genomes from `draw_genomes`, (population, genes).
+        found: improvement of the archive by each genome.
+        space: space of the genomes.
+        two_stages: whether to follow CMA-ME: genomes that discover a cell rank before genomes that
+            improve a cell, all of these are parents, and an emitter without parents ends.
+            Otherwise CMA-MAE: genomes rank by gain alone, and the better half are parents.
+
+    Returns:
+        The adapted emitters, and whether each must restart, (emitters,).
+    """
+    count = len(emitters.mean)
+
+    def by_emitter(array: NDArray[Any], missing: Any) -> NDArray[Any]:
+        gap = -len(array) % count
+        filled = np.concatenate([array, np.full((gap, *array.shape[1:]), missing, array.dtype)])
+        return filled.reshape(-1, count, *array.shape[1:]).swapaxes(0, 1)
+
+    gain, status = by_emitter(found.gain, -np.inf), by_emitter(found.status, 0)
+    order = np.lexsort((-gain, -status) if two_stages else (-gain,))
+    gain, status = (np.take_along_axis(array, order, 1) for array in (gain, status))
+    changes = differences(by_emitter(genomes, 0), emitters.mean[:, None], space) / space.width
+    changes = np.take_along_axis(changes, order[..., None], 1)
+    valid = np.isfinite(gain).sum(1)
+    drawn = by_emitter(np.ones(len(genomes), np.int64), 0).sum(1)
+    parents = (status > 0).sum(1) if two_stages else np.minimum(valid, drawn // 2)
+    adapted = emitters.adapted(changes, parents, space.width)
+    last = np.maximum(valid - 1, 0)[:, None]
+    with np.errstate(invalid="ignore"):
+        span = np.abs(gain[:, :1] - np.take_along_axis(gain, last, 1))[:, 0]
+    flat = (span < _FLAT) & (status[:, 0] == np.take_along_axis(status, last, 1)[:, 0])
+    return adapted, (parents == 0) | (flat & (valid > 1)) | adapted.exhausted()

@@ -20,13 +20,49 @@ from gaitsim.contracts import (
     State,
     option,
 )
-from gaitsim_searches.archive import Archive, Candidates
-from gaitsim_searches.emission import adapt_emitters, draw_genomes
-from gaitsim_searches.emitters import Emitters
-from gaitsim_searches.improvement import SoftThresholds, improvement, with_soft_thresholds
-from gaitsim_searches.real import real_space
-from gaitsim_searches.tessellation import Tessellation, even_centroids
-from gaitsim_searches.variation import flip_bits, line_shifts, mutate_all_genes, uniform_crossover
+from gaitsim.portable import standard_normal
+from gaitsim_searches.archive import Archive, Candidates, Tessellation, even_centroids
+from gaitsim_searches.emitters import (
+    Emitters,
+    SoftThresholds,
+    adapt_emitters,
+    draw_genomes,
+    improvement,
+    with_soft_thresholds,
+)
+from gaitsim_searches.real import differences, real_space
+
+
+def mutate_all_genes(
+    genomes: Genomes, space: RealSpace, sigma: float, rng: np.random.Generator
+) -> Genomes:
+    """Add a normally distributed change to every gene; `sigma` is in widths of the bounds."""
+    return genomes + sigma * space.width * standard_normal(rng, genomes.shape)
+
+
+def line_shifts(
+    genomes: Genomes, others: Genomes, space: RealSpace, sigma: float, rng: np.random.Generator
+) -> Genomes:
+    """Return a shift of each genome along the line to another genome.
+
+    The shift, as a share of the distance, is normal with standard deviation `sigma`. Periodic genes
+    take the shorter way round. Vassiliades and Mouret 2018, "Discovering the elite hypervolume by
+    leveraging interspecies correlation".
+    """
+    shift: Genomes = differences(others, genomes, space)
+    return shift * (sigma * standard_normal(rng, (len(genomes), 1)))
+
+
+def flip_bits(genomes: Genomes, flips: float, rng: np.random.Generator) -> Genomes:
+    """Flip `flips` bits of each genome on average."""
+    flip = rng.random(genomes.shape) * genomes.shape[1] < flips
+    return np.where(flip, 1 - genomes, genomes)
+
+
+def uniform_crossover(genomes: Genomes, others: Genomes, rng: np.random.Generator) -> Genomes:
+    """Take each bit from one of two genomes at random (Syswerda 1989)."""
+    return np.where(rng.random(genomes.shape) < 0.5, genomes, others)
+
 
 _MOST_CELLS = 1_000_000
 _MOST_CENTROIDS = 50_000

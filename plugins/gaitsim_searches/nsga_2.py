@@ -10,8 +10,7 @@ from pydantic import Field, model_validator
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
 from gaitsim.contracts.search import Context, Members, Results, Search, State
 from gaitsim_searches.breeding import exchange_segment, polynomial, simulated_binary
-from gaitsim_searches.domination import crowding, front_ranks
-from gaitsim_searches.hypervolume import hypervolume
+from gaitsim_searches.domination import crowding, front_ranks, hypervolume
 
 SCORE = "score"
 """Name of the objective that is the score itself, besides terms and measures."""

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from gaitsim.contracts import Array
 from gaitsim.portable.scalar import sin
 
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
@@ -46,3 +47,13 @@ STANDING_HEIGHT = float(FOOT_RADIUS - FEMUR * sin(FEMUR_PITCH) - TIBIA * sin(TIB
 
 ANGLE_LIMIT = math.radians(30.0)  # largest angle of every joint, either way from rest
 STEP_LIMIT = math.radians(5.0)  # largest change per frame, which is 150 °/s
+
+
+def time_second(array: Array) -> Array:
+    """View (population, …, frames) as the channel (population, frames, …), axes reversed."""
+    return array.transpose(0, *range(array.ndim - 1, 0, -1))
+
+
+def time_last(channel: Array) -> Array:
+    """Invert `time_second`; contiguous, and a copy only if the channel is not such a view."""
+    return np.ascontiguousarray(time_second(channel))

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitsim.contracts import Array, Fitness, Motion, option
 from gaitsim_spider import body
-from gaitsim_spider.layout import time_last
+from gaitsim_spider.body import time_last
 
 
 class SpiderClassic(Fitness):
@@ -53,7 +53,7 @@ class SpiderClassic(Fitness):
 
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Return the seven terms: movement, band, low movement, penetration and so on."""
-        from gaitsim_spider.leg_by_leg import leg_by_leg
+        from gaitsim_spider.sums import leg_by_leg
 
         sums = np.empty((motion.population, 7))
         leg_by_leg(

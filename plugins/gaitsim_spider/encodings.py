@@ -71,7 +71,7 @@ def _recurrence(genomes: Genomes, _frequency: float, _groups: tuple[GeneGroup, .
     This is a first-order map of one number: every orbit ends at a fixed point or alternates
     between two values, so the only lasting motion is a flip-flop at half the frame rate.
     """
-    from gaitsim_spider.recurrence import recur
+    from gaitsim_spider.waves import recur
 
     angles = np.empty((len(genomes), len(body.JOINTS), body.FRAMES), dtype=np.float32)
     recur(
@@ -110,7 +110,7 @@ def _values(genomes: Genomes, groups: tuple[GeneGroup, ...]) -> tuple[Any, Any, 
 
 def _sine(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> Angles:
     """Compute θ = A sin(2πft + φ + λ), equal to `Oscillators.sine` and twenty times as fast."""
-    from gaitsim_spider.sine import sum_waves, unit_waves
+    from gaitsim_spider.waves import sum_waves, unit_waves
 
     angles = np.empty((len(genomes), len(body.JOINTS), body.FRAMES), dtype=np.float32)
     waves = unit_waves(2 * math.pi * frequency / body.FRAME_RATE, body.FRAMES)

@@ -1,10 +1,12 @@
 """The spider: a body of eight legs with three joints each."""
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from typing import ClassVar, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import model_validator
 
 from gaitsim.contracts import (
@@ -14,6 +16,7 @@ from gaitsim.contracts import (
     Condition,
     Genomes,
     GenomeSpace,
+    Link,
     Measure,
     Motion,
     Organism,
@@ -22,14 +25,129 @@ from gaitsim.contracts import (
     check_world,
     option,
 )
+from gaitsim.contracts.quaternions import turn_about_axis
 from gaitsim.encoding import check_joint_angles, limit_steps
-from gaitsim.legged import BODY_HEIGHT, DAMAGE_HELP, stepping_measures
+from gaitsim.legged import (
+    BODY_HEIGHT,
+    DAMAGE_HELP,
+    conditions,
+    delay_angles,
+    draw_joint_errors,
+    hold_commands,
+    stepping_measures,
+)
 from gaitsim.portable import cos, norm, sin
 from gaitsim_spider import body
+from gaitsim_spider.body import time_last, time_second
 from gaitsim_spider.damage import Anatomy, Legs, damaged_anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles
-from gaitsim_spider.layout import time_last, time_second
-from gaitsim_spider.worlds import CONDITIONS, LEG_MASS, joint_positions
+
+LEG_MASS = "leg_mass"
+
+CONDITIONS: Mapping[str, Condition] = {
+    **conditions(
+        "latency", "servo_speed", "joint_offset", "initial_pose", frame_rate=body.FRAME_RATE
+    ),
+    LEG_MASS: Condition(
+        "", 1.0, 0.8, 1.2, 0.0, 10.0, "scale factor of the legs' masses (moves the centre of mass)"
+    ),
+}
+
+
+def joint_positions(
+    commands: NDArray[np.float32], world: Mapping[str, float], step_limits: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return the positions of joints that follow commands in a world.
+
+    Each command is held until the next one arrives, after the latency. The servos have a limited
+    speed and constant errors, and stay within ±30°. In the nominal world, returns `commands`
+    itself.
+
+    Args:
+        commands: commanded angles, (population, joints, frames) rad.
+        world: values by the names of conditions.
+        step_limits: largest rotation of each joint per frame at full speed, (joints,) rad.
+
+    Returns:
+        (population, joints, frames) rad.
+    """
+    values = {**_NOMINAL, **{name: world[name] for name in _NOMINAL if name in world}}
+    if values == _NOMINAL:
+        return commands
+    joints = commands.shape[1]
+    by_frame = np.ascontiguousarray(commands.swapaxes(1, 2))
+    sent = hold_commands(by_frame, body.FRAME_RATE, values["command_rate"])
+    arrived = delay_angles(sent, values["latency"] * body.FRAME_RATE).swapaxes(1, 2).copy()
+    arrived[..., 0] += draw_joint_errors(world, "initial_pose", joints)
+    turned = limit_steps(arrived, values["servo_speed"] * step_limits)
+    turned += draw_joint_errors(world, "joint_offset", joints).astype(turned.dtype)[:, None]
+    limit = np.float32(body.ANGLE_LIMIT)
+    return np.asarray(np.clip(turned, -limit, limit, out=turned), np.float32)
+
+
+_NOMINAL = {name: one.nominal for name, one in CONDITIONS.items() if name != LEG_MASS}
+
+
+TRUNK = "body"
+
+
+def rig(anatomy: Anatomy) -> Rig:
+    """Return the rig of the body without its lost legs.
+
+    A coxa turns about the vertical, femur and tibia about the leg's sideways axis. The x axis of
+    each link's frame points outward along the link.
+    """
+    links, names, ends, carriers = (
+        [Link(TRUNK)],
+        list(body.OUTLINE_NAMES),
+        [*body.OUTLINE],
+        [TRUNK] * 4,
+    )
+    feet, foot_links = [], []
+    for leg, lost in zip(range(len(body.LEGS)), anatomy.lost, strict=True):
+        side, hip = (
+            float(body.SIDE[leg]),
+            (float(body.HIP_X[leg]), float(body.SIDE[leg]) * body.HIP_Y, 0.0),
+        )
+        if lost:
+            feet.append(hip)
+            foot_links.append(TRUNK)
+            continue
+        coxa, femur, tibia = body.LEG_JOINTS[body.LEGS[leg]]
+        outward = side * (math.pi / 2 - float(body.AZIMUTH[leg]))
+        up = (0.0, -1.0, 0.0)
+        links += [
+            Link(coxa, TRUNK, hip, turn_about_axis(2, outward), coxa, (0.0, 0.0, -side)),
+            Link(
+                femur, coxa, (body.COXA, 0.0, 0.0), turn_about_axis(1, -body.FEMUR_PITCH), femur, up
+            ),
+            Link(
+                tibia,
+                femur,
+                (body.FEMUR, 0.0, 0.0),
+                turn_about_axis(1, body.FEMUR_PITCH - body.TIBIA_PITCH),
+                tibia,
+                up,
+            ),
+        ]
+        for name, length in ((coxa, body.COXA), (femur, body.FEMUR), (tibia, body.TIBIA)):
+            names.append(name)
+            ends.append(np.array([[0.0, 0.0, 0.0], [length, 0.0, 0.0]]))
+            carriers.append(name)
+        feet.append((body.TIBIA, 0.0, 0.0))
+        foot_links.append(tibia)
+    return Rig(
+        tuple(links),
+        body.JOINTS,
+        tuple(names),
+        np.array(ends),
+        tuple(carriers),
+        np.array(feet),
+        tuple(foot_links),
+        body.LEGS,
+        damaged=anatomy.damaged,
+    )
+
 
 XYZ = ("x", "y", "z")
 
@@ -164,8 +282,6 @@ class Spider(Organism):
 
     def rig(self) -> Rig:
         """Return the trunk's outline, and coxa, femur and tibia of each leg."""
-        from gaitsim_spider.rig import rig
-
         return rig(self._anatomy)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:

@@ -1,4 +1,4 @@
-"""Kinematic walking: stance, body twist, slip and path; compiled code.
+"""Kinematic walking: resting plane, stance, margin, body twist, slip and path; compiled code.
 
 Between two frames the servos move on a straight line, and contact is determined in the middle of
 each frame interval. If it were determined at the frames, a body that flips between two poses every
@@ -16,11 +16,104 @@ from gaitsim.portable.compiled import sin_and_cos
 from gaitsim_spider.damage import Legs
 from gaitsim_spider.intervals import SIZE
 from gaitsim_spider.kinematics import place_feet
-from gaitsim_spider.resting import find_feet, find_normal
-from gaitsim_spider.support import find_margin
 
 _f = np.float32
 _ZERO, _HALF, _ONE, _TWO = _f(0.0), _f(0.5), _f(1.0), _f(2.0)
+_FAR = _f(1e9)
+
+
+@njit(error_model="numpy")
+def find_feet(block: Any) -> None:
+    """Find the three feet on which the body rests in each interval.
+
+    Below the centre of mass, the lower hull is as high as the lowest triangle of feet
+    (Carathéodory), so all 56 triangles are tried. If the centre is not above any
+    triangle, no three feet support the body.
+    """
+    x, y, z, lowest, feet = block.x, block.y, block.z, block.height, block.feet
+    for n in range(SIZE):
+        lowest[n] = _FAR
+        feet[n] = -1
+    for i in range(6):
+        for j in range(i + 1, 7):
+            for k in range(j + 1, 8):
+                code = np.int32(64 * i + 8 * j + k)
+                for n in range(SIZE):
+                    # Twice the areas of the triangles between two feet and the centre.
+                    ij = x[i, n] * y[j, n] - y[i, n] * x[j, n]
+                    jk = x[j, n] * y[k, n] - y[j, n] * x[k, n]
+                    ki = x[k, n] * y[i, n] - y[k, n] * x[i, n]
+                    height = (z[i, n] * jk + z[j, n] * ki + z[k, n] * ij) / (ij + jk + ki)
+                    left = (ij >= _ZERO) & (jk >= _ZERO) & (ki >= _ZERO)
+                    right = (ij <= _ZERO) & (jk <= _ZERO) & (ki <= _ZERO)
+                    lower = (left | right) & (height < lowest[n])
+                    lowest[n] = height if lower else lowest[n]
+                    feet[n] = code if lower else feet[n]
+
+
+@njit(error_model="numpy")
+def find_normal(block: Any, nx: Any, ny: Any, nz: Any, i: Any) -> Any:
+    """Compute the upward unit normal n of the plane, and its height n·p for a foot p on it.
+
+    A body that no three feet support tips over: its plane keeps the normal of the previous
+    interval, and contains the first of the feet on which the body rested then. For the first
+    interval, these are (nx, ny, nz) and `i`. Returns the last normal and foot.
+    """
+    x, y, z, feet = block.x, block.y, block.z, block.feet
+    for n in range(SIZE):
+        if feet[n] >= 0:
+            i, j, k = feet[n] >> 6, (feet[n] >> 3) & 7, feet[n] & 7
+            ux, uy, uz = x[j, n] - x[i, n], y[j, n] - y[i, n], z[j, n] - z[i, n]
+            vx, vy, vz = x[k, n] - x[i, n], y[k, n] - y[i, n], z[k, n] - z[i, n]
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            scale = math.copysign(_ONE, nz) / math.sqrt(nx * nx + ny * ny + nz * nz)
+            nx, ny, nz = nx * scale, ny * scale, nz * scale
+        block.nx[n], block.ny[n], block.nz[n] = nx, ny, nz
+        block.height[n] = nx * x[i, n] + ny * y[i, n] + nz * z[i, n]
+    return nx, ny, nz, i
+
+
+_ROUNDING = _f(1e-8)  # m²
+
+
+@njit(error_model="numpy")
+def find_margin(block: Any) -> None:
+    """Compute the distance of the centre of mass from the nearest side of the support polygon.
+
+    Gift wrapping (Jarvis 1973) starts at the foot farthest from the centroid; no foot is to the
+    right of the line to the next corner. Eight steps enclose any polygon of eight feet. Feet in the
+    air are placed at the centroid, which is never a corner. Signed squares of distances are
+    compared, so that only one root is needed.
+
+    The margin is negative outside the polygon, and −1 m with fewer than three stance feet.
+    """
+    u, v, cu, cv, nearest = block.u, block.v, block.corner_u, block.corner_v, block.margin
+    for n in range(SIZE):
+        farthest = -_ONE
+        for foot in range(8):
+            square = u[foot, n] * u[foot, n] + v[foot, n] * v[foot, n]
+            farther = square > farthest
+            farthest = square if farther else farthest
+            cu[n] = u[foot, n] if farther else cu[n]
+            cv[n] = v[foot, n] if farther else cv[n]
+        nearest[n] = _FAR
+    for _ in range(8):
+        for n in range(SIZE):
+            du, dv = -cu[n], -cv[n]  # to the next corner; at first, to the centroid
+            for foot in range(8):
+                fu, fv = u[foot, n] - cu[n], v[foot, n] - cv[n]
+                right = du * fv - dv * fu < -_ROUNDING
+                du, dv = fu if right else du, fv if right else dv
+            inside = du * (block.v0[n] - cv[n]) - dv * (block.u0[n] - cu[n])
+            square = inside * abs(inside) / (du * du + dv * dv)
+            nearest[n] = square if square < nearest[n] else nearest[n]
+            cu[n] += du
+            cv[n] += dv
+    for n in range(SIZE):
+        margin = math.copysign(math.sqrt(abs(nearest[n])), nearest[n])
+        nearest[n] = margin if block.count[n] >= _f(3.0) else -_ONE
+
+
 STANCE_TOLERANCE = 0.002  # m above the resting plane
 _TOLERANCE = _f(STANCE_TOLERANCE)
 # Abramowitz & Stegun 4.4.49.

@@ -1,19 +1,20 @@
-"""The walker in pymunk: its bodies, joints, servos and feet, and the ground under them.
+"""The walker in pymunk: its bodies, joints, servos and feet, and the motion of its rollouts.
 
 Every individual gets a new space, so that no state of the solver, such as its initial impulses,
 passes from one individual to the next.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 import pymunk
 
+from gaitsim.contracts import Array, Motion
 from gaitsim_walker import body
-from gaitsim_walker.body import Floats
-from gaitsim_walker.ground import Ground
-from gaitsim_walker.surroundings import Surroundings
+from gaitsim_walker.body import FRAME_RATE, Floats
+from gaitsim_walker.surroundings import Ground, Surroundings
 
 ITERATIONS = 20  # iterations of the solver in each step
 TIPPED = math.radians(60)  # pitch from which a walker has fallen
@@ -179,3 +180,181 @@ class Machine:
             shank.each_arbiter(add)
             found.append((sum(x for x, _ in forces), sum(z for _, z in forces)))
         return found
+
+
+GAIN = 15.0  # 1/s, speed of a servo per radian of error
+FASTEST = 30.0  # m/s, speed of the torso above which the simulation is unstable
+
+
+@dataclass(frozen=True, eq=False)
+class Rollout:
+    """The recorded frames of one walker.
+
+    After a fall, positions, angles and work stay constant, and all other quantities are 0.
+
+    Attributes:
+        position: x and z of the torso's middle, (frames, 2) m.
+        velocity: velocity of the torso's middle, (frames, 2) m/s.
+        pitch: pitch of the torso, (frames,) rad.
+        joints: actual joint angles, (frames, joints) rad.
+        torque: magnitude of each servo's mean torque since the previous frame, (frames, joints)
+            N m.
+        work: work of the servos since the start, (frames,) J; braking counts as positive.
+        load: x and z of the force of the ground on each foot, (frames, legs, 2) N.
+        lasted: number of frames before the fall, or of all frames.
+        failure: message about an unstable simulation, or ''.
+    """
+
+    position: Floats
+    velocity: Floats
+    pitch: Floats
+    joints: Floats
+    torque: Floats
+    work: Floats
+    load: Floats
+    lasted: int
+    failure: str
+
+
+def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
+    """Simulate one walker with the given servo commands.
+
+    A servo turns towards its command at a speed of GAIN times its error, up to its speed limit,
+    with the torque that this requires, up to its torque limit.
+
+    Args:
+        surroundings: body, ground and servos.
+        commands: (frames, joints) rad, within the limits. The first is the initial pose, to which
+            the errors of the joints are added.
+    """
+    frames, joints = commands.shape
+    machine = Machine(surroundings, surroundings.pose(commands[0]))
+    bodies, torso, hinges = machine.bodies, machine.bodies[0], machine.joints
+    # Read the bodies once per step, not per joint: pymunk's properties take most of the time.
+    parts = [(hinge.motor, hinge.above, hinge.below) for hinge in hinges]
+    step, dt, fastest = machine.space.step, surroundings.step, surroundings.speed_limit
+    state, torque = np.zeros((frames, 5)), np.zeros((frames, joints))
+    turned, work = np.zeros((frames, joints)), np.zeros(frames)
+    load = np.zeros((frames, joints // 2, 2))
+    lasted, failure, spent = frames, "", 0.0
+    rest, sign = (np.array([getattr(one, name) for one in hinges]) for name in ("rest", "sign"))
+    targets_by_step = (rest + sign * surroundings.targets(commands)).tolist()
+    pushed_in, push = surroundings.push
+    for frame in range(frames):
+        if frame:
+            last = frame * surroundings.steps
+            sums = [0.0] * joints
+            for targets in targets_by_step[last - surroundings.steps : last]:
+                angles = [part.angle for part in bodies]
+                for (motor, above, below), target in zip(parts, targets, strict=True):
+                    off = GAIN * (angles[above] + target - angles[below])
+                    motor.rate = -min(max(off, -fastest), fastest)
+                step(dt)
+                speeds = [part.angular_velocity for part in bodies]
+                for joint, (motor, above, below) in enumerate(parts):
+                    pushed = motor.impulse
+                    sums[joint] += pushed
+                    spent += pushed * abs(speeds[below] - speeds[above])
+            torque[frame] = sums
+        position, velocity = torso.position, torso.velocity
+        state[frame] = (*position, *velocity, torso.angle)
+        turned[frame] = machine.joint_angles()
+        work[frame] = spent
+        load[frame] = machine.loads()
+        if not (abs(velocity.x) < FASTEST and abs(velocity.y) < FASTEST):  # true for NaN, too
+            failure = f"the simulation became unstable after {frame / FRAME_RATE:.3g} s"
+        if failure or machine.fallen():
+            lasted = frame
+            break
+        if push and frame == pushed_in:
+            for part in bodies:
+                part.velocity += (push, 0.0)
+    torque *= FRAME_RATE
+    if lasted < frames:
+        kept = max(lasted - 1, 0) if failure else lasted
+        for record in (state, turned, work, load):
+            record[lasted:] = record[kept]
+        state[lasted:, 2:4] = 0.0
+        load[lasted:], torque[lasted:] = 0.0, 0.0
+    return Rollout(
+        state[:, :2],
+        state[:, 2:4],
+        state[:, 4],
+        turned,
+        torque,
+        work,
+        load,
+        lasted,
+        failure,
+    )
+
+
+def walk(surroundings: Surroundings, commands: Iterable[Floats]) -> Motion:
+    """Simulate walkers one after the other, and return their motion.
+
+    Args:
+        surroundings: body, ground and servos; each walker is simulated separately.
+        commands: servo commands of each walker, (frames, joints) rad.
+    """
+    commanded, rolled = [], []
+    for wanted in commands:
+        rollout = roll_out(surroundings, wanted)
+        held = wanted.copy()
+        held[rollout.lasted :] = wanted[min(rollout.lasted, len(wanted) - 1)]
+        commanded.append(held)
+        rolled.append(rollout)
+    measured = [_measured(surroundings, rollout) for rollout in rolled]
+
+    def all_of(name: str) -> Array:
+        return np.stack([getattr(rollout, name) for rollout in rolled])
+
+    position, velocity = (
+        body.to_3d(all_of("position")),
+        body.to_3d(all_of("velocity")),
+    )
+    load, pitch = all_of("load"), all_of("pitch")
+    lasted = np.array([max(rollout.lasted, 1) - 1 for rollout in rolled]) / FRAME_RATE
+    return Motion(
+        FRAME_RATE,
+        {
+            "joint_angles": np.stack(commanded),
+            "joint_positions": all_of("joints"),
+            "torque": all_of("torque"),
+            "stall_torque": np.full(
+                (len(rolled), len(surroundings.plan.joints)), surroundings.torque_limit, np.float64
+            ),
+            "torso": position,
+            "torso_velocity": velocity,
+            "pitch": pitch,
+            "orientation": np.stack([np.zeros_like(pitch), -pitch, np.zeros_like(pitch)], axis=-1),
+            "height": np.stack([height for height, _, _ in measured]),
+            "foot_positions": np.stack([feet for _, feet, _ in measured]),
+            "stance": load[..., 1] > 0,
+            "load": load,
+            "slip": np.stack([slip for _, _, slip in measured]),
+            "energy": all_of("work"),
+            "lasted": lasted,
+            "weight": np.full(len(rolled), surroundings.weight),
+            "length": np.full(len(rolled), body.TORSO_LENGTH),
+        },
+        failures={i: rollout.failure for i, rollout in enumerate(rolled) if rollout.failure},
+    )
+
+
+def _measured(surroundings: Surroundings, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
+    """Return height (frames,), feet (frames, legs, 3) and slip (frames,) of one walker, m.
+
+    They are computed for one walker at a time, so that array shapes, and hence rounding, do not
+    depend on the population.
+    """
+    plan = surroundings.plan
+    feet = body.leg_points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
+    turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
+    # A round foot that rolls without sliding moves back as its shank turns forward.
+    slid = np.abs(np.diff(feet[..., 0], axis=0) + body.FOOT_RADIUS * np.diff(turned, axis=0))
+    stance = rollout.load[..., 1] > 0
+    standing = stance[1:] & stance[:-1]
+    slip = np.zeros(len(feet))
+    slip[1:] = (slid * standing).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
+    below = [surroundings.ground.height(x) for x in rollout.position[:, 0].tolist()]
+    return rollout.position[:, 1] - np.array(below), body.to_3d(feet), slip

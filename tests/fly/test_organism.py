@@ -11,8 +11,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment
 from gaitsim.network import Network
 from gaitsim_fly import body
-from gaitsim_fly.altitude import Climb, FinalAltitude, MeanAltitude
-from gaitsim_fly.hover import Hover
+from gaitsim_fly.fitnesses import Climb, FinalAltitude, Hover, MeanAltitude
 from gaitsim_fly.organism import Fly
 
 

@@ -7,8 +7,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim_fly.controllers import trained_networks
-from gaitsim_fly.organism import Fly
+from gaitsim_fly.organism import Fly, trained_networks
 from gaitsim_fly.steering import BLEND, NAMES, START
 
 

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 
 from gaitsim.contracts import Motion
 from gaitsim_millipede.codec import CODECS
-from gaitsim_millipede.fitness import MillipedeTravel
+from gaitsim_millipede.fitness import MillipedeTravel, clockwise_motion, forward_motion
 from gaitsim_millipede.organism import Millipede
-from gaitsim_millipede.travel import clockwise_motion, forward_motion
 
 SIGNED = CODECS["sign-magnitude"]
 DIRECTIONS = ("forward", "backward", "clockwise", "counter-clockwise")

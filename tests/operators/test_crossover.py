@@ -10,12 +10,14 @@ from pydantic import ValidationError
 from scipy import stats
 
 from gaitsim.contracts import BitSpace, RealSpace
-from gaitsim_operators.crossover.blend import Blend
-from gaitsim_operators.crossover.none import NoCrossover
-from gaitsim_operators.crossover.simulated_binary import SimulatedBinary
-from gaitsim_operators.crossover.single_point import SinglePoint
-from gaitsim_operators.crossover.two_point import TwoPoint
-from gaitsim_operators.crossover.uniform import Uniform
+from gaitsim_operators.crossover import (
+    Blend,
+    NoCrossover,
+    SimulatedBinary,
+    SinglePoint,
+    TwoPoint,
+    Uniform,
+)
 
 PAIRS = 20_000
 

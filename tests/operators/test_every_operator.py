@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gaitsim.contracts import BitSpace, Crossover, GenomeSpace, Mutation, RealSpace, Selection
 from gaitsim.errors import PluginError
-from gaitsim_operators.mutation.none import NoMutation
+from gaitsim_operators.mutation import NoMutation
 
 KINDS = {"selection": Selection, "crossover": Crossover, "mutation": Mutation}
 REALS = st.floats(-1e6, 1e6)

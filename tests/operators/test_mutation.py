@@ -10,12 +10,14 @@ from pydantic import ValidationError
 from scipy import stats
 
 from gaitsim.contracts import BitSpace, RealSpace
-from gaitsim_operators.mutation.bit_flip import BitFlip
-from gaitsim_operators.mutation.gaussian import Gaussian
-from gaitsim_operators.mutation.none import NoMutation
-from gaitsim_operators.mutation.polynomial import Polynomial
-from gaitsim_operators.mutation.random_search import RandomSearch
-from gaitsim_operators.mutation.reset import Reset
+from gaitsim_operators.mutation import (
+    BitFlip,
+    Gaussian,
+    NoMutation,
+    Polynomial,
+    RandomSearch,
+    Reset,
+)
 
 LOWER, UPPER = np.array([-1.0, 0.0, 10.0, -5.0]), np.array([1.0, 0.5, 30.0, 5.0])
 WIDTH = UPPER - LOWER

@@ -8,13 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from gaitsim_operators.selection.drop_worst import DropWorst
-from gaitsim_operators.selection.elite_and_lucky import EliteAndLucky
-from gaitsim_operators.selection.rank import Rank
-from gaitsim_operators.selection.roulette import Roulette
-from gaitsim_operators.selection.tournament import Tournament
-from gaitsim_operators.selection.truncation import Truncation
-from gaitsim_operators.selection.wheel import spin
+from gaitsim_operators.selection import (
+    DropWorst,
+    EliteAndLucky,
+    Rank,
+    Roulette,
+    Tournament,
+    Truncation,
+    spin,
+)
 
 PAIRS = 20_000
 # Shuffled, so that an operator that confuses positions with ranks fails.

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gaitsim_searches.archive import Archive, Candidates
-from gaitsim_searches.improvement import SoftThresholds, improvement, with_soft_thresholds
-from gaitsim_searches.tessellation import Tessellation, even_centroids
+from gaitsim_searches.archive import Archive, Candidates, Tessellation, even_centroids
+from gaitsim_searches.emitters import SoftThresholds, improvement, with_soft_thresholds
 
 CELLS = 6
 SCORES = st.sampled_from([-2.0, -1.0, 0.0, 0.5, 1.0, 3.0, -np.inf])

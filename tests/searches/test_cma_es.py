@@ -10,9 +10,8 @@ from scipy.stats import ortho_group
 from searching import box, generations
 
 from gaitsim.contracts.search import Context
-from gaitsim_searches import box as fold
-from gaitsim_searches.cma_es import CmaEs
-from gaitsim_searches.cma_rates import rates
+from gaitsim_searches import cma_es as fold
+from gaitsim_searches.cma_es import CmaEs, rates
 
 GENES = 10
 FULL, SEPARABLE = CmaEs(), CmaEs(covariance="separable")

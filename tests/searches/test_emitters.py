@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.contracts import RealSpace
-from gaitsim_searches.emission import adapt_emitters, draw_genomes
-from gaitsim_searches.emitters import Emitters
-from gaitsim_searches.improvement import Improvement
+from gaitsim_searches.emitters import Emitters, Improvement, adapt_emitters, draw_genomes
 
 GENES = 6
 SPACE = RealSpace(np.full(GENES, -2.0), np.full(GENES, 8.0), tuple("abcdef"))

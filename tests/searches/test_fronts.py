@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gaitsim_searches.domination import crowding, front_ranks
-from gaitsim_searches.hypervolume import hypervolume
+from gaitsim_searches.domination import crowding, front_ranks, hypervolume
 
 SHAPES = st.tuples(st.integers(1, 14), st.integers(2, 4))
 # Few different values cause many ties and duplicates. ∞ is the cost of a failed individual.

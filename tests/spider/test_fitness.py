@@ -3,8 +3,8 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from gaitsim.contracts import Motion
+from gaitsim_spider.body import time_second
 from gaitsim_spider.classic import SpiderClassic
-from gaitsim_spider.layout import time_second
 from gaitsim_spider.organism import Spider
 from gaitsim_spider.walk import SpiderWalk
 

@@ -11,8 +11,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim_walker import body
 from gaitsim_walker.body import PLANS
 from gaitsim_walker.distance import Distance
-from gaitsim_walker.encodings import commands, groups
-from gaitsim_walker.organism import Walker
+from gaitsim_walker.organism import Walker, commands, groups
 
 SHORT = 2.0  # s
 EVERYTHING = {
@@ -258,7 +257,7 @@ def test_feet_stand_on_the_ground_that_is_drawn():
 
 
 def test_an_unstable_simulation_fails_without_affecting_others(monkeypatch):
-    monkeypatch.setattr("gaitsim_walker.rollout.FASTEST", 0.05)
+    monkeypatch.setattr("gaitsim_walker.machine.FASTEST", 0.05)
     walker = Walker(duration=0.5)
     swing = 0.5 * np.sin(np.arange(31) / 3)
     commands_of_both = np.stack([np.zeros((31, 8)), np.repeat(swing[:, None], 8, axis=1)])

@@ -1,9 +1,12 @@
-"""Random draws shared by several kinds of operators."""
+"""Random draws and a check of genome spaces, shared by several kinds of operators."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gaitsim.contracts import GenomeSpace, RealSpace
+from gaitsim.errors import PluginError
 
 
 def distinct_pairs(
@@ -23,3 +26,14 @@ def distinct_pairs(
     first, second = np.divmod(rng.integers(0, count * (count - 1), shape), count - 1)
     second += second >= first
     return first, second
+
+
+def real_space(space: GenomeSpace) -> RealSpace:
+    """Return the space with the type `RealSpace`."""
+    if not isinstance(space, RealSpace):
+        raise PluginError(
+            f"this operator does not support genomes of the kind {space.name!r}",
+            allowed="genomes of the kind 'real' (real numbers)",
+            remedy="choose an operator that supports these genomes",
+        )
+    return space

@@ -1,1 +1,0 @@
-"""Crossover operators, which combine pairs of parents into children."""

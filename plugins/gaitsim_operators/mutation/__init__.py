@@ -1,1 +1,0 @@
-"""Mutation operators, which change genomes at random."""

@@ -1,1 +1,0 @@
-"""Selection operators, which choose parents."""
