@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual import work
-from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.dom import DOMNode
 from textual.driver import Driver
@@ -20,6 +19,7 @@ from textual.types import CSSPathType
 from textual.widgets import Input
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.commands import Commands
 from gaitsim.tui.config import Config, format_problem, remember_theme
 from gaitsim.tui.lean import Mirror, lean_driver
@@ -62,41 +62,7 @@ class GaitsimApp(ViKeys):
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 (as Textual has it)
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("question_mark", "help", "Help", id="app.help", tooltip="Show keys and their use"),
-        Binding(
-            "q",
-            "quit",
-            "Quit",
-            show=False,
-            id="app.quit",
-            tooltip="Quit; asks whether active runs should continue",
-        ),
-        Binding(
-            "ctrl+o",
-            "jump",
-            "Jump",
-            show=False,
-            id="app.jump",
-            tooltip="Focus an item by typing its letter",
-        ),
-        Binding(
-            "y",
-            "copy_command",
-            "Copy command",
-            show=False,
-            id="app.copy",
-            tooltip="Copy the equivalent command",
-        ),
-        Binding(
-            "t,ctrl+t",
-            "tasks",
-            "Tasks",
-            show=False,
-            id="app.tasks",
-            tooltip="Show exports and other tasks in the background",
-        ),
-    ]
+    BINDINGS = bindings("app")
 
     def __init__(
         self,

@@ -10,8 +10,8 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.content import Content
 from textual.dom import DOMNode
 
+from gaitsim.tui.actions import NAMED
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.search_words import SEARCH, Hints
 from gaitsim.tui.vi import PREFIX
 
 DIM = 0.7  # factor on the scores of unavailable commands
@@ -19,7 +19,7 @@ SYNONYM = 0.9  # factor on the scores of synonyms
 NOT_NOW = "Not available now."
 
 
-class Command(NamedTuple):
+class PaletteEntry(NamedTuple):
     """A command of the palette.
 
     Attributes:
@@ -38,7 +38,7 @@ class Command(NamedTuple):
 class Commands(Provider):
     """The commands of the screen and the app, with the reasons why some are unavailable."""
 
-    def _available(self) -> Iterator[Command]:
+    def _available(self) -> Iterator[PaletteEntry]:
         """Yield the available commands."""
         screen, app = self.screen, self.app
         seen: set[str] = set()
@@ -47,17 +47,17 @@ class Commands(Provider):
                 continue
             seen.add(binding.id or "")
             about = f"{tooltip or binding.tooltip}  ({app.get_key_display(binding)})"
-            yield Command(
+            yield PaletteEntry(
                 binding.description,
                 about.strip(),
                 partial(app.run_action, binding.action, default_namespace=node),
-                _hints(binding).words,
+                NAMED[binding.id or ""].synonyms,
             )
         if isinstance(screen, GaitScreen):
             for title, about, do in (*screen.palette(), *screen.gaitsim.palette()):
-                yield Command(title, about, do)
+                yield PaletteEntry(title, about, do)
 
-    def _unavailable(self, titles: set[str]) -> Iterator[Command]:
+    def _unavailable(self, titles: set[str]) -> Iterator[PaletteEntry]:
         """Yield unavailable commands with their reasons, except those with one of the titles."""
         titles, screen = {*titles}, self.screen
         if not isinstance(screen, GaitScreen):  # a dialog
@@ -67,12 +67,14 @@ class Commands(Provider):
                 if binding.description in titles or binding.action == "back":
                     continue
                 titles.add(binding.description)
-                found = _hints(binding)
-                reason = screen.obstacle(binding.action) or found.why or NOT_NOW
-                yield Command(binding.description, reason, None, found.words)
-        for found in SEARCH.values():
-            if found.where and found.title not in titles:
-                yield Command(found.title, found.where, None, found.words)
+                action = NAMED[binding.id or ""]
+                reason = screen.obstacle(binding.action) or action.why or NOT_NOW
+                yield PaletteEntry(binding.description, reason, None, action.synonyms)
+        for action in NAMED.values():
+            title = action.title or action.label
+            if action.where and title not in titles:
+                key = self.app.get_key_display(Binding(action.keys.partition(",")[0], ""))
+                yield PaletteEntry(title, f"{action.where} press {key}.", None, action.synonyms)
 
     async def discover(self) -> Hits:
         """Yield all available commands while the query is empty."""
@@ -112,10 +114,6 @@ def _score(query: str, text: str) -> float:
     if not wanted or not all(any(word.startswith(one) for word in words) for one in wanted):
         return 0.0
     return 2 * (len(query) + 1) * (2.0 if words.issuperset(wanted) else 1.5)
-
-
-def _hints(binding: Binding) -> Hints:
-    return SEARCH.get(binding.id or "", Hints())
 
 
 def _is_command(binding: Binding) -> bool:

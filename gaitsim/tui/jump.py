@@ -3,17 +3,18 @@
 The idea is from Posting and Amp.
 """
 
-from typing import Any, ClassVar
+from typing import Any
 
 from rich.text import Text
 from textual import events
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.errors import NoWidget
 from textual.geometry import Region
 from textual.screen import ModalScreen, Screen
 from textual.widget import Widget
 from textual.widgets import Static
+
+from gaitsim.tui.actions import bindings
 
 LETTERS = "asdfghjklqwertyuiopzxcvbnm"
 
@@ -46,9 +47,7 @@ class Jump(ModalScreen[Widget | None]):
         screen: screen below this one.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="jump.stay", tooltip="Keep the focus"),
-    ]
+    BINDINGS = bindings("jump")
 
     def __init__(self, screen: Screen[Any]) -> None:
         super().__init__()

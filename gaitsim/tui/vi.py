@@ -1,14 +1,13 @@
 """The keys of vi in lists, tables and scrolling text: j, k, g, G, Ctrl-D and Ctrl-U."""
 
-from itertools import starmap
-from typing import ClassVar
-
 from textual.app import App
-from textual.binding import Binding, BindingType, Keymap
+from textual.binding import Keymap
 from textual.containers import ScrollableContainer
 from textual.events import Key
 from textual.widget import Widget
 from textual.widgets import DataTable, OptionList
+
+from gaitsim.tui.actions import ACTIONS, bindings
 
 PREFIX = "list."  # of the IDs of these keys
 # The movements, and the action for each in three kinds of widgets.
@@ -16,20 +15,7 @@ _MOVES = ("down", "up", "first", "last", "page_down", "page_up")
 _LIST = ("cursor_down", "cursor_up", "first", "last", "page_down", "page_up")
 _TABLE = ("cursor_down", "cursor_up", "scroll_top", "scroll_bottom", "page_down", "page_up")
 _TEXT = ("scroll_down", "scroll_up", "scroll_home", "scroll_end", "page_down", "page_up")
-
-
-_KEYS = dict(zip(_MOVES, ("j", "k", "g", "G", "ctrl+d", "ctrl+u"), strict=True))
-
-
-def _id(move: str) -> str:
-    return PREFIX + move.replace("_", "-")
-
-
-def _binding(move: str, key: str) -> Binding:
-    about = move.replace("_", " ").capitalize()
-    return Binding(
-        key, f"vi('{move}')", about, show=False, id=_id(move), tooltip=f"{about} in a list"
-    )
+_KEYS = {action.name: action.keys for action in ACTIONS["list"]}
 
 
 class ViKeys(App[None]):
@@ -38,7 +24,7 @@ class ViKeys(App[None]):
     Keys of a screen, and letters typed into a field, take precedence.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [*starmap(_binding, _KEYS.items())]
+    BINDINGS = bindings("list")
 
     def __init__(self) -> None:
         super().__init__()
@@ -63,10 +49,10 @@ class ViKeys(App[None]):
         """Move in dialogs too, where the keys of an app are inactive."""
         if not self.screen.is_modal or event.key in self.screen.active_bindings:
             return
-        for move, key in _KEYS.items():
-            if event.key in self._chosen.get(_id(move), key).split(","):
+        for name, key in _KEYS.items():
+            if event.key in self._chosen.get(PREFIX + name, key).split(","):
                 event.prevent_default()
-                self.action_vi(move)
+                self.action_vi(name.replace("-", "_"))
 
 
 def _actions(widget: Widget | None) -> dict[str, str]:

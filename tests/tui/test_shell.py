@@ -15,6 +15,7 @@ from textual.widgets._footer import FooterKey
 from waiting import strips
 
 import gaitsim.tui
+from gaitsim.tui.actions import ACTIONS, NAMED, bindings
 from gaitsim.tui.commands import NOT_NOW, Commands, escape_markup
 from gaitsim.tui.config import read_config
 from gaitsim.tui.jump import targets
@@ -22,7 +23,6 @@ from gaitsim.tui.keys import find_problems
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.screens.questions import Confirm
-from gaitsim.tui.search_words import SEARCH
 from gaitsim.tui.themes import THEMES
 from gaitsim.tui.widgets.footer import MORE, Footer, Item, fit_items
 
@@ -302,13 +302,14 @@ class TestPalette:
 
         drive(two)
 
-    def test_synonyms_belong_to_existing_actions(self):
+    def test_all_actions_of_the_table_are_in_a_class(self):
         ids = {
             binding.id
             for kind in all_subclasses(import_module("textual.dom").DOMNode, leaves=False)
             for binding in kind.__dict__.get("BINDINGS", ())
         }
-        assert {*SEARCH} <= ids
+        assert {*NAMED} <= ids
+        assert len(NAMED) == sum(len(bindings(group)) for group in ACTIONS)
 
     @pytest.mark.parametrize("text", ["[b]x", "a[/b]", "[$error]z", "\\[x]", "[[", "]"])
     def test_titles_are_shown_literally(self, text):

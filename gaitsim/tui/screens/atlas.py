@@ -5,12 +5,10 @@ import time
 from functools import partial
 from pathlib import Path
 from textwrap import wrap
-from typing import ClassVar
 
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 
@@ -18,6 +16,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.runs.files.folder import command
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.atlas_source import Atlas, AtlasReader
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.elite_pane import ElitePane
@@ -61,28 +60,7 @@ dots are cells without a gait.
 - The title shows the generation, the number and share of cells with a gait (the coverage), and the
   sum of all scores (the QD score).
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("left_square_bracket", "pair(-1)", "Axes", key_display="[", id="map.axes-back",
-                group=Binding.Group("Axes", compact=True), tooltip="Previous pair of axes"),
-        Binding("right_square_bracket", "pair(1)", "Axes", key_display="]", id="map.axes-on",
-                group=Binding.Group("Axes", compact=True), tooltip="Next pair of axes"),
-        Binding("x", "axis(0)", "Horizontal axis", show=False, id="map.across",
-                tooltip="Choose the next horizontal axis"),
-        Binding("z", "axis(1)", "Vertical axis", show=False, id="map.upwards",
-                tooltip="Choose the next vertical axis"),
-        Binding("b", "best", "Best", id="map.best", tooltip="Select the best member"),
-        Binding("g,colon", "go_to", "Go to", key_display="g", id="map.go-to",
-                tooltip="A member by number"),
-        Binding("r,enter", "replay", "Replay", key_display="r", id="map.replay",
-                tooltip="Replay this gait frame by frame"),
-        Binding("w", "why", "Why", id="map.why", tooltip="Explain the score and name the gait"),
-        Binding("e", "export", "Export", id="map.export", tooltip="Gait files, plots, videos, …"),
-        Binding("L", "laboratory", "Laboratory", id="map.laboratory",
-                tooltip="Remove legs from the body and adapt its gait"),
-        Binding("space", "play", "Pause", id="map.play", tooltip="Pause or play the motion"),
-        Binding("v", "view", "View", show=False, id="map.view",
-                tooltip="From the corner, the side, above, or the front"),
-    ]  # fmt: skip
+    BINDINGS = bindings("map")
     DEFAULT_CSS = """
     Map {
         & #map-left { width: 5fr; height: 1fr; padding: 0 1; }

@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, TypeVar, cast
 
-from textual.binding import Binding, BindingType
+from textual.binding import Binding
 from textual.events import Key
 from textual.screen import Screen
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.lean import Mirror
 from gaitsim.tui.tasks import Task, Tasks
 
@@ -95,13 +96,7 @@ class GaitScreen(Screen[None]):
     """
 
     HELP_TEXT: ClassVar[str] = ""
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "back", "Back", id="screen.back", tooltip="Previous screen"),
-        Binding("u", "studies", "Studies", show=False, id="screen.studies",
-                tooltip="Sweeps and comparisons over repeats"),
-        Binding("v", "verify", "Verify", show=False, id="screen.verify",
-                tooltip="Reproduce generations of the run and compare every bit"),
-    ]  # fmt: skip
+    BINDINGS = bindings("screen")
 
     @property
     def gaitsim(self) -> Navigator:

@@ -3,12 +3,10 @@
 import asyncio
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.events import Key
 from textual.screen import ModalScreen
@@ -20,6 +18,7 @@ from gaitsim.experiment import Overrides, Typed, parse_assignments
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.change_effect import (
     ChangeableOption,
     changeable_options,
@@ -57,9 +56,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         typed: initial text.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="change.cancel", tooltip="Change nothing"),
-    ]  # fmt: skip
+    BINDINGS = bindings("change")
     DEFAULT_CSS = """
     ChangeDialog {
         & .dialog { width: 90; height: 90%; max-height: 30; }  /* fixed: a click must not miss */

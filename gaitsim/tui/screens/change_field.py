@@ -1,9 +1,8 @@
 """The text field of the dialog for changes."""
 
-from typing import ClassVar, Protocol, cast
+from typing import Protocol, cast
 
-from textual.binding import Binding, BindingType
-
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.widgets.ordered_input import OrderedInput
 
 
@@ -18,12 +17,7 @@ class Dialog(Protocol):
 class AssignmentsField(OrderedInput):
     """The field for typed changes."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("down", "options", "Options", show=False, id="change.options",
-                tooltip="Go to the list of options"),
-        Binding("tab", "complete", "Complete", show=False, id="change.complete",
-                tooltip="Complete the typed word, or move to the next field"),
-    ]  # fmt: skip
+    BINDINGS = bindings("change field")
 
     @property
     def _dialog(self) -> Dialog:

@@ -1,10 +1,7 @@
 """Dialogs for challenge codes: show a code to copy and ask for a pasted one."""
 
-from typing import ClassVar
-
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Button, Static, TextArea
@@ -13,6 +10,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.sharing.challenge import Challenge, code_of
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen
 
 LONGEST = 100_000  # maximum number of characters in a command's argument
@@ -26,10 +24,7 @@ class ShowCode(ModalScreen[None]):
         code: challenge code of the individual.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("c", "copy", "Copy", id="code.copy", tooltip="Copy the code again"),
-        Binding("escape,enter", "dismiss", "Close", id="code.close", tooltip="Close the dialog"),
-    ]
+    BINDINGS = bindings("code show")
     DEFAULT_CSS = """
     ShowCode TextArea { height: 10; margin: 1 0; padding: 0 1; border: none; }
     """
@@ -60,12 +55,7 @@ class ShowCode(ModalScreen[None]):
 class AskCode(ModalScreen[str | None]):
     """Ask for a challenge code, which may have line breaks; return it on one line, or None."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(
-            "ctrl+s", "submit", "Verify", id="code.verify", priority=True, tooltip="Verify the code"
-        ),
-        Binding("escape", "dismiss", "Cancel", id="code.cancel", tooltip="Close the dialog"),
-    ]
+    BINDINGS = bindings("code ask")
     DEFAULT_CSS = """
     AskCode TextArea { height: 10; margin-top: 1; padding: 0 1; border: none; }
     """

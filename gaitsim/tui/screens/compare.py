@@ -4,13 +4,11 @@ import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
 
 from rich.cells import cell_len
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
@@ -27,6 +25,7 @@ from gaitsim.study.compare_runs import (
     quantity_label,
     warning,
 )
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves
@@ -60,16 +59,7 @@ Curves of several runs in one plot, updated while runs evolve.
 - Left and right choose a run; **open** it, or **replay** its champion. With two runs, the other
   champion is shown beside it.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("o", "quantity", "Quantity", id="compare.quantity",
-                tooltip="Best, mean or median score, or diversity"),
-        Binding("x", "by", "Axis", id="compare.by",
-                tooltip="Generations, evaluations or seconds"),
-        Binding("r", "replay", "Replay", id="compare.replay",
-                tooltip="Watch the champion; with two runs, both champions"),
-        Binding("s", "statistics", "Statistics", id="compare.statistics",
-                tooltip="Repeat the experiments, with tests and intervals"),
-    ]  # fmt: skip
+    BINDINGS = bindings("compare")
     DEFAULT_CSS = """
     Compare {
         & #problems { height: auto; max-height: 30%; padding: 0 1; color: $error; }

@@ -4,13 +4,12 @@ import asyncio
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Literal
 
 from pydantic.fields import FieldInfo
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.content import Content
 from textual.screen import ModalScreen
@@ -22,6 +21,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.registry import options
 from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.builder import Option
 from gaitsim.tui.products import GROUPS, PRODUCTS, Product, default, unavailable_products
 from gaitsim.tui.widgets.choice_list import ChoiceList
@@ -40,11 +40,7 @@ class ExportDialog(ModalScreen[Answer]):
         damage: damage of the body, in the syntax of `--damage`.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="export.cancel", tooltip="Export nothing"),
-        Binding("ctrl+r", "make", "Export", id="export.make", tooltip="Export, from any field"),
-        Binding("f", "files", "Files", id="export.files", tooltip="Files exported from this run"),
-    ]
+    BINDINGS = bindings("export")
 
     def __init__(
         self,

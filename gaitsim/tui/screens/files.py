@@ -2,16 +2,15 @@
 
 import shlex
 from pathlib import Path
-from typing import ClassVar
 
 from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import EXPORTS
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.opener import copy_paths
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import TaskChanged
@@ -29,12 +28,7 @@ The gait files, plots, videos and analyses exported from this run, the latest fi
 Enter, or a click on the highlighted file, **opens** it with your system's default program. Without
 one, such as over SSH, its path is copied; in a browser, the file is downloaded.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(
-            "p", "copy_path", "Copy path", id="files.copy", tooltip="Copy the path of the file"
-        ),
-        Binding("e", "make", "Export", id="files.make", tooltip="Export files from this run"),
-    ]
+    BINDINGS = bindings("files")
     DEFAULT_CSS = """
     Files {
         & DataTable { height: 1fr; }

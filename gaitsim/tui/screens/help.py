@@ -1,16 +1,16 @@
 """The help of a screen: its purpose, and all available keys, which can also be clicked."""
 
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Markdown, Static
 
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.vi import PREFIX
 
@@ -22,9 +22,7 @@ class Help(ModalScreen[None]):
         screen: screen to describe.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,question_mark,q", "dismiss", "Close", id="help.close", tooltip="Go back"),
-    ]
+    BINDINGS = bindings("help")
 
     def __init__(self, screen: Screen[Any]) -> None:
         super().__init__()

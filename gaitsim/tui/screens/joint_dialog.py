@@ -1,17 +1,16 @@
 """A dialog for the damage of a joint."""
 
 from collections.abc import Callable, Sequence
-from typing import ClassVar
 
 from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Select, Static
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.actions import bindings
 
 INTACT = "intact"
 # For each kind of damage: the quantity, its unit and an example.
@@ -31,9 +30,7 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
         check: function that raises a GaitsimError for damage that the body cannot have.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="joint.cancel", tooltip="Change nothing"),
-    ]
+    BINDINGS = bindings("joint")
     DEFAULT_CSS = """
     JointDialog {
         & .row { height: 1; margin-top: 1; }

@@ -7,7 +7,6 @@ from typing import ClassVar
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Static
 
@@ -18,6 +17,7 @@ from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.damage_choice import damage_texts
 from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
 from gaitsim.tui.screens.laboratory_loading import read_subject, simulate_walk
@@ -69,15 +69,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
   the damaged body of the run.
 - **Physics** switches to the body's twin in rigid-body physics, if it has one.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("a", "adapt", "Adapt", id="lab.adapt",
-                tooltip="Try gaits of the atlas on the damaged body until one walks"),
-        Binding("x", "stop", "Stop", id="lab.stop", tooltip="Stop the search and keep its trials"),
-        Binding("r", "replay", "Replay", id="lab.replay",
-                tooltip="Replay the gait shown on the damaged body, frame by frame"),
-        Binding("e", "export", "Export", id="lab.export",
-                tooltip="Export gait files, plots and videos of the gait shown"),
-    ]  # fmt: skip
+    BINDINGS = bindings("lab")
     DEFAULT_CSS = """
     Laboratory {
         & #lab-top { height: 1fr; min-height: 8; }

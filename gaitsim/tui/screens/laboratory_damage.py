@@ -1,15 +1,14 @@
 """Damage in the laboratory: remove legs, damage joints, repair, and switch the physics."""
 
 from pathlib import Path
-from typing import ClassVar
 
 from textual import on, work
-from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Which
 from gaitsim.legged.damage import parse_damage
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.damage_choice import Choice, set_joint, toggle_leg
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.joint_dialog import JointDialog
@@ -33,13 +32,7 @@ class DamageActions(GaitScreen):
         physics: whether the body's twin in rigid-body physics is simulated instead.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("d", "joint", "Damage", id="lab.joint",
-                tooltip="Make a joint of the chosen leg stuck, slow or weak"),
-        Binding("i", "repair", "Repair", id="lab.repair", tooltip="Remove all damage"),
-        Binding("p", "physics", "Physics", id="lab.physics",
-                tooltip="Switch between kinematics and rigid-body physics"),
-    ]  # fmt: skip
+    BINDINGS = bindings("lab damage")
 
     damage: reactive[Choice] = reactive((), init=False, bindings=True)
     physics: reactive[bool] = reactive(False, init=False, bindings=True)

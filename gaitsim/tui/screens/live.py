@@ -4,11 +4,9 @@ import asyncio
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import ClassVar
 
 from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 
 from gaitsim.errors import GaitsimError
@@ -20,6 +18,7 @@ from gaitsim.runs.background import STATE_PREDICATES
 from gaitsim.runs.creation import fork_run
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
@@ -66,35 +65,7 @@ with `gaitsim attach`.
 - **M** shows the archive of map-elites as a map, which fills as the run evolves.
 - **l** shows the events: ★ a new best score, ⚑ a saved champion, ▶ a stage.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("space", "pause", "Pause", id="live.pause", tooltip="Pause after this generation"),
-        Binding("space", "go", "Resume", id="live.go", tooltip="Continue the run"),
-        Binding("n", "step", "Step", id="live.step", tooltip="One generation, then pause"),
-        Binding("s", "stop", "Stop", id="live.stop", tooltip="Stop and save"),
-        Binding(
-            "c",
-            "change",
-            "Change",
-            id="live.change",
-            tooltip="Change options for the next generations",
-        ),
-        Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run with other options"),
-        Binding("r", "replay", "Replay", id="live.replay", tooltip="Watch any generation move"),
-        Binding("M", "map", "Map", id="live.map", tooltip="The archive as a map, as it fills"),
-        Binding(
-            "g", "goal", "Generations", id="live.goal", tooltip="Set the number of generations"
-        ),
-        Binding("w", "why", "Why", id="live.why", tooltip="Explain the champion's score"),
-        Binding("e", "export", "Export", id="live.export", tooltip="Gait files, plots, videos, …"),
-        Binding(
-            "L",
-            "laboratory",
-            "Laboratory",
-            id="live.laboratory",
-            tooltip="Remove legs from the champion and adapt its gait",
-        ),
-        Binding("l", "log", "Events", id="live.log", tooltip="Show the events, or the terms"),
-    ]
+    BINDINGS = bindings("live")
     AUTO_FOCUS = ""
 
     # Determines the available keys; a change updates the footer, which is slow.

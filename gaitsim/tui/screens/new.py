@@ -4,12 +4,10 @@ import asyncio
 from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
-from typing import ClassVar
 
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.containers import Vertical
 from textual.events import DescendantFocus
@@ -20,6 +18,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.folder import RUNS, free_name
 from gaitsim.steering import create_drive, offered_commands
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.builder import (
     SECTIONS,
     ExperimentBuilder,
@@ -68,23 +67,7 @@ The screen shows the equivalent **command** and the experiment **file**. / or Ct
 the options by words. Leaving the screen keeps your changes as a draft, which the next new run
 restores; Ctrl-Z undoes all changes.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+r", "run", "Run", id="new.run", tooltip="Start the run"),
-        Binding(
-            "ctrl+f", "search", "Find", priority=True, id="new.search", tooltip="Search options"
-        ),
-        Binding("slash", "search", "Search", show=False, id="new.words", tooltip="Search options"),
-        Binding("ctrl+s", "save", "Save", id="new.save", tooltip="Save the experiment file"),
-        Binding("ctrl+l", "load", "Load", id="new.load", tooltip="Load an experiment file"),
-        Binding("ctrl+z", "reset", "Reset", id="new.reset", tooltip="Undo all changes"),
-        Binding("ctrl+right", "tab(1)", "Next", show=False, id="new.next", tooltip="Next tab"),
-        Binding(
-            "ctrl+left", "tab(-1)", "Back", show=False, id="new.before", tooltip="Previous tab"
-        ),
-        Binding(
-            "ctrl+y", "app.copy_command", "Copy", show=False, id="new.copy", tooltip="The command"
-        ),
-    ]
+    BINDINGS = bindings("new")
 
     def __init__(self, experiment: str | None = None) -> None:
         super().__init__()

@@ -1,16 +1,14 @@
 """A dialog for the note of a run."""
 
-from typing import ClassVar
-
 from rich.text import Text
 from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Button, Static, TextArea
 
 from gaitsim.render.terminal.text import visible
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.questions import Confirm
 
 
@@ -22,10 +20,7 @@ class NoteDialog(ModalScreen[str | None]):
         note: current note.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+s", "save", "Save", id="note.save", priority=True, tooltip="Save the note"),
-        Binding("escape", "cancel", "Cancel", id="note.cancel", tooltip="Discard the changes"),
-    ]
+    BINDINGS = bindings("note")
     DEFAULT_CSS = """
     NoteDialog TextArea { height: 8; margin-top: 1; padding: 0 1; border: none; }
     """

@@ -1,19 +1,19 @@
 """The installed bodies, fitness functions, operators and presets, and their packages."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
 from gaitsim.render.terminal.text import visible
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.choice_list import ChoiceList
@@ -45,25 +45,7 @@ name, kind, package, description or options.
 Enter, or a click on the highlighted one, creates a **new run** with a body or a preset. c
 **checks** whether the highlighted plugin fulfils its contract and lists the errors to fix.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(
-            "n", "new", "New run", id="plugins.new", tooltip="Create a run with this body or preset"
-        ),
-        Binding(
-            "slash",
-            "filter",
-            "Filter",
-            id="plugins.filter",
-            tooltip="Show only plugins with these words",
-        ),
-        Binding(
-            "c",
-            "check",
-            "Check",
-            id="plugins.check",
-            tooltip="Check that the plugin fulfils its contract",
-        ),
-    ]
+    BINDINGS = bindings("plugins")
 
     def __init__(self) -> None:
         super().__init__()

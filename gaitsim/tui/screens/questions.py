@@ -13,6 +13,7 @@ from textual.widgets import Button, Input, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.tui.actions import bindings
 
 
 class Confirm(ModalScreen[bool]):
@@ -26,8 +27,7 @@ class Confirm(ModalScreen[bool]):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("y", "dismiss(True)", "Yes", id="confirm.yes", tooltip="Confirm"),
-        Binding("n,escape", "dismiss(False)", "No", id="confirm.no", tooltip="Change nothing"),
+        *bindings("confirm"),
         Binding("left,right,tab", "app.focus_next", show=False),
     ]
 
@@ -61,7 +61,7 @@ class Choose(ModalScreen[str | None]):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="choose.cancel", tooltip="Change nothing"),
+        *bindings("choose"),
         Binding("left", "app.focus_previous", show=False),
         Binding("right", "app.focus_next", show=False),
     ]
@@ -99,9 +99,7 @@ class Ask(ModalScreen[str | None]):
         about: details below the question.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="ask.cancel", tooltip="Change nothing"),
-    ]
+    BINDINGS = bindings("ask")
 
     def __init__(
         self,

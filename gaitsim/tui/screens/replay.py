@@ -3,11 +3,9 @@
 from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import ClassVar
 
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
 
@@ -15,6 +13,7 @@ from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.steering import create_drive, offered_commands
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 from gaitsim.tui.screens.numbering import (
     describe,
@@ -72,57 +71,7 @@ The best individual of any generation, or a member of a front or archive, in mot
 - **Map** shows the archive as a map, to choose any gait with the arrow keys.
 - ★ is the champion of the run, or the member with the best score.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("space", "play", "Play", id="replay.play", tooltip="Play the motion"),
-        Binding("space", "pause", "Pause", id="replay.pause", tooltip="Pause the motion"),
-        Binding("comma", "frame(-1)", "Frame", id="replay.frame-back", key_display=",",
-                group=Binding.Group("Frame", compact=True), tooltip="One frame back"),
-        Binding("full_stop", "frame(1)", "Frame", id="replay.frame-on", key_display=".",
-                group=Binding.Group("Frame", compact=True), tooltip="One frame forward"),
-        Binding("left_square_bracket", "generation(-1)", "Generation", key_display="[",
-                id="replay.generation-back",
-                group=Binding.Group("Generation", compact=True),
-                tooltip="One generation or member back"),
-        Binding("right_square_bracket", "generation(1)", "Generation", key_display="]",
-                id="replay.generation-on",
-                group=Binding.Group("Generation", compact=True),
-                tooltip="One generation or member forward"),
-        Binding("g,colon", "go_to", "Go to", key_display="g", id="replay.go-to",
-                tooltip="A generation or member by number"),
-        Binding("b", "best", "Best", id="replay.best",
-                tooltip="The champion of the run, or the member with the best score"),
-        Binding("o", "members", "Members", id="replay.members",
-                tooltip="Step through the front or archive, or the generations"),
-        Binding("less_than_sign", "speed(-1)", "Slower", show=False, key_display="<",
-                id="replay.slower", tooltip="Halve the speed"),
-        Binding("greater_than_sign", "speed(1)", "Faster", show=False, key_display=">",
-                id="replay.faster", tooltip="Double the speed"),
-        Binding("v", "camera('next_view')", "View", id="replay.view",
-                tooltip="From the corner, the side, above, or the front"),
-        Binding("f", "camera('follow')", "Follow", id="replay.follow",
-                tooltip="Follow the body, or show its whole path"),
-        Binding("plus,equals_sign", "camera('zoom', 1)", "Closer", show=False,
-                id="replay.closer", tooltip="Zoom in"),
-        Binding("minus", "camera('zoom', -1)", "Farther", show=False,
-                id="replay.farther", tooltip="Zoom out"),
-        Binding("0", "camera('reset')", "Reset view", show=False, id="replay.reset",
-                tooltip="Reset the camera"),
-        Binding("m", "measures", "Measures", id="replay.measures",
-                tooltip="Show measures, terms and the curve of the best score"),
-        Binding("s", "split", "Split", id="replay.split",
-                tooltip="Show a second body, or a single one"),
-        Binding("M", "map", "Map", id="replay.map",
-                tooltip="Show the archive as a map, with the cursor on this member"),
-        Binding("w", "why", "Why", id="replay.why", tooltip="Explain the score and name the gait"),
-        Binding("L", "laboratory", "Laboratory", id="replay.laboratory",
-                tooltip="Remove legs from this body and adapt its gait"),
-        Binding("B", "browser", "3D", id="replay.browser",
-                tooltip="Write a web page that plays the motion in 3D, and open it"),
-        Binding("C", "code", "Code", show=False, id="replay.code",
-                tooltip="Copy a challenge code of this individual for others to verify"),
-        Binding("e", "export", "Export", id="replay.export",
-                tooltip="Plots, videos, gait files, … of the individual shown"),
-    ]  # fmt: skip
+    BINDINGS = bindings("replay")
     DEFAULT_CSS = """
     Replay {
         & #panes { height: 1fr; }

@@ -3,13 +3,13 @@
 import asyncio
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from textual import on, work
-from textual.binding import Binding, BindingType
 from textual.widgets import DataTable
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen
 
 if TYPE_CHECKING:
@@ -28,44 +28,7 @@ class RunActions(GaitScreen):
 
     renaming = False
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("n", "new", "New", id="home.new", tooltip="Create a new run"),
-        Binding("r", "replay", "Replay", id="home.replay", tooltip="Watch champions move"),
-        Binding("c", "compare", "Compare", id="home.compare", tooltip="Compare the marked runs"),
-        Binding("e", "export", "Export", id="home.export", tooltip="Gait files, plots, videos"),
-        Binding(
-            "slash", "filter", "Filter", id="home.filter", tooltip="Show only runs with these words"
-        ),
-        Binding(
-            "d,delete",
-            "delete",
-            "Delete",
-            id="home.delete",
-            tooltip="Delete permanently, after a question",
-        ),
-        Binding("x", "stop", "Stop", id="home.stop", tooltip="Save the run and stop it"),
-        Binding("N", "note", "Note", id="home.note", tooltip="Edit the note of the run"),
-        Binding("R", "rename", "Rename", id="home.rename", tooltip="Rename the run"),
-        Binding("f", "files", "Files", id="home.files", tooltip="Files exported from the run"),
-        Binding("w", "why", "Why", id="home.why", tooltip="Explain the champion's score"),
-        Binding(
-            "L",
-            "laboratory",
-            "Laboratory",
-            id="home.laboratory",
-            tooltip="Remove legs from its body and adapt its gait",
-        ),
-        Binding("M", "map", "Map", show=False, id="home.map", tooltip="The archive as a map"),
-        Binding(
-            "B",
-            "gallery",
-            "Gallery",
-            show=False,
-            id="home.gallery",
-            tooltip="Write a web site of all runs here",
-        ),
-        Binding("p", "plugins", "Plugins", id="home.plugins", tooltip="List installed plugins"),
-    ]
+    BINDINGS = bindings("home")
 
     def current(self) -> "Overview | None":
         """Return the run under the cursor."""

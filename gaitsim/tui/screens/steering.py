@@ -2,13 +2,11 @@
 
 import time
 from collections.abc import Callable
-from typing import ClassVar
 
 import numpy as np
 from rich.text import Text
 from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
@@ -16,6 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.steering import Drive
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import percentage
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curve_plot import CurvePlot
@@ -54,23 +53,7 @@ The arrow keys and space choose the controller in command; the others fade out.
 - **View** switches between behind, side and above; the camera turns with the body. + and − zoom.
 - The plan shows the path from above, with the initial heading upwards; the curve is the altitude.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        *(
-            Binding(key, f"command('{key}')", f"Command {sign}", show=False,
-                    id=f"steering.{key}", tooltip="Switch to the controller of this key")
-            for key, sign in SIGNS.items()
-        ),
-        Binding("r", "restart", "Restart", id="steering.restart", tooltip="Return to the start"),
-        Binding("p", "pause", "Pause", id="steering.pause", tooltip="Pause or resume"),
-        Binding("v", "view", "View", id="steering.view",
-                tooltip="From behind, the side, or above"),
-        Binding("plus,equals_sign", "zoom(1)", "Closer", show=False, id="steering.closer",
-                tooltip="Zoom in"),
-        Binding("minus", "zoom(-1)", "Farther", show=False, id="steering.farther",
-                tooltip="Zoom out"),
-        Binding("h", "app.help", "Help", show=False, id="steering.help",
-                tooltip="Help on this screen"),
-    ]  # fmt: skip
+    BINDINGS = bindings("steering")
     DEFAULT_CSS = """
     Steering {
         & #steering { height: 1fr; }

@@ -2,12 +2,10 @@
 
 import shlex
 from pathlib import Path
-from typing import ClassVar
 
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Static
 
 from gaitsim.errors import GaitsimError
@@ -15,6 +13,7 @@ from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.study.results import DEFAULT_FOLDERS, StudyFolder, list_folders
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import ago, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.study_dialog import COMPARISON, SWEEP, StudyDialog
@@ -52,14 +51,7 @@ random populations.
 
 Both run in the background. **Open** shows tables, intervals, tests and files.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("n", "sweep", "New study", id="studies.new", tooltip="Sweep options over ranges"),
-        Binding("c", "compare", "New comparison", id="studies.compare",
-                tooltip="Compare experiments over repeats"),
-        Binding("g", "continue", "Continue", id="studies.continue",
-                tooltip="Run the remaining cells"),
-        Binding("x", "stop", "Stop", id="studies.stop", tooltip="A study keeps finished cells"),
-    ]  # fmt: skip
+    BINDINGS = bindings("studies")
     DEFAULT_CSS = """
     Studies {
         & DataTable { height: 1fr; }

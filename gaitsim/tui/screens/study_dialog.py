@@ -4,13 +4,12 @@ import asyncio
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 from pydantic import Field as Declared
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Static
@@ -21,6 +20,7 @@ from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import free_name
 from gaitsim.study.results import DEFAULT_FOLDERS
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.builder import Option
 from gaitsim.tui.product_options import Settings, split_words
 from gaitsim.tui.products import Product, default
@@ -117,10 +117,7 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
         texts: initial texts of the fields by option.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="study.cancel", tooltip="Start nothing"),
-        Binding("ctrl+r", "start", "Start", id="study.begin", tooltip="Start, from any field"),
-    ]
+    BINDINGS = bindings("study")
     DEFAULT_CSS = """
     StudyDialog {
         & VerticalScroll { height: auto; max-height: 38vh; }

@@ -1,12 +1,10 @@
 """The results of a study or a comparison: tables with intervals and tests and its files."""
 
 from pathlib import Path
-from typing import ClassVar
 
 from rich.text import Text
 from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widget import Widget
 from textual.widgets import DataTable, Static
@@ -14,6 +12,7 @@ from textual.widgets import DataTable, Static
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.study.results import Section, sections
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import clip
 from gaitsim.tui.opener import copy_paths
 from gaitsim.tui.screens.base import GaitScreen
@@ -42,10 +41,7 @@ Tab moves between tables; the arrow keys scroll a table that is wider than the s
 (report, table and figures) are listed at the end: Enter or a click on the highlighted file
 **opens** it with your system's default program.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("f", "files", "Files", id="results.files", tooltip="Jump to the files"),
-        Binding("p", "copy_path", "Copy path", id="results.copy", tooltip="Copy the file's path"),
-    ]
+    BINDINGS = bindings("results")
     DEFAULT_CSS = """
     StudyResults {
         & VerticalScroll { height: 1fr; }

@@ -1,16 +1,14 @@
 """Commands in the background and their results."""
 
-from typing import ClassVar
-
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import EXPORTS
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import duration, percentage
 from gaitsim.tui.opener import copy_paths, open_or_copy
 from gaitsim.tui.screens.base import GaitScreen
@@ -37,22 +35,7 @@ Enter, or a click on the highlighted task, **opens** its file with your system's
 Without one, such as over SSH, its path is copied; in a browser, the file is downloaded. A task
 with several files opens their list.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(
-            "p",
-            "copy_result",
-            "Copy path",
-            id="tasks.copy",
-            tooltip="Copy the paths of the task's files",
-        ),
-        Binding(
-            "x", "stop", "Stop", id="tasks.stop", tooltip="Stop the task; partial files are removed"
-        ),
-        Binding("r", "again", "Again", id="tasks.again", tooltip="Run the task's command again"),
-        Binding(
-            "c", "clear", "Clear", id="tasks.clear", tooltip="Remove finished tasks from the list"
-        ),
-    ]
+    BINDINGS = bindings("tasks")
 
     def compose(self) -> ComposeResult:
         yield Header()

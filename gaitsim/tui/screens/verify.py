@@ -1,16 +1,15 @@
 """Verify a run or a challenge code in the background and show the result."""
 
 from pathlib import Path
-from typing import ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import command
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import duration
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.tasks import GLYPHS, bar
@@ -35,17 +34,7 @@ re-evolves the whole run until the first difference, which can take as long as t
 
 Verification continues in the background when you leave the screen; return to see the result.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(
-            "g",
-            "some",
-            "Ten generations",
-            id="verify.some",
-            tooltip="Ten generations, first to last",
-        ),
-        Binding("a", "all", "All", id="verify.all", tooltip="Re-evolve the whole run"),
-        Binding("x", "stop", "Stop", id="verify.stop", tooltip="Stop the verification"),
-    ]
+    BINDINGS = bindings("verify")
     DEFAULT_CSS = """
     Verify {
         & #verify-state { height: auto; padding: 1 2 0 2; }

@@ -2,13 +2,11 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import ClassVar
 
 from rich.table import Table
 from rich.text import Text
 from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import Static
 
@@ -28,6 +26,7 @@ from gaitsim.render.terminal.explanation import (
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.numbering import describe, options_of
 from gaitsim.tui.widgets.footer import Footer
@@ -58,12 +57,7 @@ The terms behind the score of an individual, and its gait.
 - To repeat the gait with delayed, slow and inaccurate servos, press `e` on the run, choose
   *Analysis* and set *perturb*.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("p", "physics", "Physics", id="why.physics",
-                tooltip="Play the gait on the body's twin in rigid-body physics"),
-        Binding("w", "worlds", "Worlds", id="why.worlds",
-                tooltip="Evaluate the gait in 100 unseen worlds"),
-    ]  # fmt: skip
+    BINDINGS = bindings("why")
     DEFAULT_CSS = """
     Why {
         & VerticalScroll { height: 1fr; padding: 0 1; }

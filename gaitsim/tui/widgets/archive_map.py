@@ -6,11 +6,11 @@ from typing import Any, ClassVar
 
 from rich.style import Style
 from textual import events
-from textual.binding import Binding, BindingType
 from textual.message import Message
 
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.heat_map import HeatMap, Place, nearest, next_occupied, styles
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 _PARTS = ("axis", "empty", "pointer")
@@ -39,16 +39,7 @@ class ArchiveMap(Cells, can_focus=True):
         &:light > .map--pointer { color: #d6006c; }
     }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("left,h", "move(-1, 0)", "Left", show=False, id="map.left",
-                tooltip="Move to the next gait on the left"),
-        Binding("right,l", "move(1, 0)", "Right", show=False, id="map.right",
-                tooltip="Move to the next gait on the right"),
-        Binding("up,k", "move(0, 1)", "Up", show=False, id="map.up",
-                tooltip="Move to the next gait above"),
-        Binding("down,j", "move(0, -1)", "Down", show=False, id="map.down",
-                tooltip="Move to the next gait below"),
-    ]  # fmt: skip
+    BINDINGS = bindings("map cursor")
 
     @dataclass
     class Moved(Message):

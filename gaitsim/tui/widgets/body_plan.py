@@ -5,13 +5,13 @@ from typing import ClassVar
 
 from rich.style import Style
 from textual import events
-from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.reactive import reactive
 
 from gaitsim.legged.damage import Damage
 from gaitsim.render.terminal import plan as drawing
 from gaitsim.render.terminal.plan import Plan
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 
@@ -39,18 +39,7 @@ class BodyPlan(Cells, can_focus=True):
         & > .plan--lost { color: $error; }
     }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("up", "choose(1, 0)", "Leg in front", show=False, id="plan.front",
-                tooltip="Choose the leg in front"),
-        Binding("down", "choose(-1, 0)", "Leg behind", show=False, id="plan.behind",
-                tooltip="Choose the leg behind"),
-        Binding("left", "choose(0, 1)", "Leg to the left", show=False, id="plan.left",
-                tooltip="Choose the leg to the left"),
-        Binding("right", "choose(0, -1)", "Leg to the right", show=False, id="plan.right",
-                tooltip="Choose the leg to the right"),
-        Binding("enter,space", "remove", "Toggle leg", id="plan.remove",
-                tooltip="Remove or restore the chosen leg"),
-    ]  # fmt: skip
+    BINDINGS = bindings("plan")
 
     plan: reactive[Plan | None] = reactive(None, repaint=False, init=False)
     damage: reactive[tuple[Damage, ...]] = reactive((), repaint=False, init=False)

@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 
 from rich.style import Style
 from textual import events
-from textual.binding import Binding, BindingType
 from textual.geometry import Offset
 from textual.message import Message
 from textual.reactive import reactive
@@ -17,6 +16,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.body import Viewpoint
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 FPS = 20
@@ -61,26 +61,7 @@ class BodyCanvas(Cells, can_focus=True):
         & > .canvas--label { color: $foreground 80%; }
     }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("left", "turn(1, 0)", "Turn left", show=False, id="canvas.left",
-                tooltip="Turn the body to the left"),
-        Binding("right", "turn(-1, 0)", "Turn right", show=False, id="canvas.right",
-                tooltip="Turn the body to the right"),
-        Binding("up", "turn(0, 1)", "Higher", show=False, id="canvas.up",
-                tooltip="Raise the camera"),
-        Binding("down", "turn(0, -1)", "Lower", show=False, id="canvas.down",
-                tooltip="Lower the camera"),
-        Binding("plus,equals_sign", "zoom(1)", "Closer", show=False, id="canvas.closer",
-                tooltip="Zoom in"),
-        Binding("minus", "zoom(-1)", "Farther", show=False, id="canvas.farther",
-                tooltip="Zoom out"),
-        Binding("f", "follow", "Follow", id="canvas.follow",
-                tooltip="Follow the body, or show its whole path"),
-        Binding("v", "next_view", "View", id="canvas.view",
-                tooltip="View from the corner, the side, above or the front"),
-        Binding("0", "reset", "Reset view", show=False, id="canvas.reset",
-                tooltip="Reset the camera"),
-    ]  # fmt: skip
+    BINDINGS = bindings("canvas")
 
     seconds: reactive[float] = reactive(0.0, repaint=False, init=False)
     view: reactive[Viewpoint] = reactive(Viewpoint(), repaint=False, init=False)

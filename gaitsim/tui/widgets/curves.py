@@ -2,24 +2,23 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 from rich.text import Text
 from textual import events
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.widget import Widget
 from textual.widgets import Static
 
 from gaitsim.render.terminal.curve_view import WINDOWS, Scale, Series, View, nearest
 from gaitsim.render.terminal.curves import points_in_view
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.widgets.curve_legend import TOOL, legend
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 
 __all__ = ["Curves", "Series", "View"]
 
 STEP = 1.5  # zoom factor per key press or notch of the wheel
-FAR = 10  # points per long step of the cursor
 FEWEST = 4  # minimum visible points of the longest curve
 
 
@@ -42,42 +41,7 @@ class Curves(Widget, can_focus=True):
         &:focus > CurvePlot > .curves--axis { color: $accent; }
     }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("plus,equals_sign", "zoom(1)", "Zoom", key_display="+", id="curves.zoom-in",
-                tooltip="Zoom in on the x axis, around the cursor"),
-        Binding("minus", "zoom(-1)", "Zoom out", show=False, id="curves.zoom-out",
-                tooltip="Zoom out on the x axis"),
-        Binding("0", "reset", "All", id="curves.all", tooltip="Show all curves in full"),
-        Binding("l", "log_y", "Log", id="curves.log", tooltip="Toggle the logarithmic y axis"),
-        Binding("L", "log_x", "Log x", show=False, id="curves.log-below",
-                tooltip="Toggle the logarithmic x axis"),
-        Binding("m", "smooth", "Smooth", id="curves.smooth",
-                tooltip="Medians of 5, 25 or 125 neighbouring points, or no smoothing"),
-        Binding("left", "step(-1)", "Cursor back", show=False, id="curves.back",
-                tooltip="Move the cursor one point back"),
-        Binding("right", "step(1)", "Cursor forward", show=False, id="curves.on",
-                tooltip="Move the cursor one point forward"),
-        Binding("shift+left,pageup", f"step({-FAR})", "Far back", show=False,
-                id="curves.far-back", tooltip="Move the cursor ten points back"),
-        Binding("shift+right,pagedown", f"step({FAR})", "Far forward", show=False,
-                id="curves.far-on", tooltip="Move the cursor ten points forward"),
-        Binding("home", "end(0)", "First", show=False, id="curves.first",
-                tooltip="Move the cursor to the first point"),
-        Binding("end", "end(1)", "Last", show=False, id="curves.last",
-                tooltip="Move the cursor to the last point"),
-        Binding("ctrl+left,less_than_sign", "pan(-0.25)", "Pan back", show=False,
-                id="curves.pan-back", tooltip="Move back along the x axis"),
-        Binding("ctrl+right,greater_than_sign", "pan(0.25)", "Pan forward", show=False,
-                id="curves.pan-on", tooltip="Move forward along the x axis"),
-        Binding("up", "stretch(1)", "Stretch", show=False, id="curves.stretch",
-                tooltip="Zoom in on the y axis, around the cursor"),
-        Binding("down", "stretch(-1)", "Squeeze", show=False, id="curves.press",
-                tooltip="Zoom out on the y axis"),
-        Binding("shift+up", "lift(0.25)", "Up", show=False, id="curves.up",
-                tooltip="Move to higher scores"),
-        Binding("shift+down", "lift(-0.25)", "Down", show=False, id="curves.down",
-                tooltip="Move to lower scores"),
-    ]  # fmt: skip
+    BINDINGS = bindings("curves")
 
     def __init__(
         self,

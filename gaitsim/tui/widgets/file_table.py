@@ -3,14 +3,14 @@
 import os
 import stat
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from rich.text import Text
 from textual import on
-from textual.binding import Binding, BindingType
 from textual.widgets import DataTable
 
 from gaitsim.render.terminal.text import visible
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import age, file_size
 from gaitsim.tui.opener import open_or_copy
 
@@ -18,9 +18,7 @@ from gaitsim.tui.opener import open_or_copy
 class OpenTable(DataTable[Text]):
     """A table that offers Enter while the screen's action `open` is available."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "select_cursor", "Open", id="files.open", tooltip="Open the file"),
-    ]
+    BINDINGS = bindings("files table")
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(cursor_type="row", **settings)

@@ -4,10 +4,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from rich.text import Text
-from textual.binding import Binding, BindingType
 from textual.events import Click
 from textual.message import Message
 from textual.widgets import DataTable
@@ -15,6 +14,7 @@ from textual.widgets import DataTable
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.overview import Overview
+from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import ago, clip, clip_name
 
 STATES = {
@@ -99,14 +99,7 @@ class RunTable(DataTable[Text]):
     class Marked(Message):
         """Posted when the marked runs have changed."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(
-            "enter", "select_cursor", "Open", id="home.open", tooltip="Watch or continue the run"
-        ),
-        Binding("space", "mark", "Mark", id="home.mark", tooltip="Mark the run, to act on several"),
-        Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="Sort by the next column"),
-        Binding("S", "reverse", "Reverse", show=False, id="home.turn", tooltip="Reverse the order"),
-    ]
+    BINDINGS = bindings("home table")
 
     def __init__(self, **options: Any) -> None:
         super().__init__(cursor_type="row", **options)

@@ -6,12 +6,11 @@ from typing import Any, ClassVar
 
 from rich.text import Text
 from textual import events
-from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.reactive import reactive
 from textual.widget import Widget
 
-FAR = 10  # steps of a long move
+from gaitsim.tui.actions import bindings
 
 
 class Scrubber(Widget, can_focus=True):
@@ -43,20 +42,7 @@ class Scrubber(Widget, can_focus=True):
         &:focus > .scrubber--label { color: $accent; text-style: bold; }
     }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("left", "step(-1)", "Back", show=False, id="scrubber.back",
-                tooltip="One step back"),
-        Binding("right", "step(1)", "Forward", show=False, id="scrubber.on",
-                tooltip="One step forward"),
-        Binding("shift+left,pageup", f"step({-FAR})", "Far back", show=False,
-                id="scrubber.far-back", tooltip="Ten steps back"),
-        Binding("shift+right,pagedown", f"step({FAR})", "Far forward", show=False,
-                id="scrubber.far-on", tooltip="Ten steps forward"),
-        Binding("home", "end(False)", "First", show=False, id="scrubber.first",
-                tooltip="Go to the first"),
-        Binding("end", "end(True)", "Last", show=False, id="scrubber.last",
-                tooltip="Go to the last"),
-    ]  # fmt: skip
+    BINDINGS = bindings("scrubber")
 
     label: reactive[str] = reactive("", init=False)
     value: reactive[int] = reactive(0, init=False)

@@ -1,0 +1,451 @@
+"""All actions of the terminal UI: their keys, labels, explanations and places in the palette.
+
+`bindings` makes the keys of a screen or a widget from its rows. What an action does, and whether it
+is available, is in the class that has the keys.
+"""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import NamedTuple
+
+from textual.binding import Binding, BindingType
+
+
+class Action(NamedTuple):
+    """An action of a screen or a widget.
+
+    Attributes:
+        name: name of the action; its ID, for the user's settings, is `group.name`.
+        keys: default keys, separated by commas.
+        label: label in the footer, and title in the palette.
+        about: one line of help.
+        do: Textual's name of the action, with arguments; '' if it is `name`.
+        words: synonyms for the palette, separated by spaces; '' uses those of the label.
+        why: reason why it is unavailable, and how to enable it; a screen's `obstacle` overrides it.
+        where: how to reach it from other screens, before the words 'press' and the key; '' does not
+            list it there.
+        title: title on other screens, if it is not the label.
+        display: displayed key, if it is not the first one.
+        priority: whether the key precedes those of the widget that has the focus.
+        shown: whether the footer shows it.
+    """
+
+    name: str
+    keys: str
+    label: str
+    about: str
+    do: str = ""
+    words: str = ""
+    why: str = ""
+    where: str = ""
+    title: str = ""
+    display: str | None = None
+    priority: bool = False
+    shown: bool = True
+
+    @property
+    def synonyms(self) -> str:
+        """The words by which the palette finds the action."""
+        return self.words or _SYNONYMS.get(self.label, "")
+
+
+Hidden = partial(Action, shown=False)
+
+_SYNONYMS = {
+    "Export": "make video movie film mp4 gif plot figure picture png pdf svg matlab mat csv servo "
+    "robot gait arduino dynamixel feetech ros ros2 bag hardware calibration file save analyse "
+    "analysis imitate imitation network curve",
+    "Laboratory": "damage lost leg remove broken adapt trial error recover",
+    "Map": "archive atlas heat map elites members cells coverage quality diversity",
+    "Replay": "champion play animation motion side beside frame",
+    "Why": "score terms analyse analysis gait name explain breakdown",
+}
+_SHOWN = "No champion is shown yet: it is loading, or the run has none."
+_CHAMPION = "The run has no champion yet; let it evolve."
+_ELSEWHERE = "Another process evolves the run, or the run is still being prepared."
+_EXPORTS = "This run has no exports yet; press e to export files."
+_HISTORY = "None of these runs has a finished generation yet."
+
+ACTIONS: dict[str, list[Action]] = {
+    "app": [
+        Action("help", "question_mark", "Help", "Show keys and their use",
+               words="keys shortcuts manual"),
+        Hidden("quit", "q", "Quit", "Quit; asks whether active runs should continue",
+               words="exit leave close end"),
+        Hidden("jump", "ctrl+o", "Jump", "Focus an item by typing its letter",
+               words="focus go widget"),
+        Hidden("copy", "y", "Copy command", "Copy the equivalent command", "copy_command",
+               words="clipboard shell terminal cli line script", why="This screen has no command."),
+        Hidden("tasks", "t,ctrl+t", "Tasks", "Show exports and other tasks in the background",
+               words="background jobs progress video",
+               why="There are no tasks yet; press e on a run to export files.")],
+    "list": [
+        Hidden("down", "j", "Down", "Down in a list", "vi('down')"),
+        Hidden("up", "k", "Up", "Up in a list", "vi('up')"),
+        Hidden("first", "g", "First", "First in a list", "vi('first')"),
+        Hidden("last", "G", "Last", "Last in a list", "vi('last')"),
+        Hidden("page-down", "ctrl+d", "Page down", "Page down in a list", "vi('page_down')"),
+        Hidden("page-up", "ctrl+u", "Page up", "Page up in a list", "vi('page_up')")],
+    "screen": [
+        Action("back", "escape", "Back", "Previous screen"),
+        Hidden("studies", "u", "Studies", "Sweeps and comparisons over repeats",
+               words="sweep compare statistics repeats operators table surface report"),
+        Hidden("verify", "v", "Verify", "Reproduce generations of the run and compare every bit",
+               words="reproduce check identical bits checksum",
+               why="No run with a finished generation is selected.",
+               where="On a run at home or live:")],
+    "home": [
+        Action("new", "n", "New", "Create a new run",
+               words="start begin create evolve preset experiment body", title="New run",
+               where="At home:"),
+        Action("replay", "r", "Replay", "Watch champions move", where="At home:"),
+        Action("compare", "c", "Compare", "Compare the marked runs",
+               words="differences curves overlay several versus statistics",
+               where="At home: mark two or more runs with space, then"),
+        Action("export", "e", "Export", "Gait files, plots, videos",
+               where="At home, on a live run or in a replay:"),
+        Action("filter", "slash", "Filter", "Show only runs with these words",
+               words="search find words", where="At home:"),
+        Action("delete", "d,delete", "Delete", "Delete permanently, after a question",
+               words="remove erase trash several", where="At home:"),
+        Action("stop", "x", "Stop", "Save the run and stop it", words="end halt kill background",
+               where="At home:"),
+        Action("note", "N", "Note", "Edit the note of the run",
+               words="comment annotate remark text", where="At home:"),
+        Action("rename", "R", "Rename", "Rename the run", words="name move folder call",
+               where="At home:"),
+        Action("files", "f", "Files", "Files exported from the run",
+               words="exports made open pictures videos plots", where="At home:"),
+        Action("why", "w", "Why", "Explain the champion's score",
+               where="At home, on a live run or in a replay:"),
+        Action("laboratory", "L", "Laboratory", "Remove legs from its body and adapt its gait",
+               where="At home, on a live run or in a replay, for a body with legs:"),
+        Hidden("map", "M", "Map", "The archive as a map",
+               where="At home, on a live run or in a replay, for a run with an archive:"),
+        Hidden("gallery", "B", "Gallery", "Write a web site of all runs here",
+               words="site browser web html page share show publish", where="At home:"),
+        Action("plugins", "p", "Plugins", "List installed plugins",
+               words="bodies body fitness operators packages", where="At home:")],
+    "home table": [
+        Action("open", "enter", "Open", "Watch or continue the run", "select_cursor",
+               words="watch attach live steer continue resume show enter"),
+        Action("mark", "space", "Mark", "Mark the run, to act on several",
+               words="select choose several tick"),
+        Hidden("sort", "s", "Sort", "Sort by the next column", words="order by column"),
+        Hidden("turn", "S", "Reverse", "Reverse the order", "reverse",
+               words="reverse order descending ascending")],
+    "live": [
+        Action("pause", "space", "Pause", "Pause after this generation", words="wait halt hold",
+               why="The run is not evolving here.", where="On a live run:"),
+        Action("go", "space", "Resume", "Continue the run",
+               words="continue start run evolve attach",
+               why="The run is already evolving, or finished; press g to plan more generations."),
+        Action("step", "n", "Step", "One generation, then pause", words="one generation",
+               why="The run is finished; press g to plan more generations."),
+        Action("stop", "s", "Stop", "Stop and save", words="end quit save halt",
+               why="The run is not evolving here."),
+        Action("change", "c", "Change", "Change options for the next generations",
+               words="set option parameter rate mutation weight fitness selection crossover stage "
+               "steer",
+               why=_ELSEWHERE, where="On a live run:"),
+        Action("fork", "f", "Fork", "Copy the run with other options",
+               words="copy branch clone duplicate",
+               why="The run has no finished generation to copy.", where="On a live run:"),
+        Action("replay", "r", "Replay", "Watch any generation move", why=_CHAMPION),
+        Action("map", "M", "Map", "The archive as a map, as it fills",
+               why="The search keeps no archive."),
+        Action("goal", "g", "Generations", "Set the number of generations",
+               words="goal target length more further extend", why=_ELSEWHERE,
+               where="On a live run:"),
+        Action("why", "w", "Why", "Explain the champion's score", why=_CHAMPION),
+        Action("export", "e", "Export", "Gait files, plots, videos, …", why=_CHAMPION),
+        Action("laboratory", "L", "Laboratory", "Remove legs from the champion and adapt its gait",
+               why=_CHAMPION),
+        Action("log", "l", "Events", "Show the events, or the terms",
+               words="history messages terms what happened")],
+    "replay": [
+        Action("play", "space", "Play", "Play the motion", words="start go animation",
+               why="The motion is already playing, or none is shown yet."),
+        Action("pause", "space", "Pause", "Pause the motion", words="stop hold halt animation",
+               why="The motion is already paused, or none is shown yet."),
+        Action("frame-back", "comma", "Frame", "One frame back", "frame(-1)", words="step previous",
+               why=_SHOWN),
+        Action("frame-on", "full_stop", "Frame", "One frame forward", "frame(1)", words="step next",
+               why=_SHOWN),
+        Action("generation-back", "left_square_bracket", "Generation",
+               "One generation or member back", "generation(-1)", words="previous earlier",
+               why=_SHOWN),
+        Action("generation-on", "right_square_bracket", "Generation",
+               "One generation or member forward", "generation(1)", words="next later", why=_SHOWN),
+        Action("go-to", "g,colon", "Go to", "A generation or member by number", display="g",
+               words="generation number jump", why=_SHOWN, where="In a replay:"),
+        Action("best", "b", "Best", "The champion of the run, or the member with the best score",
+               words="champion", why=_SHOWN),
+        Action("members", "o", "Members", "Step through the front or archive, or the generations"),
+        Hidden("slower", "less_than_sign", "Slower", "Halve the speed", "speed(-1)",
+               words="speed slow motion rate time", why=_SHOWN, where="In a replay:"),
+        Hidden("faster", "greater_than_sign", "Faster", "Double the speed", "speed(1)",
+               words="speed rate time", why=_SHOWN, where="In a replay:"),
+        Action("view", "v", "View", "From the corner, the side, above, or the front",
+               "camera('next_view')", words="camera side above front angle perspective",
+               why=_SHOWN),
+        Action("follow", "f", "Follow", "Follow the body, or show its whole path",
+               "camera('follow')", words="camera track", why=_SHOWN),
+        Hidden("closer", "plus,equals_sign", "Closer", "Zoom in", "camera('zoom', 1)",
+               words="zoom in larger", why=_SHOWN, where="In a replay:"),
+        Hidden("farther", "minus", "Farther", "Zoom out", "camera('zoom', -1)",
+               words="zoom out smaller", why=_SHOWN),
+        Hidden("reset", "0", "Reset view", "Reset the camera", "camera('reset')",
+               words="camera zoom", why=_SHOWN),
+        Action("measures", "m", "Measures", "Show measures, terms and the curve of the best score",
+               words="terms score numbers values panel curve", why=_SHOWN),
+        Action("split", "s", "Split", "Show a second body, or a single one",
+               words="beside two compare second", where="In a replay:"),
+        Action("map", "M", "Map", "Show the archive as a map, with the cursor on this member",
+               why="The search keeps no archive."),
+        Action("why", "w", "Why", "Explain the score and name the gait", why=_SHOWN),
+        Action("laboratory", "L", "Laboratory", "Remove legs from this body and adapt its gait",
+               why=_SHOWN),
+        Action("browser", "B", "3D", "Write a web page that plays the motion in 3D, and open it"),
+        Hidden("code", "C", "Code", "Copy a challenge code of this individual for others to verify",
+               words="challenge share copy clipboard verify score", why=_SHOWN,
+               where="In a replay:"),
+        Action("export", "e", "Export", "Plots, videos, gait files, … of the individual shown",
+               why=_SHOWN)],
+    "map": [
+        Action("axes-back", "left_square_bracket", "Axes", "Previous pair of axes", "pair(-1)",
+               words="pair legs previous"),
+        Action("axes-on", "right_square_bracket", "Axes", "Next pair of axes", "pair(1)",
+               words="pair legs next"),
+        Hidden("across", "x", "Horizontal axis", "Choose the next horizontal axis", "axis(0)",
+               words="axis horizontal x"),
+        Hidden("upwards", "z", "Vertical axis", "Choose the next vertical axis", "axis(1)",
+               words="axis vertical y"),
+        Action("best", "b", "Best", "Select the best member", words="champion elite"),
+        Action("go-to", "g,colon", "Go to", "A member by number", display="g",
+               words="member number jump"),
+        Action("replay", "r,enter", "Replay", "Replay this gait frame by frame", display="r"),
+        Action("why", "w", "Why", "Explain the score and name the gait"),
+        Action("export", "e", "Export", "Gait files, plots, videos, …"),
+        Action("laboratory", "L", "Laboratory", "Remove legs from the body and adapt its gait"),
+        Action("play", "space", "Pause", "Pause or play the motion",
+               words="pause stop go animation"),
+        Hidden("view", "v", "View", "From the corner, the side, above, or the front",
+               words="camera side above front angle perspective")],
+    "map cursor": [
+        Hidden("left", "left,h", "Left", "Move to the next gait on the left", "move(-1, 0)"),
+        Hidden("right", "right,l", "Right", "Move to the next gait on the right", "move(1, 0)"),
+        Hidden("up", "up,k", "Up", "Move to the next gait above", "move(0, 1)"),
+        Hidden("down", "down,j", "Down", "Move to the next gait below", "move(0, -1)")],
+    "compare": [
+        Action("quantity", "o", "Quantity", "Best, mean or median score, or diversity",
+               words="median mean diversity best axis", why=_HISTORY),
+        Action("by", "x", "Axis", "Generations, evaluations or seconds",
+               words="axis time seconds evaluations", why=_HISTORY),
+        Action("replay", "r", "Replay", "Watch the champion; with two runs, both champions",
+               why="The chosen run has no champion yet."),
+        Action("statistics", "s", "Statistics", "Repeat the experiments, with tests and intervals",
+               words="repeats test significance interval effect size compare experiments",
+               why="Statistics need two or more runs.", where="On the comparison screen:")],
+    "lab": [
+        Action("adapt", "a", "Adapt", "Try gaits of the atlas on the damaged body until one walks",
+               words="search trial error recover map gaussian bayesian"),
+        Action("stop", "x", "Stop", "Stop the search and keep its trials", words="cancel end"),
+        Action("replay", "r", "Replay",
+               "Replay the gait shown on the damaged body, frame by frame"),
+        Action("export", "e", "Export", "Export gait files, plots and videos of the gait shown")],
+    "lab damage": [
+        Action("joint", "d", "Damage", "Make a joint of the chosen leg stuck, slow or weak",
+               words="stuck weak slow damage"),
+        Action("repair", "i", "Repair", "Remove all damage", words="intact reset undo heal"),
+        Action("physics", "p", "Physics", "Switch between kinematics and rigid-body physics",
+               words="twin rigid body mujoco simulation")],
+    "plan": [
+        Hidden("front", "up", "Leg in front", "Choose the leg in front", "choose(1, 0)"),
+        Hidden("behind", "down", "Leg behind", "Choose the leg behind", "choose(-1, 0)"),
+        Hidden("left", "left", "Leg to the left", "Choose the leg to the left", "choose(0, 1)"),
+        Hidden("right", "right", "Leg to the right", "Choose the leg to the right",
+               "choose(0, -1)"),
+        Action("remove", "enter,space", "Toggle leg", "Remove or restore the chosen leg")],
+    "steering": [
+        Hidden("up", "up", "Command ↑", "Switch to the controller of this key", "command('up')"),
+        Hidden("down", "down", "Command ↓", "Switch to the controller of this key",
+               "command('down')"),
+        Hidden("left", "left", "Command ←", "Switch to the controller of this key",
+               "command('left')"),
+        Hidden("right", "right", "Command →", "Switch to the controller of this key",
+               "command('right')"),
+        Hidden("space", "space", "Command ␣", "Switch to the controller of this key",
+               "command('space')"),
+        Action("restart", "r", "Restart", "Return to the start", words="again start fly"),
+        Action("pause", "p", "Pause", "Pause or resume"),
+        Action("view", "v", "View", "From behind, the side, or above",
+               words="camera behind side above"),
+        Hidden("closer", "plus,equals_sign", "Closer", "Zoom in", "zoom(1)"),
+        Hidden("farther", "minus", "Farther", "Zoom out", "zoom(-1)"),
+        Hidden("help", "h", "Help", "Help on this screen", "app.help")],
+    "why": [
+        Action("physics", "p", "Physics", "Play the gait on the body's twin in rigid-body physics"),
+        Action("worlds", "w", "Worlds", "Evaluate the gait in 100 unseen worlds")],
+    "new": [
+        Action("run", "ctrl+r", "Run", "Start the run", words="start begin evolve go"),
+        Action("search", "ctrl+f", "Find", "Search options", priority=True,
+               words="find option parameter filter rate"),
+        Hidden("words", "slash", "Search", "Search options", "search"),
+        Action("save", "ctrl+s", "Save", "Save the experiment file",
+               words="write toml experiment export"),
+        Action("load", "ctrl+l", "Load", "Load an experiment file",
+               words="open toml experiment import"),
+        Action("reset", "ctrl+z", "Reset", "Undo all changes", words="undo default discard"),
+        Hidden("next", "ctrl+right", "Next", "Next tab", "tab(1)"),
+        Hidden("before", "ctrl+left", "Back", "Previous tab", "tab(-1)"),
+        Hidden("copy", "ctrl+y", "Copy", "The command", "app.copy_command")],
+    "plugins": [
+        Action("new", "n", "New run", "Create a run with this body or preset",
+               words="start begin create", why="Select a body or a preset that can be loaded."),
+        Action("filter", "slash", "Filter", "Show only plugins with these words",
+               words="search find words"),
+        Action("check", "c", "Check", "Check that the plugin fulfils its contract",
+               words="test conformance contract verify")],
+    "studies": [
+        Action("new", "n", "New study", "Sweep options over ranges", "sweep",
+               words="sweep begin start create"),
+        Action("compare", "c", "New comparison", "Compare experiments over repeats",
+               words="statistics test begin start create"),
+        Action("continue", "g", "Continue", "Run the remaining cells", words="resume go",
+               why="Only a stopped study can be continued."),
+        Action("stop", "x", "Stop", "A study keeps finished cells", words="end kill",
+               why="The study is not running in this app.")],
+    "results": [
+        Action("files", "f", "Files", "Jump to the files",
+               words="figure surface report table open"),
+        Action("copy", "p", "Copy path", "Copy the file's path", "copy_path", words="clipboard",
+               why="Select a file first; press f to go to the files.")],
+    "verify": [
+        Action("some", "g", "Ten generations", "Ten generations, first to last",
+               words="sample again", why="The verification is still running."),
+        Action("all", "a", "All", "Re-evolve the whole run", words="whole run",
+               why="The verification is still running."),
+        Action("stop", "x", "Stop", "Stop the verification", words="end kill",
+               why="The verification has ended.")],
+    "tasks": [
+        Action("copy", "p", "Copy path", "Copy the paths of the task's files", "copy_result",
+               words="clipboard file", why="The task has not written a file."),
+        Action("stop", "x", "Stop", "Stop the task; partial files are removed",
+               words="end cancel kill", why="The task has ended."),
+        Action("again", "r", "Again", "Run the task's command again", words="repeat retry",
+               why="The task is still running."),
+        Action("clear", "c", "Clear", "Remove finished tasks from the list", words="forget remove",
+               why="No task has ended.")],
+    "files": [
+        Action("copy", "p", "Copy path", "Copy the path of the file", "copy_path",
+               words="clipboard", why=_EXPORTS),
+        Action("make", "e", "Export", "Export files from this run")],
+    "files table": [
+        Action("open", "enter", "Open", "Open the file", "select_cursor", words="show view",
+               why=_EXPORTS)],
+    "canvas": [
+        Hidden("left", "left", "Turn left", "Turn the body to the left", "turn(1, 0)"),
+        Hidden("right", "right", "Turn right", "Turn the body to the right", "turn(-1, 0)"),
+        Hidden("up", "up", "Higher", "Raise the camera", "turn(0, 1)"),
+        Hidden("down", "down", "Lower", "Lower the camera", "turn(0, -1)"),
+        Hidden("closer", "plus,equals_sign", "Closer", "Zoom in", "zoom(1)"),
+        Hidden("farther", "minus", "Farther", "Zoom out", "zoom(-1)"),
+        Action("follow", "f", "Follow", "Follow the body, or show its whole path"),
+        Action("view", "v", "View", "View from the corner, the side, above or the front",
+               "next_view"),
+        Hidden("reset", "0", "Reset view", "Reset the camera")],
+    "curves": [
+        Action("zoom-in", "plus,equals_sign", "Zoom", "Zoom in on the x axis, around the cursor",
+               "zoom(1)", display="+", words="closer larger"),
+        Hidden("zoom-out", "minus", "Zoom out", "Zoom out on the x axis", "zoom(-1)",
+               words="farther smaller"),
+        Action("all", "0", "All", "Show all curves in full", "reset", words="reset zoom whole"),
+        Action("log", "l", "Log", "Toggle the logarithmic y axis", "log_y",
+               words="logarithmic scale axis"),
+        Hidden("log-below", "L", "Log x", "Toggle the logarithmic x axis", "log_x",
+               words="logarithmic generation axis x"),
+        Action("smooth", "m", "Smooth",
+               "Medians of 5, 25 or 125 neighbouring points, or no smoothing",
+               words="average median noise filter"),
+        Hidden("back", "left", "Cursor back", "Move the cursor one point back", "step(-1)"),
+        Hidden("on", "right", "Cursor forward", "Move the cursor one point forward", "step(1)"),
+        Hidden("far-back", "shift+left,pageup", "Far back", "Move the cursor ten points back",
+               "step(-10)"),
+        Hidden("far-on", "shift+right,pagedown", "Far forward",
+               "Move the cursor ten points forward", "step(10)"),
+        Hidden("first", "home", "First", "Move the cursor to the first point", "end(0)"),
+        Hidden("last", "end", "Last", "Move the cursor to the last point", "end(1)"),
+        Hidden("pan-back", "ctrl+left,less_than_sign", "Pan back", "Move back along the x axis",
+               "pan(-0.25)"),
+        Hidden("pan-on", "ctrl+right,greater_than_sign", "Pan forward",
+               "Move forward along the x axis", "pan(0.25)"),
+        Hidden("stretch", "up", "Stretch", "Zoom in on the y axis, around the cursor",
+               "stretch(1)"),
+        Hidden("press", "down", "Squeeze", "Zoom out on the y axis", "stretch(-1)"),
+        Hidden("up", "shift+up", "Up", "Move to higher scores", "lift(0.25)"),
+        Hidden("down", "shift+down", "Down", "Move to lower scores", "lift(-0.25)")],
+    "scrubber": [
+        Hidden("back", "left", "Back", "One step back", "step(-1)"),
+        Hidden("on", "right", "Forward", "One step forward", "step(1)"),
+        Hidden("far-back", "shift+left,pageup", "Far back", "Ten steps back", "step(-10)"),
+        Hidden("far-on", "shift+right,pagedown", "Far forward", "Ten steps forward", "step(10)"),
+        Hidden("first", "home", "First", "Go to the first", "end(False)"),
+        Hidden("last", "end", "Last", "Go to the last", "end(True)")],
+    "confirm": [
+        Action("yes", "y", "Yes", "Confirm", "dismiss(True)"),
+        Action("no", "n,escape", "No", "Change nothing", "dismiss(False)")],
+    "choose": [Action("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
+    "ask": [Action("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
+    "change": [Action("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
+    "change field": [
+        Hidden("options", "down", "Options", "Go to the list of options"),
+        Hidden("complete", "tab", "Complete",
+               "Complete the typed word, or move to the next field")],
+    "code show": [
+        Action("copy", "c", "Copy", "Copy the code again"),
+        Action("close", "escape,enter", "Close", "Close the dialog", "dismiss")],
+    "code ask": [
+        Action("verify", "ctrl+s", "Verify", "Verify the code", "submit", priority=True),
+        Action("cancel", "escape", "Cancel", "Close the dialog", "dismiss")],
+    "export": [
+        Action("cancel", "escape", "Cancel", "Export nothing", "dismiss"),
+        Action("make", "ctrl+r", "Export", "Export, from any field"),
+        Action("files", "f", "Files", "Files exported from this run")],
+    "joint": [Action("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
+    "note": [
+        Action("save", "ctrl+s", "Save", "Save the note", priority=True),
+        Action("cancel", "escape", "Cancel", "Discard the changes")],
+    "study": [
+        Action("cancel", "escape", "Cancel", "Start nothing", "dismiss"),
+        Action("begin", "ctrl+r", "Start", "Start, from any field", "start")],
+    "help": [Action("close", "escape,question_mark,q", "Close", "Go back", "dismiss")],
+    "jump": [Action("stay", "escape", "Cancel", "Keep the focus", "dismiss")],
+}  # fmt: skip
+"""The actions of each class by group; the first word of a group begins the IDs of its actions."""
+
+
+def bindings(group: str) -> list[BindingType]:
+    """Return the keys of a group."""
+    return [
+        Binding(
+            action.keys,
+            action.do or action.name.replace("-", "_"),
+            action.label,
+            show=action.shown,
+            key_display=action.display,
+            priority=action.priority,
+            tooltip=action.about,
+            id=name,
+        )
+        for name, action in _named(group)
+    ]
+
+
+def _named(group: str) -> Iterator[tuple[str, Action]]:
+    for action in ACTIONS[group]:
+        yield f"{group.partition(' ')[0]}.{action.name}", action
+
+
+NAMED = {name: action for group in ACTIONS for name, action in _named(group)}
+"""The actions by ID."""
