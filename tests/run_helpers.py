@@ -6,6 +6,7 @@ from functools import partial
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
+from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.safe_pickle import VERSION
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -31,6 +32,12 @@ def continue_run(path, until=None, **options):
             if event.number == until:
                 break
         return writer.warning
+
+
+def evolve_run(path, until=None, *overrides, **options):
+    """Resume a run with overrides, up to a generation if given; return a snapshot of it."""
+    continue_run(path, until, overrides=parse_assignments(overrides), **options)
+    return RunSnapshot(path)
 
 
 def reopen(run):

@@ -291,19 +291,6 @@ def test_playback_and_views_are_announced(show):
         assert status.inner_text() == f"{view} view"
 
 
-def test_nothing_is_drawn_while_paused(show):
-    shown = show(data(clip()), reduced_motion="reduce")
-    # Resolves half a second after the last picture, or never if drawing continues.
-    shown.run("""() => new Promise((rests, fails) => {
-        let timer = setTimeout(rests, 500);
-        gaitsimPage.stage.listeners.push(() => {
-            clearTimeout(timer);
-            timer = setTimeout(rests, 500);
-        });
-        setTimeout(() => fails(new Error("drawing continues")), 30000);
-    })""")
-
-
 def test_every_control_has_a_name_and_can_be_reached_by_tab(show):
     shown = show(data(clip(), clip(tag="generation 1")), reduced_motion="reduce")
     page = shown.page
@@ -373,25 +360,6 @@ def test_nothing_is_wider_than_the_screen(show, size):
         .filter((one) => one.checkVisibility() && one.getBoundingClientRect().right > wide + 0.5)
         .map((one) => one.outerHTML.slice(0, 80))"""
     assert shown.run(outside, size[0]) == []
-
-
-def test_one_finger_turns_and_two_zoom(show):
-    shown = show(data(clip()), has_touch=True, reduced_motion="reduce")
-    moved = shown.run("""() => {
-        const { orbit, canvas } = gaitsimPage.stage;
-        canvas.setPointerCapture = () => {};
-        const send = (name, pointerId, clientX) => canvas.dispatchEvent(new PointerEvent(name,
-            { pointerId, clientX, clientY: 200, pointerType: "touch", buttons: 1 }));
-        const before = [orbit.azimuth, orbit.zoom];
-        send("pointerdown", 1, 100);
-        send("pointermove", 1, 150);
-        const turned = orbit.azimuth;
-        send("pointerdown", 2, 250);
-        send("pointermove", 2, 350);
-        return [before[0] - turned, turned - orbit.azimuth, orbit.zoom / before[1]];
-    }""")
-    assert moved[0] > 5
-    assert moved[1:] == [0, pytest.approx(2)]
 
 
 def test_without_webgl_the_texts_remain(show, blind):

@@ -63,13 +63,6 @@ def test_lost_legs_are_dotted_and_damage_is_marked(plan):
     assert drawing.LOST not in inks[:, 20:]
 
 
-def test_a_whole_leg_is_damaged_if_no_segment_has_the_name_of_the_joint(plan):
-    names = tuple(name.replace("knee", "shank").replace("hip", "thigh") for name in plan.names)
-    other = drawing.Plan(plan.segments, plan.owners, names, plan.feet, plan.legs)
-    _, inks = rows(other, damaged=("R1 knee",))
-    assert (inks == drawing.DAMAGED).sum() > (rows(plan, damaged=("R1 knee",))[1] == 4).sum()
-
-
 @pytest.mark.parametrize(
     ("leg", "way", "found"),
     [
@@ -89,10 +82,3 @@ def test_leg_at_finds_each_leg_where_it_is_drawn(plan, size):
         for leg in LEGS:
             if leg in line:
                 assert leg_at(plan, line.index(leg), row, size) == leg
-
-
-@pytest.mark.parametrize("size", [(3, 2), (1, 1)])
-def test_tiny_pictures_are_drawn(plan, size):
-    text, _ = rows(plan, lost=("L1",), chosen="R2", size=size)
-    assert [len(line) for line in text] == [size[0]] * size[1]
-    assert leg_at(plan, 0, 0, size) in LEGS

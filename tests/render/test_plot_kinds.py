@@ -16,19 +16,16 @@ import gaitsim as gs
 from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment import load_atlas
-from gaitsim.gait import margin_of, stability_margin, with_damage
+from gaitsim.gait import with_damage
 from gaitsim.gait.feet import feet_of
-from gaitsim.render.plots.channel import default_channel
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES
 from gaitsim.render.plots.components import lines_of
-from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.footfall import footfall_figure
 from gaitsim.render.plots.genome import genome_figure
 from gaitsim.render.plots.joints import joints_figure, legs_of
 from gaitsim.render.plots.kinds import KINDS, file_stem
-from gaitsim.render.plots.labels import format_number, heading_of, heading_of_run, shorten
-from gaitsim.render.plots.panels import intervals
+from gaitsim.render.plots.labels import format_number, heading_of, heading_of_run
 from gaitsim.render.plots.path import path_figure, scene_of
 from gaitsim.render.plots.phase import phase_figure, stride_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
@@ -38,7 +35,6 @@ from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, style
 from gaitsim.render.plots.terms import terms_figure
 from gaitsim.render.plots.voronoi import polygons
 from gaitsim.render.scene import THEMES as SCENES
-from gaitsim.render.ticks import round_step
 from gaitsim.runs.files.history import terms_of
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.comparison import Sample, analyse
@@ -199,23 +195,6 @@ def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, 
         KINDS["archive"].draw(Request(run, axes=("reach", "speed")))
 
 
-@pytest.mark.parametrize("cells", ["[2, 3, 4]", "60"])
-def test_each_pair_of_three_axes_shows_the_best_over_the_third(puppet_run, cells):
-    axes = "{ reach = [-3, 3], price = [-1, 0], score = [-3, 3] }"
-    run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", f"search.cells={cells}")
-    scores = run.members.scores
-    *panels, _ = KINDS["archive"].draw(Request(run)).axes
-    assert [panel.get_xlabel() for panel in panels] == ["reach (m)", "reach (m)", "price"]
-    for panel in panels:
-        shown = panel.collections[0].get_array().compressed()
-        assert shown.max() == scores.max()
-        assert set(shown) <= set(scores)
-    (alone,) = KINDS["archive"].draw(Request(run, axes=("price", "score"))).axes[:1]
-    np.testing.assert_array_equal(
-        alone.collections[0].get_array(), panels[2].collections[0].get_array()
-    )
-
-
 def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
     axes = [f"duty factor {leg}" for leg in ("L1", "L2", "L3", "R1", "R2")]
     small = {"evolution.generations": 1, "evolution.population": 10}
@@ -273,13 +252,6 @@ def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run)
 OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
 
 
-@pytest.mark.slow
-def test_users_settings_do_not_change_a_plot(spider_run):
-    plain = picture(KINDS["terms"].draw(request_for(spider_run)), "svg", LIGHT)
-    with matplotlib.rc_context(OWN_SETTINGS):
-        assert picture(KINDS["terms"].draw(request_for(spider_run)), "svg", LIGHT) == plain
-
-
 @pytest.mark.parametrize("kind", FIGURES)
 def test_users_settings_do_not_change_a_comparison(kind, spider_run):
     rising = np.maximum.accumulate(np.random.default_rng(1).random((4, 9)), axis=1)
@@ -288,13 +260,6 @@ def test_users_settings_do_not_change_a_comparison(kind, spider_run):
     with matplotlib.rc_context(OWN_SETTINGS):
         assert picture(FIGURES[kind](found, LIGHT), "svg", LIGHT) == plain
     assert b"4 repeats" in plain
-
-
-def test_colours_and_dashes_of_the_first_lines_differ():
-    for theme in THEMES.values():
-        looks = [(theme.line(i)["color"], str(theme.line(i)["linestyle"])) for i in range(35)]
-        assert len(set(looks)) == 35
-        assert len({style for _, style in looks[:7]}) == 7
 
 
 def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
@@ -313,12 +278,6 @@ def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
         ]
 
 
-def test_the_diversity_plot_shows_the_history(spider_run):
-    genes, scores = diversity_figure(request_for(spider_run)).axes
-    assert np.array_equal(lines(genes)[0].get_ydata(), spider_run.history["diversity"])
-    assert np.array_equal(lines(scores)[0].get_ydata(), spider_run.history["std"])
-
-
 @pytest.mark.slow
 def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
     axes = genome_figure(request_for(spider_run)).axes[0]
@@ -330,15 +289,6 @@ def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
     bits = bundled("millipede")
     (image,) = genome_figure(request_for(bits)).axes[0].images
     assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
-
-
-@pytest.mark.slow
-def test_many_genes_are_named_in_groups_and_colours_cover_the_used_range(bundled):
-    axes = genome_figure(request_for(bundled("fly"))).axes[0]
-    named = [label.get_text() for label in axes.get_yticklabels()]
-    assert {"W1 (300)", "W2 (400)", "W3 (60)"} <= {*named}
-    low, high = axes.images[0].get_clim()
-    assert 0 < low < 0.5 < high < 1
 
 
 @pytest.mark.slow
@@ -451,13 +401,6 @@ def test_duty_factors_are_as_in_the_analysis(spider_run):
     assert shown == [f"{foot.duty_factor:.2f}" for foot in feet]
 
 
-def test_a_bar_lasts_until_the_next_frame():
-    holds = np.array([True, True, False, False, True, False, True])
-    assert intervals(holds, 1.0, 2.0) == [(1.0, 1.0), (3.0, 0.5), (4.0, 0.5)]
-    assert intervals(~np.ones(3, bool), 0.0, 1.0) == []
-    assert intervals(np.ones(3, bool), 0.0, 1.0) == [(0.0, 3.0)]
-
-
 def test_joint_angles_are_in_degrees_with_a_panel_for_each_leg(spider_run):
     request = request_for(spider_run, window=(0.0, 1.0))
     figure = joints_figure(request)
@@ -502,29 +445,6 @@ def test_channels_without_joints_are_rejected_by_the_joints_plot(spider_run):
     with pytest.raises(GaitsimError, match="'pose' does not have the axes") as error:
         joints_figure(request_for(spider_run, channel="pose"))
     assert "joint_angles" in error.value.allowed
-
-
-def test_lines_of_joints_become_narrower_so_that_all_are_visible(spider_run):
-    for axes in joints_figure(request_for(spider_run)).axes:
-        widths = [line.get_linewidth() for line in lines(axes)]
-        assert widths == sorted(widths, reverse=True)
-        assert len({*widths}) == 3
-
-
-@pytest.mark.slow
-def test_a_planar_body_is_drawn_from_the_side(bundled, spider_run):
-    _, beside = path_figure(request_for(bundled("walker"))).axes
-    assert (beside.get_title(loc="left"), beside.get_ylabel()) == ("from the side", "z (m)")
-    _, above = path_figure(request_for(spider_run)).axes
-    assert (above.get_title(loc="left"), above.get_ylabel()) == ("from above", "y (m)")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("preset", "channel"), [("spider", "pose"), ("walker", "height"), ("fly", "altitude")]
-)
-def test_the_default_channel_has_no_kind_of_its_own(bundled, preset, channel):
-    assert default_channel(bundled(preset).individual()) == channel
 
 
 @pytest.mark.slow
@@ -580,17 +500,6 @@ def test_joints_with_other_names_are_grouped_by_foot(names, joints):
             "L1": dict(zip(joints, (0, 1), strict=True)),
             "R1": dict(zip(joints, (2, 3), strict=True)),
         }
-
-
-def test_the_margin_is_the_bodys_channel_or_computed(spider_run, monkeypatch):
-    shown = spider_run.individual()
-    own = margin_of(shown)
-    assert np.array_equal(own, shown.motion["margin"][0].astype(float))
-    bodies = type(spider_run.experiment.organism)
-    monkeypatch.setattr(
-        bodies, "channels", {k: v for k, v in bodies.channels.items() if k != "margin"}
-    )
-    assert np.array_equal(margin_of(shown), stability_margin(shown.skeleton))
 
 
 def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
@@ -678,23 +587,8 @@ def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
             path_figure(request)
 
 
-@pytest.mark.slow
-def test_the_legend_of_a_path_names_the_trial(bundled):
-    assert "path, first of 3 trials" in texts(path_figure(request_for(bundled("fly"))))
-    walker = texts(path_figure(request_for(bundled("walker"))))
-    assert "path" in walker
-    assert not any("trial" in text for text in walker)
-
-
 def test_a_body_that_is_one_point_has_a_path(puppet_run):
     assert "start" in texts(path_figure(request_for(puppet_run())))
-
-
-@pytest.mark.parametrize(
-    ("least", "step"), [(0.9, 1), (1, 1), (1.1, 2), (0.03, 0.05), (7, 10), (200, 200)]
-)
-def test_steps_of_a_grid_are_round(least, step):
-    assert round_step(least) == pytest.approx(step)
 
 
 def test_components_have_names(flier, spider_run):
@@ -710,39 +604,6 @@ def test_components_have_names(flier, spider_run):
     assert [line.unit for line in lines_of(pose, ())] == ["m", "m", "rad"]
 
 
-TRIALS = ("trial 1", "trial 2", "trial 3")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("preset", "channel", "entries"),
-    [
-        ("fly", "altitude", (TRIALS,)),
-        ("fly", "position", (TRIALS, SPACE)),
-        ("fly", "rotation", (TRIALS, ("w", "x", "y", "z"))),
-        ("walker", "foot_positions", (("near", "far"), SPACE)),
-        ("walker", "load", (("near", "far"), ("x", "z"))),
-        ("walker", "torso", (SPACE,)),
-        ("walker", "torque", (("near hip", "near knee", "far hip", "far knee"),)),
-        ("millipede", "stance", (("L1", "L2", "L3", "R1", "R2", "R3"),)),
-    ],
-)
-def test_the_entries_of_an_axis_are_named(bundled, preset, channel, entries):
-    assert read_signal(bundled(preset).individual(), channel).entries == entries
-
-
-@pytest.mark.slow
-def test_each_direction_has_a_panel(bundled):
-    figure = KINDS["channel"].draw(request_for(bundled("walker"), channel="load"))
-    assert [axes.get_ylabel() for axes in figure.axes] == ["load x\n(N)", "load z\n(N)"]
-    assert {"near", "far"} <= texts(figure)
-
-
-def test_each_panel_of_a_pose_has_its_own_unit(spider_run):
-    figure = KINDS["channel"].draw(request_for(spider_run, channel="pose"))
-    assert [axes.get_ylabel() for axes in figure.axes] == ["x (m)", "y (m)", "yaw (rad)"]
-
-
 def test_a_channel_with_an_undeclared_shape_names_the_body(flier, puppets, monkeypatch):
     declared = {
         **puppets.Puppet.channels,
@@ -752,18 +613,6 @@ def test_a_channel_with_an_undeclared_shape_names_the_body(flier, puppets, monke
     with pytest.raises(PluginError, match="'place'") as error:
         read_signal(flier.individual(), "place")
     assert error.value.allowed == "(population, frames, trials, [x, z])"
-
-
-def test_entries_of_trials_are_not_named_after_feet(spider_run, monkeypatch):
-    shown = spider_run.individual()
-    body = type(shown.experiment.organism)
-    declared = {**body.channels, "slope": Channel(("frames", "trials"), "rad", "")}
-    monkeypatch.setattr(body, "channels", declared)
-    many = {"slope": np.zeros((1, 300, 8))}
-    object.__setattr__(shown, "motion", Motion(shown.motion.frame_rate, {**shown.motion, **many}))
-    assert read_signal(shown, "slope").entries == (
-        tuple(f"trial {trial}" for trial in range(1, 9)),
-    )
 
 
 @pytest.mark.parametrize(
@@ -917,8 +766,3 @@ def test_a_heading_has_the_damage_rather_than_the_score(spider_run):
     assert "score" in heading_of([champion])
     hurt = with_damage(champion, ["R3 femur stuck 20"])
     assert heading_of([hurt]).endswith("R3 femur stuck 20")
-
-
-def test_long_names_are_shortened_in_the_middle():
-    assert shorten("short", 10) == "short"
-    assert shorten("a" * 20 + "z" * 20, 12) == "aaaaaaaa…zzz"

@@ -1,8 +1,6 @@
 import errno
 import os
-import sys
 
-import matplotlib.image
 import numpy as np
 import pytest
 
@@ -30,34 +28,6 @@ def test_plots_have_the_format_of_the_suffix_and_are_reproducible(spider_run, tm
     assert one.read_bytes().startswith(STARTS[format])
     assert one.read_bytes() == two.read_bytes()
     assert not list(tmp_path.glob(".gaitsim*"))
-
-
-def test_the_plot_has_a_heading_and_labels(spider_run, tmp_path):
-    plot_fitness(spider_run, tmp_path / "fitness.svg")
-    drawn = (tmp_path / "fitness.svg").read_text()
-    for text in (
-        "generation",
-        "score (spider-classic)",
-        "spider (spider-recurrence), seed 0",
-        "best",
-        "quartiles",
-    ):
-        assert f">{text}</text>" in drawn  # text, not outlines
-
-
-def test_the_picture_is_wide_enough_for_print(spider_run, tmp_path):
-    plot_fitness(spider_run, tmp_path / "fitness.png")
-    assert matplotlib.image.imread(tmp_path / "fitness.png").shape[:2] == (720, 1020)
-
-
-def test_one_generation_can_be_plotted(puppet_run, tmp_path):
-    plot_fitness(puppet_run("evolution.generations=1"), tmp_path / "a.svg")
-
-
-def test_dollar_signs_in_names_are_not_mathematics(puppet_run, tmp_path):
-    run = puppet_run("name=a$_{b$")
-    plot_fitness(run, tmp_path / "a.svg")
-    assert "(a$_{b$), seed 1" in (tmp_path / "a.svg").read_text()
 
 
 @pytest.mark.parametrize("failing", ["some", "all"])
@@ -104,11 +74,6 @@ def test_a_failed_write_is_reported_in_one_message(spider_run, tmp_path, monkeyp
     with pytest.raises(RunError, match=r"cannot write a\.png: No space left"):
         plot_fitness(spider_run, tmp_path / "a.png")
     assert [path.name for path in tmp_path.iterdir()] == ["b.png"]
-
-
-def test_plots_do_not_need_a_display(spider_run, tmp_path):
-    plot_fitness(spider_run, tmp_path / "a.png")
-    assert "matplotlib.pyplot" not in sys.modules
 
 
 def with_history(run, monkeypatch, **columns):

@@ -7,8 +7,6 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, draw, labels
@@ -17,8 +15,7 @@ from gaitsim.render.scene.camera import Camera, axes, smooth_path
 from gaitsim.render.scene.clip import Race
 from gaitsim.render.scene.ground import grid
 from gaitsim.render.scene.kernels import rule
-from gaitsim.render.scene.labels import DPI, FONT, Labels, text_path
-from gaitsim.render.scene.solids import hull
+from gaitsim.render.scene.labels import DPI, Labels
 
 FRAMES = 21
 
@@ -139,27 +136,6 @@ def test_a_closed_loop_is_a_plate_and_a_box_is_a_solid():
         assert outwards @ (corners.mean(axis=0) - ends.mean(axis=0)) > 0
 
 
-def test_loops_are_found_for_any_order_and_direction_of_segments():
-    skeleton = walker()
-    segments = skeleton.segments.copy()
-    segments[:, 1] = segments[:, 1, ::-1]
-    order = [5, 2, 0, 4, 3, 1, 6, 7]
-    mixed = Skeleton(segments[:, order], tuple(skeleton.names[i] for i in order), 10.0)
-    ((*corners,),) = anatomy(mixed).plates
-    points = mixed.segments[0].reshape(-1, 3)[corners]
-    assert np.allclose(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1), 0.2)
-
-
-def test_a_segment_that_carries_limbs_is_a_trunk():
-    segments = np.zeros((2, 3, 2, 3))
-    segments[:, 0, :, 0] = 1, -1
-    segments[:, 1:, 1, 1] = 1, -1
-    feet = segments[:, 1:, 1]
-    seen = anatomy(Skeleton(segments, ("spine", "L", "R"), 1.0, feet, np.ones((2, 2), bool)))
-    assert seen.trunks.tolist() == [True, False, False]
-    assert seen.radii[0].min() > seen.radii[1:].max()
-
-
 def filled_share(picture, colour):
     """Return the share of a colour's pixels that are not at the rim of a mark."""
     where = pixels_of(picture, colour, 40)
@@ -216,15 +192,6 @@ def test_invalid_ground_is_rejected(ground):
         replace(walker(), ground=ground)
 
 
-def test_the_path_is_behind_the_body():
-    scene = Scene([Clip(walker())], (640, 480), "top", "light")
-    scene.draw(1.5)
-    trail = scene.world.runners[0].trail.get_paths()
-    across = np.concatenate([path.vertices for path in trail])[:, 0]
-    assert across.min() < 200
-    assert across.max() == pytest.approx(320, abs=10)  # the middle, where the body is
-
-
 def test_the_body_stays_in_the_middle_and_the_ground_moves():
     scene = Scene([Clip(walker())], (640, 480), "side", "light")
     one, other = scene.draw(0.4), scene.draw(1.13)
@@ -248,17 +215,6 @@ def test_a_flying_body_has_an_altitude_scale_and_the_ground_below():
     assert moment == "2.00 s   distance 0.00 m   altitude −9.50 m"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("theme", THEMES)
-@pytest.mark.parametrize("size", [(64, 64), (320, 240), (101, 333), (1280, 720)])
-def test_every_view_can_be_drawn_in_every_size(theme, size):
-    for view in VIEWS:
-        for skeleton in (walker(), cuboid(at=(1.0, 0.0, 2.0))):
-            picture = Scene([Clip(skeleton, "name", "details")] * 2, size, view, theme).draw(1.0)
-            assert picture.shape == (size[1], size[0], 4)
-            assert picture.dtype == np.uint8
-
-
 @pytest.mark.parametrize(
     "segments",
     [
@@ -274,11 +230,6 @@ def test_degenerate_bodies_are_drawn(segments):
     contacts, touching = np.zeros((len(segments), 2, 3)), np.ones((len(segments), 2), bool)
     for feet in ({}, {"contacts": contacts, "touching": touching}):
         draw(Skeleton(segments, names, 1.0, centre=centre, **feet), 0.5, size=(320, 240))
-
-
-@pytest.mark.parametrize("points", [[], [(0, 0)], [(0, 0), (1, 1)], [(0, 0), (1, 1), (2, 2)]])
-def test_feet_in_a_line_span_no_support(points):
-    assert len(hull(np.array(points, float).reshape(-1, 2))) == 0
 
 
 def flier(climb, span=0.3):
@@ -344,17 +295,6 @@ def test_bodies_that_fall_behind_leave_the_picture_and_the_leader_stays():
     assert altitudes == ["altitude −300.00 m", "altitude 2.00 m"]
 
 
-def test_a_race_lasts_as_long_as_its_longest_clip():
-    short = walker()
-    short = replace(
-        short, **{name: getattr(short, name)[:11] for name in ("segments", "contacts", "touching")}
-    )
-    scene = Scene([Clip(short), Clip(walker())], (640, 480), "iso", "light")
-    assert scene.seconds == 2.0
-    texts = [labels.format_progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
-    assert texts == ["distance 0.50 m, ended at 1.00 s", "distance 1.00 m"]
-
-
 def test_a_planar_body_is_seen_from_the_side_instead_of_from_above():
     seen = [
         Scene([Clip(planar(1.0))], (320, 240), view, "light").draw(1.0) for view in ("top", "side")
@@ -383,19 +323,6 @@ def test_texts_stay_inside_the_picture(name, size):
     assert title.y0 > clock.y1
 
 
-@pytest.mark.parametrize(
-    "words", ["0.33 s   distance 11.2 m   altitude −3.71 m", "→AV1 2", "", " "]
-)
-def test_text_laid_out_in_parts_equals_text_laid_out_as_a_whole(words):
-    path = text_path(words, 100, (0.0, 0.0))
-    if not words.strip():
-        assert not len(path.vertices)
-        return
-    whole = TextPath((0, 0), words, size=100, prop=FontProperties(family=FONT))
-    assert path.vertices == pytest.approx(whole.vertices, abs=1e-9)
-    assert np.array_equal(path.codes, whole.codes)
-
-
 def coverage(*lines, width=1.0, size=(40, 30)):
     """Return the share of black in each pixel of black lines on white, from the lowest row up."""
     picture = np.full((size[1], size[0], 4), 255, dtype=np.uint8)
@@ -414,12 +341,6 @@ def test_a_line_covers_its_area(end, width):
     share = (clipped[0] - start[0]) / (end[0] - start[0]) if end[0] < 0 else 1.0
     length = share * np.hypot(*(end - start))
     assert coverage((start, end), width=width).sum() == pytest.approx(width * length, rel=0.07)
-
-
-def test_lines_that_continue_one_another_look_like_one():
-    one, middle, other = (2.0, 3.0), (17.3, 12.18), (37.0, 24.0)
-    whole, parts = coverage((one, other)), coverage((one, middle), (middle, other))
-    assert np.abs(whole - parts).max() < 0.02
 
 
 def test_the_users_matplotlib_settings_have_no_effect():

@@ -12,7 +12,6 @@ from gaitsim.errors import RunError
 from gaitsim.render.film import write_still
 from gaitsim.render.scene import THEMES, Clip, Scene, draw
 from gaitsim.render.scene.camera import Camera, axes
-from gaitsim.render.scene.clip import Race
 from gaitsim.render.scene.raster import raster
 from gaitsim.render.scene.solids import FINE, Surfaces, interpolate_poses, rotations
 
@@ -91,12 +90,6 @@ def test_the_nearer_of_intersecting_solids_is_visible_everywhere():
     assert set(np.unique(together.paint // 64)) == {0, 1, 2}
 
 
-def test_the_first_of_coincident_solids_is_visible():
-    boxes = [Solid("", "box", (0.3, 0.3, 0.3))] * 50
-    drawn = rasterised([*boxes, Solid("", "cylinder", (0.2, 0.6))], [AT_ZERO] * 51)
-    assert set(np.unique(drawn.paint // 64)) == {0, 1, 51}
-
-
 def test_solids_behind_the_camera_or_outside_the_picture_are_not_drawn():
     ball = Solid("", "sphere", (0.5,))
     behind = -9.0 * axes(-58.0, 27.0)[2]
@@ -166,18 +159,6 @@ def test_legs_have_the_colour_of_their_side_and_feet_on_the_ground_more_of_it(th
         one, other = near(stands, side), near(lifted, side)
         vivid, pale = np.ptp(stands[one], axis=-1), np.ptp(lifted[other], axis=-1)
         assert np.median(vivid) > 1.3 * np.median(pale) > 0
-
-
-def test_framing_and_lanes_include_solids():
-    clip = Clip(robot())
-    assert np.ptp(clip.box, axis=0) == pytest.approx((0.6, 0.7, 0.6), abs=0.01)
-    narrow = Clip(replace(robot(), solids=(), poses=None))
-    apart, less = (
-        np.ptp([one.lane for one in Race([clip, clip], -1).clips]) for clip in (clip, narrow)
-    )
-    assert apart > less + 0.09
-    race = Scene([replace(clip, tag="a"), replace(clip, tag="b")], (320, 240), "side", "dark")
-    assert race.draw(0.5).shape == (240, 320, 4)
 
 
 def test_a_still_names_the_feet_and_has_no_clock(tmp_path):

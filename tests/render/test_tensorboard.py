@@ -2,7 +2,6 @@
 
 import io
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -136,20 +135,3 @@ def test_failures_are_reported_in_one_message(puppet, puppet_run, tmp_path, monk
     with pytest.raises(RunError, match="no finished generation"):
         write_events(empty, tmp_path / "logs")
     assert not (tmp_path / "logs").exists()
-
-
-@pytest.mark.slow
-def test_a_long_history_is_complete(puppet_run, tmp_path, events, monkeypatch):
-    short = RunSnapshot(puppet_run("evolution.generations=8").path)
-    history = {name: np.resize(values, 20_000) for name, values in short.history.items()}
-    history["generation"] = np.arange(1.0, 20_001)
-    monkeypatch.setattr(tensorboard, "PICTURES", 1)
-    long = SimpleNamespace(
-        history=history,
-        finished=short.finished,
-        outline=short.outline,
-        best_generation=short.best_generation,
-        individual=short.individual,
-    )
-    write_events(long, tmp_path / "logs")
-    assert_same(events(tmp_path / "logs"), history)

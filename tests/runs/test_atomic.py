@@ -39,14 +39,6 @@ def fail_at(monkeypatch, owner, function, *, number=0, code=errno.ENOSPC, check=
     return calls
 
 
-def test_a_file_is_written_and_replaced(tmp_path):
-    path = tmp_path / "a.pickle"
-    write_bytes(path, OLD)
-    write_bytes(path, NEW)
-    assert path.read_bytes() == NEW
-    assert names(tmp_path) == ["a.pickle"]
-
-
 def put(path, data):
     with replacing(path) as partial:
         partial.write_bytes(data)
@@ -137,16 +129,6 @@ except RunError as error:
     assert names(tmp_path) == ["a"]
 
 
-def test_an_interrupt_leaves_everything_as_it_was(tmp_path, monkeypatch):
-    def interrupt(fd):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(os, "fsync", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        write_bytes(tmp_path / "a", NEW)
-    assert names(tmp_path) == []
-
-
 def test_a_missing_folder_and_a_file_for_a_folder_are_named(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(RunError) as error:
@@ -178,13 +160,6 @@ def test_rotation_keeps_the_previous_file(tmp_path):
     write_rotating(path, previous, NEW)
     assert (path.read_bytes(), previous.read_bytes()) == (NEW, OLD)
     assert names(tmp_path) == ["a", "a.previous"]
-
-
-def test_rotation_without_a_file_leaves_the_previous_one(tmp_path):
-    previous = tmp_path / "a.previous"
-    previous.write_bytes(OLD)
-    write_rotating(tmp_path / "a", previous, NEW)
-    assert previous.read_bytes() == OLD
 
 
 @pytest.mark.parametrize("links", [True, False], ids=["hard links", "no hard links"])
@@ -219,23 +194,6 @@ def test_both_files_are_whole_whenever_a_rotation_stops(tmp_path, monkeypatch, l
     assert stopped >= 6
 
 
-def test_rotation_after_a_crash_between_its_two_renames(tmp_path):
-    path, previous = tmp_path / "a", tmp_path / "a.previous"
-    path.write_bytes(OLD)
-    os.link(path, previous)
-    write_rotating(path, previous, NEW)
-    assert (path.read_bytes(), previous.read_bytes()) == (NEW, OLD)
-    assert names(tmp_path) == ["a", "a.previous"]
-
-
-def test_rotation_without_hard_links(tmp_path, monkeypatch):
-    path, previous = tmp_path / "a", tmp_path / "a.previous"
-    path.write_bytes(OLD)
-    fail_at(monkeypatch, os, "link", code=errno.EPERM)
-    write_rotating(path, previous, NEW)
-    assert (path.read_bytes(), previous.read_bytes()) == (NEW, OLD)
-
-
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_a_killed_program_leaves_whole_files_and_partials_that_can_be_removed(tmp_path):
     path, previous = tmp_path / "a", tmp_path / "a.previous"
@@ -265,15 +223,6 @@ def test_setting_aside_never_overwrites(tmp_path):
     assert names(tmp_path) == ["a.damaged-1.pickle", "a.damaged-2.pickle"]
     assert (tmp_path / "a.damaged-1.pickle").read_bytes() == OLDEST
     assert (tmp_path / "a.damaged-2.pickle").read_bytes() == OLD
-
-
-def test_setting_aside_that_fails_leaves_no_empty_file(tmp_path, monkeypatch):
-    path = tmp_path / "a.pickle"
-    path.write_bytes(OLD)
-    fail_at(monkeypatch, Path, "replace", code=errno.EIO)
-    with pytest.raises(RunError):
-        set_aside(path, "damaged")
-    assert names(tmp_path) == ["a.pickle"]
 
 
 def test_a_block_replaces_a_file_only_if_it_succeeds(tmp_path):

@@ -3,10 +3,12 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
+from gaitsim.errors import CheckpointError
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.checkpoint import (
     Champion,
@@ -112,16 +114,6 @@ def test_a_champion_is_read_as_it_was_written(tmp_path_factory, written):
     same(written, read_champion(path))
 
 
-def test_arrays_are_read_writable_and_in_native_byte_order(tmp_path, checkpoint):
-    write_checkpoint(tmp_path / "a", checkpoint())
-    read = read_checkpoint(tmp_path / "a")
-    for array in (read.genomes, read.scores, *read.terms.values()):
-        assert array.dtype.isnative
-        assert array.flags.writeable
-        assert array.flags.c_contiguous
-        assert array.flags.owndata or array.base.flags.owndata
-
-
 def test_equal_checkpoints_have_equal_bytes(checkpoint):
     genomes = np.random.default_rng(1).normal(size=(4, 3))
     other = checkpoint(
@@ -152,3 +144,185 @@ def test_a_large_population_is_read(tmp_path, checkpoint):
     )
     write_checkpoint(tmp_path / "a", large)
     same(large, read_checkpoint(tmp_path / "a"))
+
+
+# Contents that are refused
+
+UNWRITABLE = {
+    "float32 genomes": {"genomes": np.zeros((4, 3), np.float32)},
+    "genomes of objects": {"genomes": np.full((4, 3), None)},
+    "genomes of one dimension": {"genomes": np.zeros(4)},
+    "no genomes": {"genomes": np.zeros((0, 3)), "scores": np.zeros(0), "terms": {}, "reasons": {}},
+    "no genes": {"genomes": np.zeros((4, 0))},
+    "a genome that is not a number": {"genomes": np.full((4, 3), np.nan)},
+    "an infinite genome": {"genomes": np.full((4, 3), INF)},
+    "more scores than genomes": {"scores": np.zeros(5), "reasons": {}},
+    "a score that is not a number": {"scores": np.array([0, -INF, 0, np.nan])},
+    "an infinite score": {"scores": np.array([0, -INF, 0, INF])},
+    "scores of whole numbers": {"scores": np.zeros(4, np.int64)},
+    "a term that is not a number": {"terms": {"speed": np.array([np.nan, 0, 0, 0])}},
+    "an infinite term": {"terms": {"speed": np.array([0, 0, -INF, 0])}},
+    "more terms than genomes": {"terms": {"speed": np.zeros(5)}},
+    "a term of two dimensions": {"terms": {"speed": np.zeros((4, 1))}},
+    "a term of uint8": {"terms": {"speed": np.zeros(4, np.uint8)}},
+    "a term without a name": {"terms": {"": np.zeros(4)}},
+    "a term whose name moves the cursor": {"terms": {"\x1b[2J": np.zeros(4)}},
+    "a name of any length": {"terms": {"x" * 201: np.zeros(4)}},
+    "a reason without a failure": {"reasons": {"0": "why"}},
+    "a reason for nobody": {"reasons": {"4": "why"}},
+    "a reason for a negative index": {"reasons": {"-3": "why"}},
+    "a reason for an index in another form": {"reasons": {"01": "why"}},
+    "a reason that is not a string": {"reasons": {"1": None}},
+    "an index that is not a string": {"reasons": {1: "why"}},
+    "a negative generation": {"generation": -1},
+    "a generation before the first": {"generation": 0},
+    "a fractional generation": {"generation": 1.0},
+    "a generation that is true": {"generation": True},
+    "a huge generation": {"generation": 2**63},
+    "evaluations that are true": {"evaluations": False},
+    "a negative stagnation": {"stagnation": -1},
+    "a whole best score": {"best_score": 2},
+    "a best score that is not a number": {"best_score": math.nan},
+    "an infinite best score": {"best_score": INF},
+    "a threshold that is true": {"threshold": True},
+    "an infinite threshold": {"threshold": -INF},
+    "an experiment of bytes": {"experiment": b"x"},
+    "no experiment": {"experiment": None},
+    "versions that are a list": {"versions": ["0.1.0"]},
+    "a version that is a number": {"versions": {"gaitsim": 1.0}},
+    "stages out of order": {"stages": (Stage(2, "", {}), Stage(1, "", {}))},
+    "two stages of one generation": {"stages": (Stage(2, "", {}), Stage(2, "", {}))},
+    "a stage that ends with the checkpoint": {"stages": (Stage(7, "", {}),)},
+    "a stage without a generation": {"stages": (Stage(0, "", {}),)},
+    "a stage with versions that are not strings": {"stages": (Stage(1, "", {"numpy": 2}),)},
+    "a stage that is a string": {"stages": ("",)},
+    "a negative stage": {"stages": (Stage(-1, "", {}),)},
+}
+
+
+@pytest.mark.parametrize("changes", UNWRITABLE.values(), ids=UNWRITABLE.keys())
+def test_an_unreadable_checkpoint_is_not_written(changes, tmp_path, checkpoint):
+    path = tmp_path / "a"
+    with pytest.raises(ValueError, match=r"cannot write this|a checkpoint cannot contain"):
+        write_checkpoint(path, checkpoint(**changes))
+    assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"score": -INF},
+        {"score": math.nan},
+        {"score": 1},
+        {"terms": {"speed": math.inf}},
+        {"terms": {"speed": True}},
+        {"genome": np.array([np.nan])},
+        {"genome": np.zeros((1, 1))},
+        {"genome": np.zeros(0)},
+        {"generation": -1},
+    ],
+    ids=repr,
+)
+def test_an_unreadable_champion_is_not_written(changes, tmp_path, champion):
+    with pytest.raises(ValueError, match="cannot write this champion"):
+        write_champion(tmp_path / "a", champion(**changes))
+
+
+def array(dtype="<f8", shape=(4, 3), data=bytes(96), **more):
+    return {"dtype": dtype, "shape": list(shape), "bytes": data, **more}
+
+
+GENOMES = {
+    "objects": array("|O"),
+    "objects by another name": array("O"),
+    "big-endian": array(">f8"),
+    "float64 by another name": array("float64"),
+    "a structure": array("<f8,<f8"),
+    "a dtype that is a list": array(["<f8"]),
+    "a short shape": array(shape=(4, 2)),
+    "a long shape": array(shape=(4, 4)),
+    "a negative shape": array(shape=(-4, -3)),
+    "a shape of -1": array(shape=(4, -1)),
+    "a shape of 0": array(shape=(0, 3), data=b""),
+    "a huge shape of nothing": array(shape=(0, 2**40), data=b""),
+    "a shape that overflows 64 bits": array(shape=(2**40, 2**40)),
+    "a shape that overflows to the right length": array(shape=(2**60 + 4, 3)),
+    "a shape of floats": array(shape=(4.0, 3)),
+    "a shape of true": array(shape=(True, 3), data=bytes(24)),
+    "a shape of three": array(shape=(4, 3, 1)),
+    "a shape of many": array(shape=[1] * 100 + [12]),
+    "a shape of none": array(shape=(), data=bytes(8)),
+    "a shape that is not a list": array() | {"shape": 12},
+    "bytes that are text": array(data="x" * 96),
+    "one more key": array(more=1),
+    "one key less": {"dtype": "<f8", "shape": [4, 3]},
+    "not a number": array(data=b"\xff" * 96),
+    "a list": [[0.0] * 3] * 4,
+    "nothing": None,
+}
+
+
+def refused(path: Path, read=read_checkpoint) -> CheckpointError:
+    with pytest.raises(CheckpointError) as refusal:
+        read(path)
+    assert path.name in refusal.value.what
+    assert str(path) in refusal.value.where
+    assert refusal.value.remedy
+    return refusal.value
+
+
+@pytest.mark.parametrize("genomes", GENOMES.values(), ids=GENOMES.keys())
+def test_invalid_arrays_are_rejected(genomes, tmp_path, checkpoint):
+    path = tmp_path / "population.pickle"
+    path.write_bytes(safe_pickle.dumps(content(checkpoint()) | {"genomes": genomes}))
+    assert "population.genomes" in refused(path).what
+
+
+@pytest.mark.parametrize("kind", ["population", "champion"])
+def test_every_key_is_required_and_no_other_allowed(kind, tmp_path, checkpoint, champion):
+    record = checkpoint() if kind == "population" else champion()
+    path = tmp_path / "a.pickle"
+    right = content(record)
+    read = read_checkpoint if kind == "population" else read_champion
+    for key in right:
+        without = {other: value for other, value in right.items() if other != key}
+        for wrong in (without, right | {key: -1}, right | {key: [None]}, right | {"more": 1}):
+            path.write_bytes(safe_pickle.dumps(wrong))
+            refused(path, read)
+    path.write_bytes(safe_pickle.dumps(right))
+    assert read(path).versions == record.versions
+
+
+@pytest.mark.parametrize(
+    "stages",
+    [
+        None,
+        {},
+        [1],
+        [{"generation": 1}],
+        [{"generation": 1, "experiment": ""}],
+        [{"generation": True, "experiment": "", "versions": {}}],
+    ],
+    ids=repr,
+)
+def test_stages_are_checked(stages, tmp_path, checkpoint):
+    path = tmp_path / "population.pickle"
+    path.write_bytes(safe_pickle.dumps(content(checkpoint()) | {"stages": stages}))
+    assert "population.stages" in refused(path).what
+
+
+def test_a_champion_is_not_read_as_a_population(tmp_path, checkpoint, champion):
+    write_champion(tmp_path / "a", champion())
+    assert "'population'" in refused(tmp_path / "a").allowed
+    write_checkpoint(tmp_path / "a", checkpoint())
+    assert "'champion'" in refused(tmp_path / "a", read_champion).allowed
+
+
+def test_hostile_names_do_not_reach_the_terminal(tmp_path, checkpoint):
+    path = tmp_path / "population.pickle"
+    wrong = content(checkpoint()) | {"terms": {"\x1b[2J": 1}, "\x1b[3J": 1}
+    path.write_bytes(safe_pickle.dumps(wrong))
+    assert "\x1b" not in str(refused(path))
+    del wrong["\x1b[3J"]
+    path.write_bytes(safe_pickle.dumps(wrong))
+    assert "\x1b" not in str(refused(path))

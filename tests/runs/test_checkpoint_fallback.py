@@ -4,8 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitsim.errors import CheckpointError, RunError
-from gaitsim.runs.files import safe_pickle
+from gaitsim.errors import CheckpointError
 from gaitsim.runs.files.checkpoint import (
     read_checkpoint,
     read_with_fallback,
@@ -34,11 +33,6 @@ def newer(path: Path) -> None:
     data[8:12] = (VERSION + 1).to_bytes(4, "little")
     data[20:52] = sha256(data[:20] + data[52:]).digest()
     path.write_bytes(data)
-
-
-def test_the_current_checkpoint_is_preferred(pair):
-    read, warning = read_with_fallback(*pair)
-    assert (read.generation, warning) == (8, None)
 
 
 def test_a_damaged_checkpoint_falls_back_and_is_kept(pair, checkpoint):
@@ -83,12 +77,6 @@ def test_a_folder_in_place_of_the_checkpoint_is_renamed(pair, checkpoint):
     assert read_checkpoint(path).generation == 9
 
 
-def test_a_wrong_schema_falls_back(pair):
-    path, previous = pair
-    path.write_bytes(safe_pickle.dumps({"kind": "population"}))
-    assert read_with_fallback(path, previous)[0].generation == 7
-
-
 def test_a_newer_checkpoint_does_not_fall_back(pair):
     path, previous = pair
     newer(path)
@@ -127,16 +115,6 @@ def test_a_folder_that_cannot_be_written_still_falls_back(pair, monkeypatch):
     assert read.generation == 7
     assert "Read-only file system" in warning
     assert names_in(path.parent) == {path.name, previous.name}
-
-
-def test_a_checkpoint_without_read_permission_does_not_fall_back(pair, monkeypatch):
-    def forbidden(*args, **options):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr("os.open", forbidden)
-    with pytest.raises(RunError, match="permission denied") as refusal:
-        read_with_fallback(*pair)
-    assert not isinstance(refusal.value, CheckpointError)
 
 
 def test_too_little_memory_for_the_arrays_is_an_error(pair, monkeypatch):

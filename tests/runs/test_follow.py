@@ -6,34 +6,17 @@ from functools import partial
 
 import numpy as np
 import pytest
+from run_helpers import evolve_run
 
 from gaitsim.errors import RunError
-from gaitsim.evaluation import evaluate
-from gaitsim.runs.creation import create_run
 from gaitsim.runs.growing import RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
 
 
 @pytest.fixture
-def make(puppet, tmp_path):
-    """A function that creates a run of puppets with a number of generations."""
-
-    def make(name="run", generation=3, *overrides):
-        path = create_run(puppet("evolution.generations=30", *overrides), tmp_path / name)
-        evolve(path, generation)
-        return path
-
-    return make
-
-
-def evolve(path, until, **options):
-    if not until:
-        return
-    with RunWriter.open(path, **options) as writer:
-        for generation in writer.evolve(partial(evaluate, writer.experiment)):
-            if generation.number == until:
-                break
+def make(make):
+    """Return a function that creates runs of up to 30 generations."""
+    return partial(make, generations=30)
 
 
 def numbers(follower):
@@ -50,7 +33,7 @@ def test_only_new_rows_are_read(make):
     follower = RunFollower(path)
     assert numbers(follower) == [1, 2, 3]
     assert numbers(follower) is None
-    evolve(path, 5)
+    evolve_run(path, 5)
     assert numbers(follower) == [4, 5]
     assert numbers(follower) is None
     assert follower.modified == pytest.approx((path / "history.csv").stat().st_mtime, abs=5)
@@ -61,7 +44,7 @@ def test_rows_are_those_of_the_history(make):
     follower = RunFollower(path)
     parts = []
     for until in (4, 5, 9):
-        evolve(path, until)
+        evolve_run(path, until)
         parts.append(follower.read_rows(follower.poll()))
     for name, values in RunSnapshot(path).history.items():
         np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), values)
@@ -76,14 +59,14 @@ def test_a_run_without_a_generation_has_no_rows(make):
 def test_rows_after_the_checkpoint_and_half_written_ones_come_later(make):
     path = make("run", 3)
     before = {file: file.read_bytes() for file in path.glob("*.pickle")}
-    evolve(path, 5)
+    evolve_run(path, 5)
     whole = (path / "history.csv").read_bytes()
     for file, content in before.items():  # as when a process is killed before its checkpoint
         file.write_bytes(content)
     (path / "history.csv").write_bytes(whole[:-3])
     follower = RunFollower(path)
     assert numbers(follower) == [1, 2, 3]
-    evolve(path, 6)
+    evolve_run(path, 6)
     assert numbers(follower) == [4, 5, 6]
 
 
@@ -91,7 +74,7 @@ def test_a_history_with_new_columns_is_read_from_the_start(make, climb):
     path = make("run", 3)
     follower = RunFollower(path)
     assert numbers(follower) == [1, 2, 3]
-    evolve(path, 5, overrides={"fitness.plugin": "puppet-climb"})
+    evolve_run(path, 5, "fitness.plugin=puppet-climb")
     assert numbers(follower) == [1, 2, 3, 4, 5]
 
 

@@ -64,12 +64,6 @@ def test_a_row_has_the_statistics_of_numpy(scores):
     assert values == pytest.approx(expected, rel=1e-12, abs=1e-9)
 
 
-def test_terms_are_those_of_the_best_then_means():
-    values = row(generation([1.0, 5.0, 5.0], {"far": [1.0, 2.0, 3.0], "near": [0.0, 3.0, 2.0]}))
-    assert list(values)[12:] == ["far", "near", "mean:far", "mean:near"]
-    assert [values[name] for name in ("far", "near", "mean:far")] == [2.0, 3.0, 2.0]
-
-
 def test_failed_individuals_only_affect_the_worst_score():
     values = row(generation([1.0, -INF, 3.0], {"far": [1.0, math.nan, 3.0]}))
     assert values["worst"] == -INF
@@ -102,12 +96,6 @@ def test_values_are_read_as_written_to_the_last_bit(tmp_path_factory, bests):
     for number, one in enumerate(generations):
         for name, value in row(one).items():
             assert repr(float(read[name][number])) == repr(float(value))
-
-
-def test_names_with_commas_and_quotes_are_read(tmp_path):
-    path = tmp_path / "history.csv"
-    path.write_text(table(generation([1.0], {'a, "b" é': [2.0]}, number=1)))
-    assert read_history(path)['mean:a, "b" é'].tolist() == [2.0]
 
 
 def test_an_incomplete_last_row_is_omitted(tmp_path):
@@ -218,16 +206,6 @@ def test_records_are_on_the_disk_when_they_are_flushed(tmp_path, monkeypatch):
     file.flush()
     assert synced == [b"one"]
     file.close()
-
-
-def test_a_record_is_written_on_when_the_system_takes_it_in_parts(tmp_path, monkeypatch):
-    real = os.write
-    monkeypatch.setattr(os, "write", lambda fd, data: real(fd, data[:2]))
-    file = AppendOnlyFile(tmp_path / "f", 0)
-    file.append(b"12345")
-    file.flush()
-    file.close()
-    assert (tmp_path / "f").read_bytes() == b"12345"
 
 
 def test_a_full_disk_has_the_message_of_the_system(tmp_path, monkeypatch):

@@ -6,10 +6,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from gaitsim.errors import CheckpointError, ExperimentError, RunError
+from gaitsim.errors import ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments
-from gaitsim.runs.creation import champion_of, create_run, fork_run
+from gaitsim.runs.creation import create_run, fork_run
 from gaitsim.runs.files.checkpoint import pack, read_checkpoint
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import stages_of
@@ -66,12 +66,6 @@ def test_the_best_score_of_each_island_is_recorded(run):
         found = run.individual(generation)
         assert evaluate(found.experiment, found.genome[None]).scores[0] == found.score
     assert [*(run.path / "champions").iterdir()]
-
-
-def test_a_run_without_islands_has_no_islands_file(puppet, tmp_path):
-    plain = evolve(create_run(puppet(), tmp_path / "plain"))
-    assert not (plain.path / "islands.csv").exists()
-    assert plain.islands.tolist() == plain.history["best"][:, None].tolist()
 
 
 @pytest.mark.parametrize("until", range(1, 8))
@@ -149,25 +143,6 @@ def test_stages_may_change_all_but_the_number(run):
     assert refused.value.problems[0].allowed == "6"
 
 
-def test_a_plain_run_gets_no_islands(puppet, tmp_path):
-    plain = evolve(create_run(puppet(), tmp_path / "plain"))
-    with pytest.raises(ExperimentError):
-        evolve(plain.path, "islands.number=2", generations=9)
-    # Options that have no effect without islands start no stage.
-    evolve(plain.path, "islands.every=2", generations=9)
-    assert len(stages_of(plain.checkpoint)) == 1
-
-
-def test_an_experiment_changed_by_hand_must_fit(run):
-    path = run.path / "experiment.toml"
-    text = path.read_text()
-    path.write_text(
-        text.replace("number = 3", "number = 2").replace("population = 6", "population = 9")
-    )
-    with pytest.raises(CheckpointError, match="the experiment has 2 islands"):
-        evolve(run.path)
-
-
 def test_a_fork_is_cut_to_the_checkpoint(run, new):
     stopped = evolve(new(), until=4)
     path = stopped.path / "islands.csv"
@@ -175,13 +150,6 @@ def test_a_fork_is_cut_to_the_checkpoint(run, new):
     fork = RunSnapshot(fork_run(stopped.path))
     assert len((fork.path / "islands.csv").read_text().splitlines()) == 5
     assert evolve(fork.path).fingerprint() == run.fingerprint()
-
-
-def test_islands_start_from_an_individual(run, puppet, tmp_path):
-    begun = evolve(create_run(puppet(*ISLANDS), tmp_path / "begun", champion_of(run)))
-    first = begun.bests[0]
-    assert first["score"] >= champion_of(run).score
-    assert verify(begun, everything=True, workers=1).identical
 
 
 def test_an_older_checkpoint_has_one_island(puppet, tmp_path):

@@ -31,16 +31,6 @@ def holder(tmp_path):
     process.communicate()
 
 
-def test_one_process_at_a_time_holds_the_lock(tmp_path):
-    lock = RunLock(tmp_path)
-    assert is_locked(tmp_path)
-    with pytest.raises(RunError, match=f"process {os.getpid()} on "):
-        RunLock(tmp_path)
-    lock.release()
-    assert not is_locked(tmp_path)
-    RunLock(tmp_path).release()
-
-
 def test_the_other_process_is_named(tmp_path, holder):
     assert is_locked(tmp_path)
     with pytest.raises(RunError, match=f"is being written by process {holder.pid} on ") as error:

@@ -18,28 +18,10 @@ def files(path):
     return {item.name: item.read_bytes() for item in path.rglob("*") if item.is_file()}
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ("show",),
-        ("show", "--json"),
-        ("show", "--fingerprint"),
-        ("resume",),
-        ("plot",),
-        ("play", "--at", "0"),
-        ("export",),
-        ("analyse",),
-        ("video", "--out", "a.gif"),
-        ("imitate",),
-        ("verify",),
-        ("fork",),
-    ],
-    ids=" ".join,
-)
+@pytest.mark.parametrize("command", ["show", "resume", "verify", "fork"])
 def test_a_command_says_who_wrote_it_and_changes_nothing(gaitsim, old, command):
     before = files(old)
-    verb, *more = command
-    done = gaitsim(verb, "old", *more, code=2)
+    done = gaitsim(command, "old", code=2)
     assert "was written by gaitsim 0.1.0 in the older format 1" in done.stderr
     assert "start a new run" in done.stderr
     after = {name: data for name, data in files(old).items() if not name.startswith(".lock")}

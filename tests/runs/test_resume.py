@@ -9,7 +9,6 @@ from run_helpers import LONG, THRESHOLD, assert_same, continue_run, names, reope
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.checkpoint import read_checkpoint, write_checkpoint
-from gaitsim.runs.files.folder import exports_folder
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
@@ -152,16 +151,6 @@ def test_a_damaged_checkpoint_falls_back_to_the_same_end(half, whole, how):
     assert_same(half, whole)
 
 
-def test_two_damaged_checkpoints_are_one_message(half):
-    for name in ("population.pickle", "population.previous.pickle"):
-        spoil(half.path / name, "changed")
-    before = names(half.path)
-    for ask in (lambda: half.checkpoint, half.fingerprint, lambda: RunWriter.open(half.path)):
-        with pytest.raises(CheckpointError, match="neither checkpoint can be read"):
-            ask()
-    assert names(half.path) == before
-
-
 def edit(path, old, new):
     text = (path / "experiment.toml").read_text()
     assert old in text
@@ -219,15 +208,6 @@ def test_an_experiment_edited_otherwise_continues_with_a_warning(half, whole):
     assert continue_run(half.path) == ""
 
 
-@pytest.mark.parametrize("text", [b"\xff\xfe", None])
-def test_an_experiment_that_cannot_be_read_is_one_message(half, text):
-    (half.path / "experiment.toml").unlink()
-    if text:
-        (half.path / "experiment.toml").write_bytes(text)
-    with pytest.raises(RunError, match=r"cannot read .*experiment\.toml: "):
-        RunWriter.open(half.path)
-
-
 def test_a_plugin_that_is_missing_is_named_with_its_package(half, monkeypatch):
     edit(half.path, 'plugin = "puppet-reach"', 'plugin = "gone-reach"')
     path = half.path / "population.pickle"
@@ -254,14 +234,6 @@ def test_another_version_of_a_package_needs_any_version(half, whole):
     assert continue_run(half.path) == ""
 
 
-def test_another_numpy_is_a_warning(half):
-    path = half.path / "population.pickle"
-    checkpoint = half.checkpoint
-    checkpoint.versions["numpy"] = "1.0"
-    write_checkpoint(path, checkpoint)
-    assert "different versions of libraries: numpy: 1.0 then" in continue_run(half.path)
-
-
 def test_one_writer_at_a_time(half):
     with RunWriter.open(half.path):
         with pytest.raises(RunError, match=f"is being written by process {os.getpid()} on"):
@@ -283,10 +255,3 @@ def test_a_writer_that_cannot_open_holds_no_lock(half, monkeypatch):
         RunWriter.open(half.path)
     if descriptors:
         assert len(os.listdir("/proc/self/fd")) == descriptors  # noqa: PTH208
-
-
-def test_folders_that_a_user_removed_are_recreated(half, whole):
-    shutil.rmtree(half.path / "champions")
-    shutil.rmtree(half.path / "exports")
-    continue_run(half.path)
-    assert exports_folder(half.path).is_dir()

@@ -138,12 +138,6 @@ def test_files_with_any_byte_changed_are_damaged_not_newer(change):
         assert not isinstance(refusal.value, SchemaVersionError)
 
 
-@pytest.mark.parametrize("tail", [b"\0", b".", HONEST])
-def test_trailing_bytes_are_rejected(tail):
-    with pytest.raises(CheckpointError, match="damaged"):
-        loads(HONEST + tail, FILE)
-
-
 @pytest.mark.parametrize("more", [-1, 1, 2**63])
 def test_a_wrong_length_is_rejected(more):
     with pytest.raises(CheckpointError, match="bytes instead of"):
@@ -178,17 +172,6 @@ def test_an_older_schema_names_the_gaitsim_that_wrote_it(content, writer):
     with pytest.raises(SchemaVersionError) as refusal:
         loads(seal(dumps(content)[52:], VERSION - 1), FILE)
     assert writer in refusal.value.what
-
-
-def test_an_older_schema_is_not_trusted_either():
-    with pytest.raises(CheckpointError) as refusal:
-        loads(seal(b"cos\nsystem\n(S'true'\ntR.", VERSION - 1), FILE)
-    assert not isinstance(refusal.value, SchemaVersionError)
-
-
-def test_there_is_no_version_0():
-    with pytest.raises(CheckpointError, match="no schema version 0"):
-        loads(seal(HONEST[52:], 0), FILE)
 
 
 def test_folders_and_devices_are_rejected(tmp_path):
@@ -240,3 +223,8 @@ def test_a_file_without_read_permission_is_not_called_damaged(tmp_path, monkeypa
     with pytest.raises(RunError, match="permission denied") as refusal:
         load(path)
     assert not isinstance(refusal.value, CheckpointError)
+
+
+def test_there_is_no_version_0():
+    with pytest.raises(CheckpointError, match="no schema version 0"):
+        loads(seal(HONEST[52:], 0), FILE)

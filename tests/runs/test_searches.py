@@ -16,7 +16,6 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evolution import evolve
-from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import entries
 from gaitsim.runs.creation import create_run, fork_run
@@ -150,13 +149,6 @@ def test_the_search_of_a_run_cannot_change(searching, tmp_path):
         plan_resume(
             RunSnapshot(path), {"search.plugin": other, **more}, generations=5, any_version=False
         )
-
-
-def test_repeats_differ_and_improve(searching):
-    experiment = searching("evolution.generations=6")
-    best = list(evolve_repeats(experiment, partial(evaluate, experiment), 3))
-    assert len(set(best[0].tolist())) == 3
-    assert (np.diff(best, axis=0) >= 0).all()
 
 
 def test_an_atlas_of_the_spider_is_the_same_with_two_workers_and_in_steps(tmp_path):

@@ -50,11 +50,6 @@ def test_a_command_reads_the_checkpoint_once(gaitsim, puppet_file, checkpoint_re
     assert count(checkpoint_reads) == 1
 
 
-def test_the_end_of_a_run_reads_the_checkpoint_once(gaitsim, puppet_file, checkpoint_reads):
-    gaitsim("run", puppet_file, "--generations", "3")
-    assert count(checkpoint_reads) == 1
-
-
 def test_a_replay_reads_the_checkpoint_once(run, checkpoint_reads):
     Loader(run).load(1)
     assert count(checkpoint_reads) == 1

@@ -1,23 +1,21 @@
 """Runs that start from a saved individual."""
 
 import shutil
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from run_helpers import THRESHOLD, evolve_run
 
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.runs.compatibility import check_start
 from gaitsim.runs.creation import create_run, find_individual
-from gaitsim.runs.files.checkpoint import Champion, read_champion, write_champion
+from gaitsim.runs.files.checkpoint import Champion, read_champion
 from gaitsim.runs.files.folder import START
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
-
-THRESHOLD = "evolution.fitness_threshold=0"
 
 
 @pytest.fixture(autouse=True)
@@ -25,21 +23,13 @@ def here(tmp_path, monkeypatch, climb):
     monkeypatch.chdir(tmp_path)
 
 
-def continue_run(path, until=None, **options):
-    with RunWriter.open(path, **options) as writer:
-        for event in writer.evolve(partial(evaluate, writer.experiment)):
-            if event.number == until:
-                break
-    return RunSnapshot(path)
-
-
 @pytest.fixture
 def staged(puppet, once):
     """A run of two stages, each of which saved champions."""
 
     def create():
-        run = continue_run(create_run(puppet(THRESHOLD), Path("staged")))
-        continue_run(run.path, overrides={"fitness.plugin": "puppet-climb"}, generations=10)
+        run = evolve_run(create_run(puppet(THRESHOLD), Path("staged")))
+        evolve_run(run.path, None, "fitness.plugin=puppet-climb", generations=10)
 
     return RunSnapshot(once("two stages", Path("staged"), create))
 
@@ -62,8 +52,8 @@ def test_an_individual_is_named_by_file_run_and_generation(staged):
 
 
 def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
-    one = continue_run(create_run(puppet(), Path("runs/a")))
-    other = continue_run(create_run(puppet("seed=2"), Path("runs/a@2")))
+    one = evolve_run(create_run(puppet(), Path("runs/a")))
+    other = evolve_run(create_run(puppet("seed=2"), Path("runs/a@2")))
     assert find_individual("a@2").score == other.individual().score
     assert find_individual("a@3").score == one.individual(3).score
     assert find_individual("a@2@1").score == other.individual(1).score
@@ -96,7 +86,7 @@ def test_invalid_references_to_individuals_are_errors(staged, reference, says):
 def test_the_initial_population_is_the_individual_and_its_mutations(puppet, staged):
     start = find_individual("staged@2")
     experiment = puppet("seed=5")
-    run = continue_run(create_run(experiment, Path("from"), start), 1)
+    run = evolve_run(create_run(experiment, Path("from"), start), 1)
     genomes = run.checkpoint.genomes
     assert genomes[0].tobytes() == start.genome.tobytes()
     copies = np.tile(start.genome, (5, 1))
@@ -107,25 +97,16 @@ def test_the_initial_population_is_the_individual_and_its_mutations(puppet, stag
     assert run.individual(1).score >= evaluate(experiment, start.genome[None]).scores[0]
 
 
-def test_a_run_of_bits_starts_from_an_individual(puppet):
-    bits = ("organism.plugin=bit-puppet",)
-    source = continue_run(create_run(puppet(*bits), Path("source")))
-    run = continue_run(create_run(puppet(*bits, "seed=9"), None, find_individual("source")))
-    genomes = run.checkpoint.genomes
-    assert genomes.dtype == np.uint8
-    assert run.individual().score >= source.individual().score
-
-
 def test_a_run_from_each_saved_champion_is_reproducible(puppet, staged):
     files = sorted((staged.path / "champions").iterdir())
     assert {staged.stage_at(read_champion(file).generation).number for file in files} == {1, 2}
     found = set()
     for file in files:
         start = find_individual(str(file))
-        whole = continue_run(create_run(puppet(), Path("whole"), start))
+        whole = evolve_run(create_run(puppet(), Path("whole"), start))
         parts = create_run(puppet(), Path("parts"), start)
         for until in (1, 3, None):
-            continue_run(parts, until)
+            evolve_run(parts, until)
         assert RunSnapshot(parts).fingerprint() == whole.fingerprint()
         assert (parts / "bests.bin").read_bytes() == (whole.path / "bests.bin").read_bytes()
         found.add(whole.fingerprint())
@@ -135,11 +116,11 @@ def test_a_run_from_each_saved_champion_is_reproducible(puppet, staged):
 def test_a_run_needs_nothing_but_its_own_folder(puppet, staged):
     path = create_run(puppet(), Path("from"), find_individual("staged"))
     shutil.copytree(path, "copy")
-    whole = continue_run(path)
+    whole = evolve_run(path)
     shutil.rmtree(staged.path)
-    assert continue_run(Path("copy")).fingerprint() == whole.fingerprint()
+    assert evolve_run(Path("copy")).fingerprint() == whole.fingerprint()
     assert whole.start.generation == find_individual("copy/start.pickle").generation
-    unlike = continue_run(create_run(puppet(), Path("unlike")))
+    unlike = evolve_run(create_run(puppet(), Path("unlike")))
     assert unlike.fingerprint() != whole.fingerprint()
     assert unlike.start is None
 
@@ -193,16 +174,3 @@ def test_a_genome_of_another_body_is_an_error(puppet, option, genome, says):
         "3 genes of the kind 'real' of the body 'shaped' (labels "
     )
     check_start(puppet(*shaped), champion(puppet(*shaped), [0.0, 1.0, 2.0]), "")
-
-
-def test_a_genome_whose_body_is_not_installed_is_checked_by_shape(puppet, tmp_path):
-    text = puppet().to_toml().replace('"puppet"', '"gone"')
-    for genome, fits in [([0.0, 0.0, 0.0], True), ([0.0], False), ([9.0, 0.0, 0.0], False)]:
-        came = Champion(text, {}, 1, np.array(genome), 0.0, {})
-        write_champion(tmp_path / "a.pickle", came)
-        kept = find_individual("a.pickle")
-        if fits:
-            check_start(puppet(), kept, "")
-        else:
-            with pytest.raises(RunError):
-                check_start(puppet(), kept, "")

@@ -2,10 +2,10 @@
 
 import json
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
+from run_helpers import evolve_run
 
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
@@ -19,9 +19,6 @@ from gaitsim.runs.files.checksums import (
     scores_checksum,
 )
 from gaitsim.runs.files.provenance import (
-    Provenance,
-    current_versions,
-    differences,
     read_provenance,
     write_provenance,
 )
@@ -30,7 +27,6 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.verify.consistency import expected_chain
 from gaitsim.runs.verify.verify import sample
 from gaitsim.runs.verify.verify import verify as verify_snapshot
-from gaitsim.runs.writer import RunWriter
 
 LAST = 12
 
@@ -40,16 +36,6 @@ def verify(run, *arguments, **options):
     return verify_snapshot(RunSnapshot(run.path), *arguments, **options)
 
 
-def evolve(path, *overrides, generations=None, until=None):
-    with RunWriter.open(
-        path, overrides=parse_assignments(overrides), generations=generations
-    ) as writer:
-        for generation in writer.evolve(partial(evaluate, writer.experiment)):
-            if generation.number == until:
-                break
-    return RunSnapshot(path)
-
-
 @pytest.fixture
 def run(puppet, tmp_path, gathering, once):
     """A run of three stages, the second with a different fitness; it was also stopped once."""
@@ -57,10 +43,10 @@ def run(puppet, tmp_path, gathering, once):
 
     def create():
         create_run(puppet("evolution.generations=4", "evolution.fitness_threshold=0"), path)
-        evolve(path, until=2)
-        evolve(path)
-        evolve(path, "fitness.price=0.4", generations=8)
-        evolve(path, "search.elites=1", generations=LAST)
+        evolve_run(path, 2)
+        evolve_run(path)
+        evolve_run(path, None, "fitness.price=0.4", generations=8)
+        evolve_run(path, None, "search.elites=1", generations=LAST)
 
     return RunSnapshot(once("three stages", path, create))
 
@@ -83,30 +69,14 @@ def test_a_run_of_stages_is_identical(run):
     assert verify(run, [4, 5, 8, 9], workers=1).identical
 
 
-def test_the_first_generation_of_a_stage_is_reproduced(run):
-    evolve(run.path, "fitness.price=0.2", generations=LAST + 1)
-    verdict = verify(run, [LAST + 1], workers=1)
-    assert (verdict.identical, verdict.reproduced) == (True, (LAST + 1,))
-
-
-def test_workers_make_no_difference(run):
-    assert verify(run, everything=True, workers=2).identical
-
-
 def test_forks_and_runs_from_an_individual_are_identical(run, puppet, tmp_path):
     fork = RunSnapshot(fork_run(run.path, overrides={"mutation.plugin": "puppet-jitter"}))
     assert everything(fork).identical
     assert verify(fork, workers=1).best_only[-1] == LAST  # the generation before it is not kept
-    evolve(fork.path, generations=LAST + 2)
+    evolve_run(fork.path, generations=LAST + 2)
     assert everything(fork).identical
     begun = create_run(puppet(), tmp_path / "begun", champion_of(run, 3))
-    assert everything(evolve(begun)).identical
-
-
-def test_samples_are_spread():
-    assert sample(1) == [1]
-    assert sample(4) == [1, 2, 3, 4]
-    assert sample(1000) == [1, 112, 223, 334, 445, 556, 667, 778, 889, 1000]
+    assert everything(evolve_run(begun)).identical
 
 
 def digested(run, generation, **parts):
@@ -260,12 +230,6 @@ def test_a_missing_checkpoint_is_a_difference_unless_it_is_the_previous_one(run)
     assert "cannot read population.pickle as a checkpoint: file not found" in verdict.damaged[0]
 
 
-def test_a_run_of_one_generation_has_no_previous_checkpoint(puppet, tmp_path):
-    one = evolve(create_run(puppet("evolution.generations=1"), tmp_path / "one"))
-    assert not (one.path / "population.previous.pickle").exists()
-    assert everything(one).identical
-
-
 @pytest.mark.parametrize(
     "changes", [{"best_score": 99.0}, {"stagnation": 7}, {"threshold": 99.0}, {"threshold": None}]
 )
@@ -375,15 +339,8 @@ def test_a_changed_experiment_file_is_a_difference(run, override, change):
         assert [(one.key, one.then, one.now) for one in verdict.edited] == [change]
         assert (verdict.differences, verdict.damaged) == ({}, ())
     # Once a generation was evolved with the file, it is consistent again.
-    evolve(run.path, generations=LAST + 1)
+    evolve_run(run.path, generations=LAST + 1)
     assert verify(RunSnapshot(run.path), workers=1).identical
-
-
-def test_an_option_that_the_file_lacks_is_its_default(run):
-    path = run.path / "experiment.toml"
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(line for line in lines if not line.startswith("price")))
-    assert [one.key for one in everything(RunSnapshot(run.path)).edited] == ["fitness.price"]
 
 
 def test_the_name_and_the_end_of_the_search_may_differ(run):
@@ -395,16 +352,11 @@ def test_the_name_and_the_end_of_the_search_may_differ(run):
     assert everything(edited).edited == ()
 
 
-def test_the_champion_step_is_ignored_if_none_are_saved(puppet, tmp_path):
-    one = evolve(create_run(puppet(), tmp_path / "one"))
-    assert everything(edit(one, "evolution.delta_fitness=7")).identical
-
-
 def test_a_stage_that_has_not_started_is_reported(run):
     fork = RunSnapshot(fork_run(run.path, overrides={"fitness.price": 0.2}, generations=LAST + 2))
     verdict = everything(fork)
     assert ([one.key for one in verdict.edited], verdict.differences) == (["fitness.price"], {})
-    evolve(fork.path)
+    evolve_run(fork.path)
     assert everything(RunSnapshot(fork.path)).identical
 
 
@@ -414,7 +366,7 @@ def test_an_old_run_is_verified_by_history_and_bests(run):
     verdict = everything(run)
     assert (verdict.identical, verdict.without_checksum, verdict.origins) == (True, LAST, ())
     # After resuming, only the new generations have digests.
-    evolve(run.path, generations=LAST + 2)
+    evolve_run(run.path, generations=LAST + 2)
     assert len(RunSnapshot(run.path).checksums) == LAST + 2
     verdict = everything(run)
     assert (verdict.identical, verdict.without_checksum) == (True, LAST)
@@ -428,12 +380,12 @@ def test_digests_are_cut_back_to_the_checkpoint(run):
     whole = path.read_bytes()
     path.write_bytes(whole + b"left by a killed process" * 9)
     assert verify(run, workers=1).identical
-    evolve(run.path, generations=LAST + 1)
+    evolve_run(run.path, generations=LAST + 1)
     assert path.read_bytes()[: len(whole)] == whole
     assert len(path.read_bytes()) == len(whole) + RECORD.itemsize
     # A power failure lost some; the rest of the last one is not a checksum.
     path.write_bytes(whole[: -RECORD.itemsize - 5])
-    evolve(run.path, generations=LAST + 2)
+    evolve_run(run.path, generations=LAST + 2)
     verdict = everything(run)
     assert (verdict.identical, verdict.without_checksum) == (True, 3)
 
@@ -444,12 +396,6 @@ def test_requested_generations_must_exist(run, puppet, tmp_path):
             verify(run, asked)
     with pytest.raises(RunError, match="no finished generation"):
         verify(RunSnapshot(create_run(puppet(), tmp_path / "new")))
-
-
-def test_progress_is_reported(run):
-    told = []
-    verify(run, [2, 2, 5], workers=1, begin=told.append, advance=lambda: told.append("done"))
-    assert told == [2, "done", "done"]
 
 
 # Provenance
@@ -481,14 +427,6 @@ def test_different_versions_are_reported(run):
     assert f"numpy: 0.1 then, {now['numpy']} now" in told
 
 
-def test_interpreted_kernels_are_recorded(puppet, monkeypatch):
-    config = pytest.importorskip("numba").config
-    then = current_versions(puppet())
-    monkeypatch.setattr(config, "DISABLE_JIT", 1)
-    told = differences([Provenance(1, then)], current_versions(puppet()))
-    assert told == ["NUMBA_DISABLE_JIT: 0 then, 1 now"]
-
-
 @pytest.mark.parametrize(
     "text",
     ["", "{}", "[1]", '[{"first": 1}]', '[{"first": "1", "parts": {}}]', "[" * 100_000],
@@ -498,5 +436,5 @@ def test_damaged_provenance_is_reported(run, text):
     (run.path / "provenance.json").write_text(text)
     with pytest.raises(RunError, match=r"provenance\.json is damaged"):
         verify(run, [1], workers=1)
-    evolve(run.path, generations=LAST + 1)  # and does not prevent resuming
+    evolve_run(run.path, generations=LAST + 1)  # and does not prevent resuming
     assert [one.first for one in read_provenance(run.path)] == [LAST + 1]

@@ -2,45 +2,14 @@
 
 import math
 import shutil
-from functools import partial
 
 import numpy as np
 import pytest
+from run_helpers import evolve_run
 
 from gaitsim.errors import RunError
-from gaitsim.evaluation import evaluate
-from gaitsim.experiment import parse_assignments
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.growing import POINTS, Curve, RunsWatcher, overview
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
-
-
-@pytest.fixture
-def make(puppet, tmp_path):
-    """A function that creates a run of puppets and evolves it to a generation."""
-
-    def make(name="walk", generation=3, *overrides, generations=5):
-        experiment = puppet(f"evolution.generations={generations}", *overrides)
-        path = create_run(experiment, tmp_path / "runs" / name)
-        evolve(path, generation)
-        return path
-
-    return make
-
-
-def evolve(path, generation, *overrides, **options):
-    if not generation:
-        return
-    with RunWriter.open(path, overrides=parse_assignments(overrides), **options) as writer:
-        for made in writer.evolve(partial(evaluate, writer.experiment)):
-            if made.number == generation:
-                break
-
-
-def _first(terms, motion):
-    return {name: values[: len(motion["reach"])] for name, values in terms.items()}
 
 
 class TestOverview:
@@ -59,33 +28,9 @@ class TestOverview:
         found = overview(make("walk", 0))
         assert (found.state, found.generation, found.best, found.curve) == ("stopped", 0, None, ())
 
-    def test_a_finished_run(self, make):
-        assert overview(make("walk", 5)).state == "finished"
-
-    def test_a_finished_run_with_a_raised_limit_is_stopped(self, make):
-        path = make("walk", 5)
-        text = (path / "experiment.toml").read_text()
-        (path / "experiment.toml").write_text(text.replace("generations = 5", "generations = 9"))
-        assert overview(path).state == "stopped"
-
-    def test_a_run_that_a_process_writes_is_running(self, make):
-        path = make()
-        lock = RunLock(path)
-        assert overview(path).state == "running"
-        lock.release()
-        assert overview(path).state == "stopped"
-
-    def test_no_finite_score_is_no_best(self, make, puppets, monkeypatch):
-        failed = {"reach": np.nan, "price": 0.0}
-        terms = {name: np.full(100, value) for name, value in failed.items()}
-        monkeypatch.setattr(puppets.Reach, "terms", lambda fitness, motion: _first(terms, motion))
-        found = overview(make("walk", 2))
-        assert (found.best, found.generation) == (None, 2)
-        assert all(map(math.isnan, found.curve))
-
     def test_the_best_score_is_of_the_current_fitness(self, make):
         path = make("walk", 2)
-        evolve(path, 4, "fitness.price=0.9")
+        evolve_run(path, 4, "fitness.price=0.9")
         found = overview(path)
         assert found.stage == 2
         assert found.best == RunSnapshot(path).history["best"][2:].max()
@@ -125,7 +70,7 @@ class TestWatch:
         read.clear()
         assert watch.poll() == first
         assert not read
-        evolve(paths[1], 3)
+        evolve_run(paths[1], 3)
         read.clear()
         assert [found.generation for found in watch.poll()] == [2, 3]
         assert read == [paths[1] / "population.pickle"]
@@ -135,7 +80,7 @@ class TestWatch:
         watch = RunsWatcher(path.parent)
         monkeypatch.setattr("gaitsim.runs.growing.READ_INTERVAL", 1e9)
         watch.poll()
-        evolve(path, 3)
+        evolve_run(path, 3)
         assert [found.generation for found in watch.poll()] == [2]
 
     def test_runs_come_and_go(self, make):

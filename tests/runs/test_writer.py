@@ -94,14 +94,6 @@ def test_champions_are_saved_each_time_the_best_beats_the_threshold(whole):
         assert champion.terms == best_terms(whole.history, champion.generation)
 
 
-def test_a_run_grows_while_it_is_read(half, whole):
-    assert (half.generation, len(half.history["best"]), len(half.bests)) == (4, 4, 4)
-    continue_run(half.path)
-    assert (half.generation, len(half.history["best"]), len(half.bests)) == (4, 4, 4)
-    grown = reopen(half)
-    assert (grown.generation, len(grown.history["best"]), len(grown.bests)) == (8, 8, 8)
-
-
 def test_before_the_first_generation_there_is_no_individual(puppet):
     run = RunSnapshot(create_run(puppet()))
     assert run.checkpoint is None
@@ -248,17 +240,6 @@ def test_a_folder_that_is_deleted_or_moved_stops_the_run(half, change):
     assert not half.path.exists()
 
 
-def test_a_folder_that_is_deleted_during_a_write_stops_the_run(half, monkeypatch):
-    with RunWriter.open(half.path) as writer:
-        event = next(events(writer))
-        monkeypatch.setattr(
-            "gaitsim.runs.writer.write_provenance", lambda path, *_: shutil.rmtree(path)
-        )
-        with pytest.raises(RunError, match="the folder of the run half was deleted or moved"):
-            writer.record(event)
-    assert not half.path.exists()
-
-
 def replace(path):
     data = path.read_bytes()
     path.unlink()
@@ -309,16 +290,6 @@ def test_a_run_in_which_all_fail_is_written_and_resumed(puppet, puppets, monkeyp
         with pytest.raises(RunError, match=r"has no champion: every individual of .* failed"):
             run.individual(generation)
     assert run.fingerprint()
-
-
-def test_bits_are_written_and_read(puppet):
-    path = create_run(puppet("organism.plugin=bit-puppet"))
-    continue_run(path, 2)
-    continue_run(path)
-    best = RunSnapshot(path).individual()
-    score, genome = best.score, best.genome
-    assert genome.dtype == np.uint8
-    assert evaluate(RunSnapshot(path).experiment, genome[None]).scores[0] == score
 
 
 def test_a_fingerprint_covers_everything_but_time(whole, puppet):
