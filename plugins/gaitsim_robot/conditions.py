@@ -17,11 +17,9 @@ from gaitsim.portable import cos, norm, sin
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import is_stuck
-from gaitsim_robot.ground import raise_bumps
 from gaitsim_robot.servos import set_limits
-from gaitsim_robot.settling import settle
 from gaitsim_robot.shapes import surfaces
-from gaitsim_robot.simulation import FRAME_RATE, Simulation
+from gaitsim_robot.simulation import FRAME_RATE, Simulation, raise_bumps, settle
 
 WEAKEST = 0.05  # smallest scale factor of torque or speed; weaker servos count as damage
 

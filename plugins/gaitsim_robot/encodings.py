@@ -14,8 +14,118 @@ from gaitsim.portable import cos, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import Chain, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE
-from gaitsim_robot.steps import SAMPLES, cycle_angles, fastest_turn, foot_path, interpolate_cycle
-from gaitsim_robot.symmetry import Symmetry, leaders, phases
+
+Symmetry = Literal["none", "alternating", "trot", "bound", "wave"]
+
+
+def rows(anatomy: Anatomy) -> NDArray[np.intp]:
+    """Return the row of each leg from front to back, 0 first, (legs,)."""
+    return np.array([int(leg.name[1:]) - 1 for leg in anatomy.legs], np.intp)
+
+
+def leaders(anatomy: Anatomy, symmetry: Symmetry) -> NDArray[np.intp]:
+    """Return the index of the leg whose genes each leg uses, (legs,).
+
+    With a symmetry, it is the left leg of the row, if both legs have equally many joints.
+    """
+    index = {leg.name: at for at, leg in enumerate(anatomy.legs)}
+    found = []
+    for at, leg in enumerate(anatomy.legs):
+        left = index.get("L" + leg.name[1:], at) if leg.side == "right" else at
+        alike = len(anatomy.legs[left].joints) == len(leg.joints)
+        found.append(left if symmetry != "none" and alike else at)
+    return np.array(found, np.intp)
+
+
+def phases(anatomy: Anatomy, symmetry: Symmetry, lag: Floats) -> Floats:
+    """Return the phase of each leg in its cycle, (population, legs) rad.
+
+    - alternating: half a cycle between left and right, and between neighbours on a side: the walk
+      of two legs, the trot of four, the tripods of six, the tetrapods of eight.
+    - trot: the same as alternating, under its name for four legs.
+    - bound: both legs of a row together, and half a cycle between neighbouring rows.
+    - wave: half a cycle between left and right; each row starts `lag` after the row behind it.
+
+    Args:
+        anatomy: anatomy of the robot.
+        symmetry: any symmetry except none.
+        lag: delay between rows in a wave, (population,) rad; unused otherwise.
+    """
+    row = rows(anatomy)
+    right = np.array([leg.side == "right" for leg in anatomy.legs], np.float64)
+    if symmetry == "wave":
+        return np.asarray(math.pi * right - lag[:, None] * (row.max() - row))
+    halves = row if symmetry == "bound" else row + right
+    return np.broadcast_to(math.pi * (halves % 2), (len(lag), len(row))).copy()
+
+
+SAMPLES = 32  # samples per cycle; joint angles between them are interpolated
+ITERATIONS = 12
+SLOWEST_RETURN = -0.5  # stride lengths per swing, lower bound of the speed at the ends of a swing
+
+
+def foot_path(phase: Floats, duty: Floats) -> tuple[Floats, Floats]:
+    """Return the forward position of a foot, in strides, and its height, in lifts.
+
+    In stance, the foot moves backward at constant speed. In swing, its position follows a cubic
+    with almost that speed at both ends, so that the foot lands with little slip, and its height
+    follows a squared sine.
+
+    Args:
+        phase: phase of the cycle from 0, the start of stance, to 1, (..., samples).
+        duty: share of the cycle in stance, (..., 1).
+    """
+    swing = np.clip((phase - duty) / (1 - duty), 0.0, 1.0)
+    slope = np.maximum(-(1 - duty) / duty, SLOWEST_RETURN)
+    cubic = swing * swing * (3 - 2 * swing) - 0.5
+    cubic = cubic + slope * swing * (1 - swing) * (1 - 2 * swing)
+    ahead = np.where(phase < duty, 0.5 - phase / duty, cubic)
+    return np.asarray(ahead), np.square(sin(math.pi * swing))
+
+
+def cycle_angles(chain: Chain, targets: Floats, level: bool) -> Floats:
+    """Return joint angles that move a leg's foot to the targets, or close to them.
+
+    Args:
+        chain: chain of the leg; its pose `zero` is the standing pose.
+        targets: positions of the foot in the standing trunk's frame, (population, SAMPLES, 3) m.
+        level: whether the foot keeps its orientation as far as its joints allow.
+
+    Returns:
+        The angles, (population, SAMPLES, joints) rad.
+    """
+    weights = chain.weights(level)
+    return chain.solve(targets, chain.zero, chain.zero, weights, ITERATIONS)
+
+
+def fastest_turn(angles: Floats) -> Floats:
+    """Return the largest speed of each joint in cycles, (population, joints) rad per cycle."""
+    fastest: Floats = np.abs(np.diff(angles, axis=1, append=angles[:, :1])).max(axis=1)
+    return fastest * SAMPLES
+
+
+def interpolate_cycle(angles: Floats, phase: Floats) -> Floats:
+    """Return the angles of a cycle at any phase, interpolated with periodic cubics.
+
+    Source: E. Catmull, R. Rom, A class of local interpolating splines (1974).
+
+    Args:
+        angles: angles of a cycle, (population, SAMPLES, joints) rad.
+        phase: phase in cycles, (population, frames).
+
+    Returns:
+        The angles, (population, frames, joints) rad.
+    """
+    place = (phase - np.floor(phase)) * SAMPLES
+    first = np.minimum(place.astype(np.intp), SAMPLES - 1)
+    t = (place - first)[..., None]
+    individuals = np.arange(len(angles))[:, None]
+    a, b, c, d = (angles[individuals, (first + shift) % SAMPLES] for shift in (-1, 0, 1, 2))
+    between: Floats = b + 0.5 * t * (
+        c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))
+    )
+    return between
+
 
 Kind = Literal["steps", "sine", "cpg"]
 

@@ -1,11 +1,12 @@
 """Find the legs of a robot: turn it upright and along x, and choose the limbs that reach lowest."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim_robot.anatomy import Anatomy, Floats, Leg, Side, name_legs
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.limbs import Limb, Tree, leg_order
@@ -22,6 +23,54 @@ TURNS = {
     "y points up in the file; the robot is turned upright": (_HALF, _HALF, 0.0, 0.0),
 }
 FACING = "the robot is turned to face along x"
+
+
+def find_anatomy(
+    model: Any, feet: Sequence[str] = (), stance: Mapping[str, float] | None = None
+) -> Anatomy:
+    """Find the legs, feet and standing pose of a robot.
+
+    The legs are the limbs that reach lowest. The standing pose is the keyframe `stand`, or the
+    pose at zero if the robot stands in it. Otherwise it is a pose with bent knees and the feet
+    below the hips or, for sprawling legs, out to the sides.
+
+    Args:
+        model: `mujoco.MjModel` of the robot's text.
+        feet: names of the links at the ends of the legs; () finds them.
+        stance: angles of joints in the standing pose by name, rad. Other joints have the angles of
+            the keyframe, or zero. None searches for a pose.
+    """
+    if model.nbody < 2 or model.njnt < 2:
+        raise GaitsimError(
+            "the robot has no joints",
+            allowed="a trunk with at least two legs of hinge joints",
+        )
+    _check_names(model, feet, stance or {})
+    return Finder(model, feet, stance).find()
+
+
+def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -> None:
+    bodies = [model.body(index).name for index in range(2, model.nbody)]
+    for name in feet:
+        if name not in bodies:
+            raise unknown("link", name, bodies, key="feet")
+    if len(set(feet)) < len(feet):
+        raise GaitsimError(
+            f"duplicate foot: {', '.join(feet)}", key="feet", allowed="each link at most once"
+        )
+    joints = [model.joint(index).name for index in range(1, model.njnt)]
+    for name, angle in stance.items():
+        if name not in joints:
+            raise unknown("joint", name, joints, key="stance")
+        joint = model.joint(name)
+        lower, upper = model.jnt_range[joint.id]
+        if model.jnt_limited[joint.id] and not lower <= angle <= upper:
+            raise GaitsimError(
+                f"the stance angle {math.degrees(angle):.4g}° of joint {name!r} is outside the "
+                "joint's limits",
+                key="stance",
+                allowed=f"{math.degrees(lower):.4g}° to {math.degrees(upper):.4g}°",
+            )
 
 
 class Finder:

@@ -10,7 +10,32 @@ from gaitsim.contracts import Array, Measure, Motion
 from gaitsim.legged import BODY_HEIGHT, stepping_measures
 from gaitsim.portable import arccos, cos, norm
 from gaitsim_robot.anatomy import Floats, Leg, Side
-from gaitsim_robot.sums import ratio, total
+
+
+def total(values: Array) -> Floats:
+    """Return the sum of values, (population, …), over all axes but the population, (population,).
+
+    NumPy sums each row of a contiguous array separately.
+    """
+    rows = np.ascontiguousarray(values, np.float64).reshape(len(values), -1)
+    summed: Floats = np.add.reduce(rows, axis=1)
+    return summed
+
+
+def mean(values: Array) -> Floats:
+    """Return the mean over all axes but the population, (population,)."""
+    return total(values) / math.prod(values.shape[1:])
+
+
+def rms(values: Array) -> Floats:
+    """Return the root mean square over all axes but the population, (population,)."""
+    return np.sqrt(mean(np.square(values)))
+
+
+def ratio(part: Array, whole: Array, otherwise: float = 0.0) -> Floats:
+    """Return part / whole in the shape of `part`, and `otherwise` where the whole is 0 or less."""
+    found: Floats = np.divide(part, whole, out=np.full(part.shape, otherwise), where=whole > 0)
+    return found
 
 
 def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:

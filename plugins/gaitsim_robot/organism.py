@@ -30,9 +30,8 @@ from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
 from gaitsim.errors import GaitsimError
 from gaitsim.legged import DAMAGE_HELP, Damage, parse_damage
 from gaitsim_robot.anatomy import Anatomy
-from gaitsim_robot.channels import CHANNELS
 from gaitsim_robot.conditions import robot_conditions
-from gaitsim_robot.encodings import Encoding, Kind
+from gaitsim_robot.encodings import Encoding, Kind, Symmetry
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.loading import (
     BUNDLED,
@@ -50,7 +49,53 @@ from gaitsim_robot.loading import (
 from gaitsim_robot.measures import measures
 from gaitsim_robot.servos import ServoName
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
-from gaitsim_robot.symmetry import Symmetry
+
+XYZ = ("x", "y", "z")
+
+CHANNELS: Mapping[str, Channel] = {
+    "joint_angles": Channel(
+        ("frames", "joints"), "rad", "commands to the servos, relative to the file's zero"
+    ),
+    "joint_positions": Channel(("frames", "joints"), "rad", "actual angles of the joints"),
+    "joint_velocities": Channel(("frames", "joints"), "rad/s", "velocities of the joints"),
+    "torque": Channel(
+        ("frames", "joints"), "N m", "mean magnitude of the torque since the previous frame"
+    ),
+    "stall_torque": Channel(("joints",), "N m", "largest torque of the servos; 0 if unknown"),
+    "torso": Channel(
+        ("frames", XYZ), "m", "origin of the trunk, relative to the ground below its start"
+    ),
+    "torso_velocity": Channel(("frames", XYZ), "m/s", "velocity of the trunk's origin"),
+    "orientation": Channel(
+        ("frames", ("roll", "pitch", "yaw")),
+        "rad",
+        "roll to the right, pitch nose down, yaw to the left",
+    ),
+    "height": Channel(("frames",), "m", "height of the trunk's origin above the ground"),
+    "foot_positions": Channel(
+        ("frames", "feet", XYZ), "m", "points of the feet that touch the ground when standing"
+    ),
+    "stance": Channel(
+        ("frames", "feet"), "", "whether the foot carried load since the previous frame"
+    ),
+    "load": Channel(
+        ("frames", "feet", XYZ),
+        "N",
+        "mean force of the ground on each foot since the previous frame",
+    ),
+    "slip": Channel(("frames",), "m", "mean slide of the stance feet since the previous frame"),
+    "energy": Channel(
+        ("frames",), "J", "work of the servos since the start; braking counts as positive"
+    ),
+    "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
+    "weight": Channel((), "N", "weight of the whole robot"),
+    "length": Channel((), "m", "length of the trunk"),
+    "configuration": Channel(
+        ("frames", "coordinates"),
+        "",
+        "position and quaternion of the trunk, then the angles of all joints, m and rad",
+    ),
+}
 
 
 class Robot(Organism):
@@ -210,7 +255,7 @@ class Robot(Organism):
 
     def describe(self) -> Facts:
         """Describe mass, legs, servos, standing pose, damage and world."""
-        from gaitsim_robot.describing import describe_robot
+        from gaitsim_robot.loading import describe_robot
 
         conditions = self.conditions()
         world = {
@@ -226,7 +271,7 @@ class Robot(Organism):
     @classmethod
     def library(cls) -> Facts:
         """Describe the bundled robots and servos."""
-        from gaitsim_robot.describing import describe_library
+        from gaitsim_robot.loading import describe_library
 
         return describe_library({name: cls(model=name).anatomy for name in BUNDLED})
 
@@ -286,7 +331,7 @@ class Robot(Organism):
 
     def _walk(self, angles: Array) -> Motion:
         from gaitsim_robot import bullet, rollout
-        from gaitsim_robot.motion import walk
+        from gaitsim_robot.rollout import walk
 
         engines = {"mujoco": rollout.roll_out, "bullet": bullet.roll_out}
         return walk(self.simulation, angles, engines[self.engine])
@@ -301,7 +346,7 @@ class Robot(Organism):
 
     def rig(self) -> Rig | None:
         """Return the tree of bodies; None for a robot with mimic joints or closed linkages."""
-        from gaitsim_robot.rig import rig
+        from gaitsim_robot.skeleton import rig
 
         simulation = self.simulation
         return rig(simulation.model, simulation.anatomy, simulation.damage)

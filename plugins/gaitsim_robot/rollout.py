@@ -1,5 +1,6 @@
-"""Simulate populations of a robot, and record them frame by frame."""
+"""Simulate populations of a robot, record them frame by frame, and compute their motion."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -7,11 +8,42 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.portable import norm
+from gaitsim.contracts import Motion
+from gaitsim.legged import commands_at
+from gaitsim.portable import arcsin, arctan2, norm
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.commands import delayed_commands
-from gaitsim_robot.settling import TIPPED
-from gaitsim_robot.simulation import FRAME_RATE, Simulation
+from gaitsim_robot.simulation import FRAME_RATE, TIPPED, Simulation
+
+ROUNDING = 1e-9  # steps, tolerance for rounding errors of whole steps
+
+
+def delayed_commands(simulation: Simulation, commands: Floats, first: int, last: int) -> Floats:
+    """Return the commanded angles of all servos in each physics step.
+
+    Servos hold the standing pose until the first command arrives.
+
+    Args:
+        simulation: simulation of one robot.
+        commands: commands to the servos of the legs, (population, frames, joints) rad, each held
+            for one frame.
+        first: frame at the start of the steps.
+        last: frame at the end of the steps.
+
+    Returns:
+        The angles, (population, (last − first) · steps + 1, servos) rad.
+    """
+    late = math.ceil(simulation.latency / simulation.model.opt.timestep - ROUNDING)
+    steps = np.arange(first * simulation.steps, last * simulation.steps + 1) - late
+    commanded = np.tile(simulation.rest, (len(commands), len(steps), 1))
+    arrived = commanded[:, np.count_nonzero(steps < 0) :]
+    moments = steps[steps >= 0] / simulation.steps
+    angles = commands_at(commands, moments, FRAME_RATE / simulation.command_rate)
+    if simulation.offset.any():
+        lower, upper = simulation.model.actuator_ctrlrange[simulation.ctrl].T
+        angles = np.clip(angles + simulation.offset, lower, upper)
+    arrived[..., simulation.ctrl] = angles
+    return commanded
+
 
 SEGMENT = 50
 """Number of frames simulated at once. Later segments omit robots that have fallen."""
@@ -191,3 +223,71 @@ def _freeze(record: Record, individual: int, frame: int) -> None:
         kept[individual, frame:] = kept[individual, still]
     for ended in (record.qvel, record.torque, record.load, record.slide):
         ended[individual, frame:] = 0.0
+
+
+def walk(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -> Motion:
+    """Return the motion of robots whose servos follow commands.
+
+    Args:
+        simulation: simulation of one robot.
+        commands: commands to the servos of the legs, (population, frames, joints) rad.
+        engine: function that simulates the robots.
+    """
+    record = engine(simulation, commands)
+    held = commands.copy()
+    for individual in np.flatnonzero(record.lasted < commands.shape[1]):
+        lasted = record.lasted[individual]
+        held[individual, lasted:] = held[individual, max(lasted - 1, 0)]
+    qpos, qvel = record.qpos, record.qvel
+    torso = qpos[..., :3] - np.array([*simulation.start[1:3], 0.0])
+    record.load[:, 0] = record.load[:, 1]  # the robot is standing before the start
+    stance = record.load[..., 2] > 0
+    return Motion(
+        FRAME_RATE,
+        {
+            "joint_angles": held,
+            "joint_positions": qpos[..., simulation.qpos],
+            "joint_velocities": qvel[..., simulation.dof],
+            "torque": record.torque,
+            "stall_torque": np.tile(simulation.stall_torque, (len(commands), 1)),
+            "torso": torso,
+            "torso_velocity": qvel[..., :3],
+            "orientation": orientation(simulation.turn(qpos[..., 3:7])),
+            "height": simulation.above(qpos),
+            "foot_positions": record.feet - np.array([*simulation.start[1:3], 0.0]),
+            "stance": stance,
+            "load": record.load,
+            "slip": _slip(record, stance),
+            "energy": record.work,
+            "lasted": np.maximum(record.lasted - 1, 0) / FRAME_RATE,
+            "weight": np.full(len(commands), _weight(simulation)),
+            "length": np.full(len(commands), simulation.anatomy.length),
+            "configuration": qpos,
+        },
+        failures=record.failures,
+    )
+
+
+def _weight(simulation: Simulation) -> float:
+    """Return the weight of the whole robot, N."""
+    return simulation.anatomy.mass * float(norm(simulation.model.opt.gravity))
+
+
+def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:
+    """Return the mean slide of stance feet since the previous frame, (population, frames) m."""
+    slid = np.where(stance, record.slide, 0.0).sum(axis=2)
+    slip: Floats = slid / np.maximum(stance.sum(axis=2), 1)
+    return slip
+
+
+def orientation(turn: Floats) -> Floats:
+    """Return roll, pitch and yaw relative to the standing pose, (population, frames, 3) rad.
+
+    Positive roll is to the right, positive pitch nose down, and positive yaw to the left. Yaw is
+    continuous over whole turns.
+    """
+    w, x, y, z = np.moveaxis(turn, -1, 0)
+    roll = arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.unwrap(arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), axis=1)
+    return np.stack([roll, pitch, yaw], axis=-1)

@@ -1,5 +1,7 @@
 """The simulation of a robot: its text compiled with ground, servos and sensors."""
 
+import copy
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,9 +15,137 @@ from gaitsim.portable import cos, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import apply_damage
-from gaitsim_robot.ground import GROUND, add_ground
+from gaitsim_robot.measures import ratio
 from gaitsim_robot.servos import add_servos
-from gaitsim_robot.settling import settle
+
+GROUND = "world: ground"  # a name that geoms of robots are unlikely to have
+HIGHEST = 0.2  # m, height of the highest possible bump
+SPACING = 0.5  # trunk lengths between corners, so that the feet step on different ones
+FASTEST = 4.0  # trunk lengths per second, twice the speed of the bundled robots
+BASE = 0.1  # m, thickness of solid ground below z = 0
+
+
+def corners_for(seconds: float) -> int:
+    """Return the number of corners in each direction for a walk of a given duration, s."""
+    return math.ceil(FASTEST * seconds / SPACING) + 4
+
+
+def add_ground(spec: Any, anatomy: Anatomy, corners: int, friction: float) -> None:
+    """Add the ground to a specification: a plane, or a height field that is still level.
+
+    Args:
+        spec: MuJoCo's specification, changed in place.
+        anatomy: anatomy of the robot.
+        corners: number of corners of the height field in each direction from the middle; 0 for a
+            plane.
+        friction: friction of the ground.
+    """
+    import mujoco
+
+    kind, size, field = mujoco.mjtGeom.mjGEOM_PLANE, [0.0, 0.0, 1.0], {}
+    if corners:
+        half, side = corners * SPACING * anatomy.length, 2 * corners + 1
+        kind, size, field = mujoco.mjtGeom.mjGEOM_HFIELD, [0.0, 0.0, 0.0], {"hfieldname": GROUND}
+        spec.add_hfield(
+            name=GROUND,
+            size=[half, half, HIGHEST, BASE],
+            nrow=side,
+            ncol=side,
+            userdata=np.zeros(side**2),
+        )
+    spec.worldbody.add_geom(
+        name=GROUND, type=kind, size=size, friction=[friction, 0.005, 0.0001], **field
+    )
+
+
+def raise_bumps(model: Any, unevenness: float, seed: int, level: float) -> Terrain:
+    """Set the heights of a model's height field, drawn uniformly from 0 to `unevenness`.
+
+    Args:
+        model: `mujoco.MjModel`, changed in place.
+        unevenness: upper bound of the heights, m.
+        seed: seed of the heights, which draws the same heights for any number of corners.
+        level: distance from the middle up to which the ground is level, m.
+    """
+    corners = int(model.hfield_nrow[0]) // 2
+    half = float(model.hfield_size[0, 0])
+    outward = np.abs(np.mgrid[-corners : corners + 1, -corners : corners + 1]).max(axis=0)
+    shares = np.empty(outward.size, np.float32)
+    drawn = unevenness * np.random.default_rng([seed, 0]).random(outward.size)
+    shares[np.argsort(outward.ravel(), kind="stable")] = drawn / HIGHEST
+    spacing = half / corners
+    shares[spacing * (outward.ravel() - 1) <= level] = 0.0
+    model.hfield_data[:] = shares
+    heights = HIGHEST * shares.astype(np.float64).reshape(outward.shape)
+    return Terrain(heights, spacing, (-half, -half))
+
+
+TIPPED = 0.5  # cosine of the trunk's tilt, 60°, beyond which the robot has fallen
+SUNK = 0.8  # share of the standing height; a robot with a lower trunk does not stand
+SETTLE = 1.0  # s, duration of standing before the start
+STILL = 0.2  # standing heights per second; after a second, a falling trunk is faster
+STRONG = 100.0  # factor on the torque of servos, to measure the torque that standing requires
+_VOLTAGE = 7  # index of the largest voltage in the gains of MuJoCo's dcmotor
+
+
+def settle(
+    model: Any, stance: Floats, rest: Floats, belly: int, height: float
+) -> tuple[Floats, bool, Floats]:
+    """Let a robot stand for a while.
+
+    Args:
+        model: MuJoCo's compiled model.
+        stance: initial pose, (nq,).
+        rest: control of all servos, (servos,).
+        belly: sensor index of the number of contacts between trunk and ground.
+        height: height of the intact robot's trunk when standing, m.
+
+    Returns:
+        The state at rest, whether the robot stands, and the share of its stall torque that each
+        servo needs, (servos,). `Simulation` has them as `start`, `stands` and `effort`.
+    """
+    import mujoco
+
+    settled, stands = _simulate_standing(model, stance, rest, belly, height)
+    needed = settled.actuator_force
+    if not stands:
+        strong = copy.copy(model)
+        strong.actuator_forcerange *= STRONG
+        strong.actuator_gainprm[:, _VOLTAGE] *= STRONG
+        needed = _simulate_standing(strong, stance, rest, belly, height)[0].actuator_force
+    start = _at_rest(model, settled.qpos if stands else stance, rest)
+    state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    mujoco.mj_getState(model, start, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    return state, stands, ratio(np.abs(needed), model.actuator_forcerange[:, 1])
+
+
+def _simulate_standing(
+    model: Any, stance: Floats, rest: Floats, belly: int, height: float
+) -> tuple[Any, bool]:
+    """Return the robot after standing for a while, and whether it still stands.
+
+    A standing robot is upright and still, and not far below `height`, m.
+    """
+    import mujoco
+
+    data = _at_rest(model, stance, rest)
+    mujoco.mj_step(model, data, round(SETTLE / model.opt.timestep))
+    standing = np.empty(9)
+    mujoco.mju_quat2Mat(standing, stance[3:7])
+    upright = data.xmat[1, 6:] @ standing[6:] > TIPPED and data.qpos[2] > SUNK * height
+    still = np.linalg.norm(data.qvel[:3]) < STILL * height
+    return data, bool(upright and still and data.sensordata[belly] == 0)
+
+
+def _at_rest(model: Any, qpos: Floats, rest: Floats) -> Any:
+    """Return the robot at rest at time 0, with `rest` as control of its servos."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    data.ctrl[:] = rest
+    return data
+
 
 FRAME_RATE = 50.0  # Hz, for both commands and recorded frames
 NEAR = 0.01  # × length of the trunk; bodies this close in the standing pose never collide

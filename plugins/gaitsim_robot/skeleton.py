@@ -1,17 +1,67 @@
-"""A robot's drawing over time: its solids, and line segments from joint to joint."""
+"""A robot's drawing over time, also on slopes and bumps; the robot as a tree of links."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Motion, Skeleton
-from gaitsim.contracts.quaternions import product, rotated
+from gaitsim.contracts import Link, Motion, Rig, Skeleton, Terrain
+from gaitsim.contracts.quaternions import conjugate, product, rotated, turn_about
 from gaitsim.legged import Damage
+from gaitsim.portable import cos, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.damaged import is_stuck, lost_bodies
 from gaitsim_robot.figure import TRUNK, body_poses, figure
-from gaitsim_robot.inclined import place_on_ground
 from gaitsim_robot.simulation import Simulation
+
+FAR = 1e3  # m, distance to the edge of a slope
+
+
+def place_on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
+    """Rotate a skeleton by the slope about the start, and add the ground.
+
+    Args:
+        skeleton: skeleton in the frame of the ground.
+        simulation: simulation of the robot in its world.
+    """
+    turn = _turn(simulation.world.get("slope", 0.0), simulation.world.get("side_slope", 0.0))
+    bumps = simulation.ground
+    if bumps is not None:
+        x, y = np.array(bumps.corner) - simulation.start[1:3]
+        bumps = replace(bumps, corner=(float(x), float(y)))
+    if turn[0] == 1:
+        return replace(skeleton, ground=bumps)
+    poses = skeleton.poses
+    if poses is not None:
+        placed = np.asarray(poses, np.float64)
+        turned = rotated(turn, placed[..., :3]), product(turn, placed[..., 3:])
+        poses = np.concatenate(turned, axis=-1)
+    return replace(
+        skeleton,
+        segments=rotated(turn, np.asarray(skeleton.segments)),
+        contacts=rotated(turn, np.asarray(skeleton.contacts)),
+        centre=rotated(turn, np.asarray(skeleton.centre)),
+        poses=poses,
+        ground=_inclined_terrain(turn, bumps),
+    )
+
+
+def _turn(slope: float, side_slope: float) -> Floats:
+    """Return the rotation of the ground by slopes in degrees, a quaternion (4,)."""
+    up, left = np.radians([-slope, side_slope]) / 2
+    along = np.array([cos(up), 0.0, sin(up), 0.0])
+    return product(along, np.array([cos(left), sin(left), 0.0, 0.0]))
+
+
+def _inclined_terrain(turn: Floats, bumps: Terrain | None) -> Terrain:
+    """Return a slope as terrain, with vertical bumps."""
+    lattice = bumps or Terrain(np.zeros((2, 2)), 2 * FAR, (-FAR, -FAR))
+    normal = rotated(turn, np.array([0.0, 0.0, 1.0]))
+    places = np.stack([*np.meshgrid(*lattice.corners), np.zeros(lattice.heights.shape)], axis=-1)
+    places[..., 2] = -(places[..., :2] @ normal[:2]) / normal[2]
+    rise = lattice.height(rotated(conjugate(turn), places)) / normal[2]
+    return replace(lattice, heights=places[..., 2] + rise)
 
 
 def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleton:
@@ -71,3 +121,128 @@ def robot_skeleton(
         poses=poses if drawing.solids else None,
         damaged=drawing.damaged,
     )
+
+
+def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | None:
+    """Return the rig of a robot; None if its linkages do not form a tree.
+
+    Joints outside the legs, stuck joints and joints of lost legs stay in the standing pose.
+
+    Args:
+        model: MuJoCo's compiled model.
+        anatomy: anatomy of the robot with its damage.
+        damage: damage of the robot.
+    """
+    if model.eq_active0.any():  # mimic joints and closed linkages
+        return None
+    lost = lost_bodies(model, anatomy, damage)
+    stuck = {one.part for one in damage if is_stuck(one)}
+    turning = {name for name in anatomy.joints if name not in stuck}
+    # A link's origin is on its joint's axis, but a body's need not be: shift points accordingly.
+    links, shifts = [_trunk(model, anatomy)], {TRUNK: np.zeros(3)}
+    names = {TRUNK: links[0].name}
+    for body in range(TRUNK + 1, model.nbody):
+        parent = int(model.body_parentid[body])
+        found, shifts[body] = _links(
+            model,
+            body,
+            names[parent],
+            shifts[parent],
+            anatomy.stance,
+            set() if body in lost else turning,
+        )
+        links += found
+        names[body] = found[-1].name
+    drawing = figure(model, anatomy, damage)
+
+    def shifts_of(bodies: Sequence[int]) -> Floats:
+        return np.array([shifts[body] for body in bodies]).reshape(-1, 3)
+
+    def links_of(bodies: Sequence[int]) -> tuple[str, ...]:
+        return tuple(names[body] for body in bodies)
+
+    poses = drawing.offsets.copy()
+    poses[:, :3] -= shifts_of(drawing.owners)
+    return Rig(
+        tuple(links),
+        anatomy.joints,
+        drawing.names,
+        drawing.segments - shifts_of(drawing.bodies)[:, None],
+        links_of(drawing.bodies),
+        drawing.soles - shifts_of(drawing.feet),
+        links_of(drawing.feet),
+        tuple(leg.name for leg in anatomy.legs),
+        drawing.solids,
+        poses if drawing.solids else None,
+        links_of(drawing.owners),
+        drawing.damaged,
+    )
+
+
+def _trunk(model: Any, anatomy: Anatomy) -> Link:
+    """Return the trunk, rotated as in the standing pose, as up and forward vary between files."""
+    return Link(_name(model, TRUNK), rotation=_quaternion(anatomy.stance[3:7]))
+
+
+def _links(
+    model: Any, body: int, parent: str, shift: Floats, stance: Floats, turning: set[str]
+) -> tuple[list[Link], Floats]:
+    """Return a link for each joint of a body, and the last link's origin in the body's frame.
+
+    Args:
+        model: MuJoCo's compiled model.
+        body: number of the body.
+        parent: name of the link that carries the body.
+        shift: position of that link's origin in the frame of its body, (3,) m.
+        stance: standing pose, (nq,).
+        turning: names of the joints that move.
+    """
+    import mujoco
+
+    kinds = mujoco.mjtJoint
+    place, turn = model.body_pos[body] - shift, model.body_quat[body]
+    first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    links: list[Link] = []
+    shift = np.zeros(3)
+    for index in range(first, first + count):
+        joint, at = model.joint(index), int(model.jnt_qposadr[index])
+        anchor, axis, kind = model.jnt_pos[index], model.jnt_axis[index], model.jnt_type[index]
+        place = place + rotated(turn, anchor - shift)
+        shift = anchor
+        driven = joint.name in turning
+        if kind == kinds.mjJNT_HINGE:
+            angle = (0.0 if driven else stance[at]) - model.qpos0[at]
+            turn = product(turn, turn_about(axis, angle))
+        elif kind == kinds.mjJNT_SLIDE:
+            place = place + rotated(turn, axis * (stance[at] - model.qpos0[at]))
+        else:
+            turn = product(turn, stance[at : at + 4])
+        name = _name(model, body) if index == first + count - 1 else f"{joint.name} of the next"
+        links.append(
+            Link(
+                name,
+                parent,
+                _point(place),
+                _quaternion(turn),
+                joint.name if driven else "",
+                _point(axis) if kind == kinds.mjJNT_HINGE else (0.0, 0.0, 1.0),
+            )
+        )
+        parent, place, turn = name, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+    if not links:
+        links.append(Link(_name(model, body), parent, _point(place), _quaternion(turn)))
+    return links, shift
+
+
+def _name(model: Any, body: int) -> str:
+    return model.body(body).name or f"body {body}"
+
+
+def _point(point: Floats) -> tuple[float, float, float]:
+    x, y, z = point.tolist()
+    return x, y, z
+
+
+def _quaternion(turn: Floats) -> tuple[float, float, float, float]:
+    w, x, y, z = (turn / np.linalg.norm(turn)).tolist()
+    return w, x, y, z

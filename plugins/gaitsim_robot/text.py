@@ -24,6 +24,19 @@ from gaitsim_robot.child import run_in_child
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.markup import parse
 
+
+def disable_log() -> None:
+    """Keep MuJoCo from printing warnings and from writing them to the working directory.
+
+    gaitsim reports unstable robots as failed individuals, with a reason.
+    """
+    import mujoco
+
+    config = mujoco.MjLogConfig.get()
+    config.logto_console = config.logto_file = False
+    mujoco.MjLogConfig.set(config)
+
+
 LARGEST = 2**20  # characters
 BODIES = 500
 GEOMS = 2000

@@ -8,7 +8,7 @@ import numpy as np
 from gaitsim.contracts import Array, Fitness, Motion, option
 from gaitsim.portable import cos, sin
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.sums import mean, ratio, rms, total
+from gaitsim_robot.measures import mean, ratio, rms, total
 
 
 class Travel(Fitness):

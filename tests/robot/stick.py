@@ -5,7 +5,7 @@ from importlib.resources import files
 import mujoco
 import numpy as np
 
-from gaitsim_robot.anatomy import find_anatomy
+from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.servos import add_servos, joint_servos
 from gaitsim_robot.simulation import build
 

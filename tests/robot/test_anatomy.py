@@ -13,7 +13,7 @@ from small_robots import (
 )
 
 from gaitsim.errors import GaitsimError
-from gaitsim_robot.anatomy import find_anatomy
+from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.organism import Robot
 
 KINDS = {"quadruped": QUADRUPED, "facing y": FACING_Y, "hexapod": HEXAPOD, "humanoid": HUMANOID}

@@ -10,11 +10,10 @@ from stick import simulation_of, standing_quadruped, trot
 
 from gaitsim_robot.bullet.body import Body
 from gaitsim_robot.bullet.client import open_client
-from gaitsim_robot.bullet.rollout import roll_out
-from gaitsim_robot.bullet.servos import Drives
+from gaitsim_robot.bullet.rollout import Drives, roll_out
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.motion import walk
 from gaitsim_robot.organism import Robot
+from gaitsim_robot.rollout import walk
 
 GRAVITY = 9.81
 FRAMES = 51

@@ -11,10 +11,9 @@ from stick import quadruped_spec, simulation_of, standing_quadruped
 from gaitsim.contracts import Terrain
 from gaitsim.errors import GaitsimError
 from gaitsim_robot import loading
-from gaitsim_robot.commands import delayed_commands
 from gaitsim_robot.conditions import apply_world, downward, robot_conditions
-from gaitsim_robot.motion import walk
 from gaitsim_robot.organism import Robot
+from gaitsim_robot.rollout import delayed_commands, walk
 
 GRAVITY = 9.81
 CONDITIONS = robot_conditions(0.8, 0.02)

@@ -10,8 +10,8 @@ import pytest
 from gaitsim.errors import GaitsimError
 from gaitsim.legged import SERVOS
 from gaitsim_robot.loading import load_servos, load_specification
-from gaitsim_robot.motion import walk
 from gaitsim_robot.organism import Robot
+from gaitsim_robot.rollout import walk
 from gaitsim_robot.simulation import build
 
 GRAVITY = 9.81

@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 from small_robots import FACING_Y, HEXAPOD, HUMANOID, QUADRUPED
 
 from gaitsim.encoding import genome_space
-from gaitsim_robot.anatomy import find_anatomy
 from gaitsim_robot.chain import _jacobian
-from gaitsim_robot.encodings import Encoding
+from gaitsim_robot.encodings import SAMPLES, Encoding, cycle_angles
+from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.simulation import FRAME_RATE
-from gaitsim_robot.steps import SAMPLES, cycle_angles
 
 ROBOTS = {"quadruped": QUADRUPED, "facing y": FACING_Y, "hexapod": HEXAPOD, "humanoid": HUMANOID}
 KINDS = ("steps", "sine", "cpg")

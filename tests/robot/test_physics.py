@@ -10,9 +10,9 @@ from small_robots import FACING_Y
 from stick import quadruped_spec, simulation_of, standing_quadruped, trot
 
 from gaitsim.contracts.quaternions import conjugate, product
-from gaitsim_robot.ground import GROUND
-from gaitsim_robot.motion import orientation, walk
 from gaitsim_robot.organism import Robot
+from gaitsim_robot.rollout import orientation, walk
+from gaitsim_robot.simulation import GROUND
 
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 GRAVITY = 9.81

@@ -9,7 +9,7 @@ import pytest
 from stick import servoed_stick, standing_quadruped
 
 from gaitsim.legged import SERVOS
-from gaitsim_robot.commands import delayed_commands
+from gaitsim_robot.rollout import delayed_commands
 from gaitsim_robot.servos import ServoName
 
 EVERY = [*SERVOS.values()]

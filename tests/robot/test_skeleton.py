@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gaitsim_robot.anatomy import find_anatomy
+from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.organism import BUNDLED, Robot
 from gaitsim_robot.skeleton import robot_skeleton
 

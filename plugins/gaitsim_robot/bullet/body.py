@@ -10,9 +10,8 @@ from gaitsim.contracts.quaternions import conjugate, product, rotated
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.bullet.client import Client
 from gaitsim_robot.bullet.multibody import RATIO, TRUNK, create_links
-from gaitsim_robot.ground import GROUND
 from gaitsim_robot.shapes import geom_surface
-from gaitsim_robot.simulation import Simulation
+from gaitsim_robot.simulation import GROUND, Simulation
 
 STRONG = 1e9  # N m, largest torque of gears
 FAST = 1e9  # rad/s, largest speed of rotors

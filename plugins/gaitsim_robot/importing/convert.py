@@ -9,8 +9,8 @@ from gaitsim_robot.importing.files import Files, read
 from gaitsim_robot.importing.joints import repair_joints
 from gaitsim_robot.importing.mjcf import read_mjcf
 from gaitsim_robot.importing.solids import repair_masses, repair_origin, repair_shapes
+from gaitsim_robot.importing.tree import write
 from gaitsim_robot.importing.urdf import read_urdf
-from gaitsim_robot.importing.writing import write
 from gaitsim_robot.markup import parse
 from gaitsim_robot.text import check_text, compile_text
 

@@ -6,9 +6,8 @@ from xml.etree.ElementTree import Element, tostring
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.dialects import modernise
 from gaitsim_robot.importing.files import Files
-from gaitsim_robot.importing.includes import inline_includes, resolve_files
+from gaitsim_robot.importing.includes import inline_includes, modernise, resolve_files
 from gaitsim_robot.importing.tree import (
     Body,
     Closure,
@@ -20,8 +19,8 @@ from gaitsim_robot.importing.tree import (
     Shape,
     format_names,
 )
-from gaitsim_robot.quiet import disable_log
 from gaitsim_robot.shapes import mesh_vertices
+from gaitsim_robot.text import disable_log
 
 _TINY = 1e-9  # kg and kg·m²; lets MuJoCo compile massless bodies, which repairs detect later
 _JOINTS = ("free", "ball", "slide", "hinge")  # the order of mjtJoint

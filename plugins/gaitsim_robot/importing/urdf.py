@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import Files
-from gaitsim_robot.importing.mesh_files import MeshFiles, turn_up
+from gaitsim_robot.importing.meshes import MeshFiles, turn_up
 from gaitsim_robot.importing.tree import (
     Body,
     Coupling,
