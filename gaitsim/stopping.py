@@ -1,8 +1,10 @@
-"""The conditions that end a search.
+"""The progress of a search, and the conditions that end it.
 
 This module imports nothing heavy, as `gaitsim runs` needs it.
 """
 
+import math
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 
@@ -26,23 +28,60 @@ class Limits(Protocol):
         """The number of generations without an improvement that ends the search."""
 
 
-class Reached(Protocol):
-    """The progress of a search."""
+@dataclass(frozen=True)
+class SearchProgress:
+    """The progress of a search, apart from its population and state.
 
-    @property
-    def evaluations(self) -> int:
-        """The number of individuals evaluated."""
+    Attributes:
+        evaluations: number of individuals evaluated.
+        best_score: best score so far; −inf if none was finite.
+        stagnation: number of generations since the best score last increased.
+        threshold: score that the next champion must beat; None if champions are not saved.
+        stage: number of the stage, counted from 1; changing the experiment of a run starts the
+            next stage.
+    """
 
-    @property
-    def best_score(self) -> float:
-        """The best score so far."""
+    evaluations: int
+    best_score: float
+    stagnation: int
+    threshold: float | None
+    stage: int = 1
 
-    @property
-    def stagnation(self) -> int:
-        """The number of generations since the best score last increased."""
+    def next_stage(
+        self, threshold: float | None, *, reevaluated: bool, population: int
+    ) -> "SearchProgress":
+        """Return the progress at the start of the next stage.
+
+        If the population is re-evaluated, its individuals count as evaluations, and the best score
+        is reset, because scores of the two stages cannot be compared.
+
+        Args:
+            threshold: `fitness_threshold` of the next stage.
+            reevaluated: whether the body, the fitness or the worlds have changed.
+            population: number of individuals.
+        """
+        progress = self.reset_scores(threshold, population) if reevaluated else self
+        return replace(progress, stage=self.stage + 1)
+
+    def reset_scores(self, threshold: float | None, evaluated: int) -> "SearchProgress":
+        """Return the progress without the best score, for scores not comparable with earlier ones.
+
+        Best score, stagnation and threshold are as before the first generation of a run.
+
+        Args:
+            threshold: `fitness_threshold` of the experiment.
+            evaluated: number of individuals that were re-evaluated.
+        """
+        return replace(
+            self,
+            evaluations=self.evaluations + evaluated,
+            best_score=-math.inf,
+            stagnation=-1,
+            threshold=threshold,
+        )
 
 
-def stop_reason(limits: Limits, number: int, progress: Reached, individuals: int) -> str:
+def stop_reason(limits: Limits, number: int, progress: SearchProgress, individuals: int) -> str:
     """Return why a search ends after generation `number`; '' if it continues."""
     if number >= limits.generations:
         return f"{number} generations are done"

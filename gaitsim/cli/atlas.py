@@ -73,6 +73,7 @@ def atlas(
     )
     from gaitsim.experiment import load_atlas
     from gaitsim.runs.creation import create_run
+    from gaitsim.runs.snapshot import RunSnapshot
 
     given = command_line_options(generations, population, seed, set_)
     ends, count = parse_axes(axes), parse_cells(cells)
@@ -80,4 +81,4 @@ def atlas(
         loaded = load_atlas(body, axes=ends, cells=count, set=given)
     start = starting_individual(loaded, from_)
     with chosen_place(dask, workers, detach=detach) as place:
-        evolve_run(create_run(loaded, out, start), place, workers=workers, json=json)
+        evolve_run(RunSnapshot(create_run(loaded, out, start)), place, workers=workers, json=json)

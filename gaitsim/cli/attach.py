@@ -22,20 +22,19 @@ def attach(run: RunName, json: Json = False) -> None:
 
     gaitsim attach night --json > log.jsonl
     """
-    from gaitsim.cli.evolving import find_run_folder, not_evolving
+    from gaitsim.cli.evolving import find_evolving, not_evolving
     from gaitsim.cli.following import follow_run
     from gaitsim.cli.summary import summarise
-    from gaitsim.live.process import background_state
     from gaitsim.runs.files.lock import is_locked
 
-    path = find_run_folder(run)
-    in_background = background_state(path) is not None
+    found = find_evolving(run)
+    path, in_background = found.path, found.process is not None
     if not in_background and not is_locked(path):
-        raise not_evolving(path)
+        raise not_evolving(found)
     last = asyncio.run(follow_run(path, json, in_background=in_background))
     match last.state:
         case "finished":
-            summarise(path, last.reason, json)
+            summarise(found.reopened(), last.reason, json)
         case "stopped":
             notice(f"Stopped and saved. Continue with: {command('resume', path)}")
             sys.exit(INTERRUPTED)

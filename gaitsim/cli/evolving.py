@@ -29,7 +29,6 @@ from gaitsim.live.slots import slot_count
 from gaitsim.registry.entry_points import interrupted_plugin
 from gaitsim.runs.background import (
     STATE_PREDICATES,
-    background_process,
     create_runtime_folder,
     last_failure,
 )
@@ -38,7 +37,6 @@ from gaitsim.runs.creation import find_individual
 from gaitsim.runs.files.checkpoint import Champion
 from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.files.history import row
-from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import Challenge
@@ -92,7 +90,7 @@ def chosen_place(dask: str | None, workers: int | None, *, detach: bool) -> Iter
 
 
 def evolve_run(
-    path: Path,
+    run: RunSnapshot,
     place: Place,
     *,
     workers: int | None,
@@ -106,12 +104,12 @@ def evolve_run(
     Exits with code 130 if the user stops the run.
     """
     if place == "background":
-        _evolve_in_background(path, workers, json, overrides, generations, any_version=any_version)
+        _evolve_in_background(run, workers, json, overrides, generations, any_version=any_version)
         return
     with interruptible() as interrupts:
         try:
             with RunWriter.open(
-                path,
+                run.path,
                 overrides=overrides,
                 generations=generations,
                 any_version=any_version,
@@ -129,11 +127,11 @@ def evolve_run(
                             if reason or interrupts.requested:
                                 break
         except KeyboardInterrupt:
-            _exit_immediately(path)
+            _exit_immediately(run)
     if interrupts.requested and not reason:
-        notice(f"Stopped and saved. Continue with: {command('resume', path)}")
+        notice(f"Stopped and saved. Continue with: {command('resume', run.path)}")
         sys.exit(INTERRUPTED)
-    summarise(path, reason, json, workers)
+    summarise(run.reopened(), reason, json, workers)
 
 
 def _prepare(writer: RunWriter, json: bool) -> Display:
@@ -165,12 +163,12 @@ def _prepare(writer: RunWriter, json: bool) -> Display:
     return shown
 
 
-def _exit_immediately(path: Path) -> NoReturn:
+def _exit_immediately(run: RunSnapshot) -> NoReturn:
     """Exit immediately; the run folder is complete at any time."""
     working = interrupted_plugin()
     if working:
         notice(f"When the run was stopped, {working}.")
-    notice(f"Stopped at the last saved generation. Continue with: {command('resume', path)}")
+    notice(f"Stopped at the last saved generation. Continue with: {command('resume', run.path)}")
     if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
         sys.exit(INTERRUPTED)
     # A normal exit would wait for threads, which compiled code may keep busy.
@@ -181,7 +179,7 @@ def _exit_immediately(path: Path) -> NoReturn:
 
 
 def _evolve_in_background(
-    path: Path,
+    run: RunSnapshot,
     workers: int | None,
     json: bool,
     overrides: Overrides | None,
@@ -190,7 +188,8 @@ def _evolve_in_background(
     any_version: bool,
 ) -> None:
     """Evolve a run in the background, or continue it if paused; print how to watch and stop it."""
-    if background_state(path) == "paused" and not overrides and generations is None:
+    path, process = run.path, run.process
+    if process is not None and process.state == "paused" and not overrides and generations is None:
         send(path, Command("go"))
         state: str | None = "running"
     else:
@@ -206,12 +205,13 @@ def _evolve_in_background(
         while (state := background_state(path)) == "preparing" and time.monotonic() < end:
             time.sleep(PERIOD)
     if state is None:
-        reason = "" if last_failure(path) else stop_reason_of(RunSnapshot(path))
+        run = run.reopened()
+        reason = "" if run.failure else run.stop_reason
         if not reason:
-            raise not_evolving(path)
-        summarise(path, reason, json)
+            raise not_evolving(run)
+        summarise(run, reason, json)
         return
-    process = background_process(path)
+    process = run.process
     pid = process.pid if process else None
     if json:
         print_json({"run": str(path), "state": state, "process": pid})
@@ -223,23 +223,23 @@ def _evolve_in_background(
         output().print(f"# {purpose}", style="dim")
 
 
-def not_evolving(path: Path) -> GaitsimError:
+def not_evolving(run: RunSnapshot) -> GaitsimError:
     """Return the error for a run that is not evolving: the run's own failure, if it failed."""
-    return last_failure(path) or RunError(
-        f"the run {path} is not evolving",
-        remedy=f"show it: {command('show', path)}; or continue it: "
-        f"{command('resume', path, '--detach')}",
+    return run.failure or RunError(
+        f"the run {run.path} is not evolving",
+        remedy=f"show it: {command('show', run.path)}; or continue it: "
+        f"{command('resume', run.path, '--detach')}",
     )
 
 
-def find_run_folder(reference: str) -> Path:
-    """Return the folder of a run; for a background run, even if its folder was deleted."""
+def find_evolving(reference: str) -> RunSnapshot:
+    """Return a run; a background run even if its folder was deleted."""
     places = [Path(place) for place in (reference, RUNS / reference) if reference]
     for path in places:
         if background_state(path):
-            return path
+            return RunSnapshot(path)
     try:
-        return find_run(reference)
+        return RunSnapshot(find_run(reference))
     except RunError:
         failures = [failure for path in places if (failure := last_failure(path))]
         if failures:

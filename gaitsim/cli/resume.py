@@ -46,11 +46,12 @@ def resume(
     """
     from gaitsim.cli.evolving import chosen_place, evolve_run
     from gaitsim.experiment import parse_assignments
+    from gaitsim.runs.snapshot import RunSnapshot
 
-    path, overrides = find_run(run), parse_assignments(set_ or ())
+    found, overrides = RunSnapshot(find_run(run)), parse_assignments(set_ or ())
     with chosen_place(dask, workers, detach=detach) as place:
         evolve_run(
-            path,
+            found,
             place,
             workers=workers,
             json=json,

@@ -78,6 +78,7 @@ def run(
     )
     from gaitsim.experiment import load_experiment
     from gaitsim.runs.creation import create_run
+    from gaitsim.runs.snapshot import RunSnapshot
 
     given = command_line_options(generations, population, seed, set_)
     challenge = read_challenge(from_) if from_ is not None else None
@@ -94,4 +95,4 @@ def run(
         )
     start = starting_individual(loaded, challenge or from_)
     with chosen_place(dask, workers, detach=detach) as place:
-        evolve_run(create_run(loaded, out, start), place, workers=workers, json=json)
+        evolve_run(RunSnapshot(create_run(loaded, out, start)), place, workers=workers, json=json)

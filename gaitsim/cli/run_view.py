@@ -15,7 +15,6 @@ from gaitsim.evolution.transferability import RealityTests
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number
-from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.history import FIGURE, best_terms, figures_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -32,8 +31,8 @@ def print_run_as_json(run: RunSnapshot) -> None:
         {
             "run": str(run.path),
             "note": _note(run),
-            "background": process.state if (process := background_process(run.path)) else None,
-            "failure": failure.to_dict() if (failure := last_failure(run.path)) else None,
+            "background": process.state if (process := run.process) else None,
+            "failure": failure.to_dict() if (failure := run.failure) else None,
             "experiment": experiment.name,
             "seed": experiment.seed,
             "results": run.portability.partition(":")[0],
@@ -74,7 +73,7 @@ def print_run(run: RunSnapshot) -> None:
     console.print(f"{experiment.name}: {experiment.description}")
     if note := _note(run):
         console.print(note, style="italic")
-    process, failure = background_process(run.path), last_failure(run.path)
+    process, failure = run.process, run.failure
     if process is not None:
         console.print(f"in the background: {process.state}, process {process.pid}")
     if failure is not None:

@@ -47,7 +47,7 @@ def runs(
     if delete:
         _delete(root, delete, yes=yes, json=json)
         return
-    found = [_row(run) for run in list_overviews(root)]
+    found = [_row(run) for run in list_overviews(root, _read_in_full)]
     if json:
         for row in found:
             print_json(row)
@@ -107,6 +107,12 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
             print_json({"deleted": str(path)})
         else:
             echo(f"{path}: deleted")
+
+
+def _read_in_full(path: Path) -> Overview | None:
+    from gaitsim.runs.growing import overview
+
+    return overview(path)
 
 
 def _row(run: Overview) -> dict[str, Any]:

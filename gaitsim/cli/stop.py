@@ -1,8 +1,10 @@
 """`gaitsim stop`."""
 
+from __future__ import annotations
+
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +14,9 @@ from gaitsim.console import INTERRUPTED
 from gaitsim.console.printing import echo, notice, print_json, status
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.files.folder import command
+
+if TYPE_CHECKING:
+    from gaitsim.runs.snapshot import RunSnapshot
 
 
 def stop(
@@ -47,19 +52,20 @@ def stop(
             "no run is given",
             remedy="name a run ('gaitsim runs' lists them), or stop all background runs with --all",
         )
-    paths = _in_folders(runs or []) if all_ else [_find_evolving(name) for name in runs or []]
-    for path in paths:
-        request_stop(path)
-    failures = [failure for path in paths if (failure := _wait(path, json)) is not None]
-    if not paths and not json:
+    found = _in_folders(runs or []) if all_ else [_find_evolving(name) for name in runs or []]
+    for run in found:
+        request_stop(run.path)
+    failures = [failure for run in found if (failure := _wait(run, json)) is not None]
+    if not found and not json:
         echo("No run is evolving in the background.")
     if failures:
         raise failures[0]
 
 
-def _in_folders(folders: list[str]) -> list[Path]:
+def _in_folders(folders: list[str]) -> list[RunSnapshot]:
     """Return the background runs, limited to `folders` if there are any."""
     from gaitsim.runs.background import background_processes, create_runtime_folder
+    from gaitsim.runs.snapshot import RunSnapshot
 
     for folder in folders:
         if not Path(folder).is_dir():
@@ -69,7 +75,7 @@ def _in_folders(folders: list[str]) -> list[Path]:
     create_runtime_folder()  # raises an error if it cannot be used; otherwise no run would be found
     roots = [Path(folder).resolve() for folder in folders]
     found = [process.run for process in background_processes()]
-    return [_relative(run) for run in found if not roots or run.parent in roots]
+    return [RunSnapshot(_relative(run)) for run in found if not roots or run.parent in roots]
 
 
 def _relative(run: Path) -> Path:
@@ -78,41 +84,36 @@ def _relative(run: Path) -> Path:
     return run.relative_to(here) if run.is_relative_to(here) else run
 
 
-def _find_evolving(name: str) -> Path:
-    """Return the folder of a background run."""
-    from gaitsim.cli.evolving import find_run_folder, not_evolving
-    from gaitsim.live.process import background_state
+def _find_evolving(name: str) -> RunSnapshot:
+    """Return a background run."""
+    from gaitsim.cli.evolving import find_evolving, not_evolving
     from gaitsim.runs.files.lock import RunLock
 
-    path = find_run_folder(name)
-    if background_state(path) is None:
-        RunLock(path).release()  # raises an error that names the process evolving it elsewhere
-        raise not_evolving(path)
-    return path
+    run = find_evolving(name)
+    if run.process is None:
+        RunLock(run.path).release()  # raises an error that names the process evolving it elsewhere
+        raise not_evolving(run)
+    return run
 
 
-def _wait(path: Path, json: bool) -> GaitsimError | None:
+def _wait(run: RunSnapshot, json: bool) -> GaitsimError | None:
     """Wait until a run has stopped, and report it; return its failure if it failed."""
-    from gaitsim.live.process import background_state
     from gaitsim.live.process import stop as stop_run
-    from gaitsim.runs.background import last_failure
-    from gaitsim.runs.resume import stop_reason_of
-    from gaitsim.runs.snapshot import RunSnapshot
 
+    path = run.path
     try:
         with status(f"Stopping {path} after its current generation …"):
-            if background_state(path) is not None:
+            if run.process is not None:
                 stop_run(path)
     except KeyboardInterrupt:
         notice(f"{path} will stop after its current generation.")
         sys.exit(INTERRUPTED)
     except RunError:
         pass  # the run has just ended
-    failure = last_failure(path)
-    if failure is not None:
-        return failure
-    run = RunSnapshot(path)
-    reason = stop_reason_of(run)
+    run = run.reopened()
+    if run.failure is not None:
+        return run.failure
+    reason = run.stop_reason
     if json:
         state = "finished" if reason else "stopped"
         print_json({"run": str(path), "state": state, "generation": run.generation})

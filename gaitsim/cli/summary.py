@@ -1,7 +1,6 @@
 """Print the result of a run: the champion's measures and terms, and commands to run next."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from gaitsim.cli.unseen import evaluate_champion
@@ -32,12 +31,11 @@ def to_dict(champion: Individual) -> dict[str, Any]:
     }
 
 
-def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -> None:
+def summarise(run: RunSnapshot, reason: str, json: bool, workers: int | None = None) -> None:
     """Print how a run ended and its champion; with `json`, as one object.
 
     The champion of a run over worlds is evaluated in unseen worlds, with `workers` workers.
     """
-    run = RunSnapshot(path)
     champion = champion_of(run)
     if json:
         parts: dict[str, Any] = {"generation": run.generation, "score": None}
@@ -46,11 +44,11 @@ def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -
             if unseen := evaluate_champion(run, champion, workers):
                 parts["unseen_worlds"] = unseen.statistics()
         print_json(
-            {"run": str(path), "finished": reason, **parts, "fingerprint": run.fingerprint()}
+            {"run": str(run.path), "finished": reason, **parts, "fingerprint": run.fingerprint()}
         )
         return
     console = output()
-    console.print(f"\n{path}: {reason}", style="bold")
+    console.print(f"\n{run.path}: {reason}", style="bold")
     print_champion(run, champion)
     if champion is None:
         return

@@ -1,15 +1,15 @@
 """The evolution loop, an iterator of frozen generations: ask, evaluate, tell."""
 
-from gaitsim.evolution.generation import Generation, Progress
+from gaitsim.evolution.generation import Generation
 from gaitsim.evolution.islands import ParallelMap, island_map
 from gaitsim.evolution.loop import advance, evolve, reevaluate
 from gaitsim.evolution.searching import ask, first_population
-from gaitsim.stopping import stop_reason
+from gaitsim.stopping import SearchProgress, stop_reason
 
 __all__ = [
     "Generation",
     "ParallelMap",
-    "Progress",
+    "SearchProgress",
     "advance",
     "ask",
     "evolve",

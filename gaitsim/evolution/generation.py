@@ -1,69 +1,15 @@
-"""A finished generation, which the loop yields, and the progress of the search."""
+"""A finished generation, which the loop yields."""
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, State
 from gaitsim.evaluation import Evaluation
-from gaitsim.experiment import Evolution
 from gaitsim.repr_mixin import ReprField, ReprMixin
-
-
-@dataclass(frozen=True)
-class Progress:
-    """The progress of a search, apart from its population and state.
-
-    Attributes:
-        evaluations: number of individuals evaluated.
-        best_score: best score so far; −inf if none was finite.
-        stagnation: number of generations since the best score last increased.
-        threshold: score that the next champion must beat; None if champions are not saved.
-        stage: number of the stage, counted from 1; changing the experiment of a run starts the
-            next stage.
-    """
-
-    evaluations: int
-    best_score: float
-    stagnation: int
-    threshold: float | None
-    stage: int = 1
-
-    def next_stage(self, evolution: Evolution, *, reevaluated: bool, population: int) -> "Progress":
-        """Return the progress at the start of the next stage.
-
-        If the population is re-evaluated, its individuals count as evaluations, and the best score
-        is reset, because scores of the two stages cannot be compared.
-
-        Args:
-            evolution: size and length of the search in the next stage.
-            reevaluated: whether the body, the fitness or the worlds have changed.
-            population: number of individuals.
-        """
-        if not reevaluated:
-            return replace(self, stage=self.stage + 1)
-        progress = self.reset_scores(evolution, population)
-        return replace(progress, stage=self.stage + 1)
-
-    def reset_scores(self, evolution: Evolution, evaluated: int) -> "Progress":
-        """Return the progress without the best score, for scores not comparable with earlier ones.
-
-        Best score, stagnation and threshold are as before the first generation of a run.
-
-        Args:
-            evolution: size and length of the search.
-            evaluated: number of individuals that were re-evaluated.
-        """
-        return replace(
-            self,
-            evaluations=self.evaluations + evaluated,
-            best_score=-math.inf,
-            stagnation=-1,
-            threshold=evolution.fitness_threshold,
-        )
+from gaitsim.stopping import SearchProgress
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,7 +32,7 @@ class Generation(ReprMixin):
     number: int
     genomes: Genomes
     evaluation: Evaluation
-    progress: Progress
+    progress: SearchProgress
     diversity: float
     seconds: float
     is_champion: bool

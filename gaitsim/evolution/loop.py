@@ -18,7 +18,7 @@ from dataclasses import replace
 
 from gaitsim.contracts import Array, GenomeSpace, State
 from gaitsim.evaluation.scoring import Evaluate, check_terms
-from gaitsim.evolution.generation import Generation, Progress
+from gaitsim.evolution.generation import Generation
 from gaitsim.evolution.islands import (
     EvaluatedPopulation,
     ParallelMap,
@@ -36,7 +36,7 @@ from gaitsim.evolution.searching import (
 )
 from gaitsim.experiment import Evolution, Experiment
 from gaitsim.registry import plugin_errors
-from gaitsim.stopping import stop_reason
+from gaitsim.stopping import SearchProgress, stop_reason
 
 
 def evolve(
@@ -64,7 +64,7 @@ def evolve(
         PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space, evolution = experiment.space(), experiment.evolution
-    number, before = 1, Progress(0, -math.inf, -1, evolution.fitness_threshold)
+    number, before = 1, SearchProgress(0, -math.inf, -1, evolution.fitness_threshold)
     while after is None or not stop_reason(
         evolution, after.number, after.progress, len(after.genomes)
     ):
@@ -82,7 +82,7 @@ def evolve(
                 state, more = reevaluate_remembered(
                     experiment, state, evaluate, number, redrawn=True
                 )
-                before = before.reset_scores(evolution, more)
+                before = before.reset_scores(evolution.fitness_threshold, more)
             state = tell(experiment, space, state, results(genomes, evaluation), number)
             with plugin_errors(experiment.entries["organism"], "measuring diversity"):
                 diversity = float(space.diversity(genomes))
@@ -157,8 +157,8 @@ def reevaluate(experiment: Experiment, last: Generation, evaluate: Evaluate) -> 
 
 
 def advance(
-    before: Progress, best: float, evaluated: int, evolution: Evolution
-) -> tuple[Progress, bool]:
+    before: SearchProgress, best: float, evaluated: int, evolution: Evolution
+) -> tuple[SearchProgress, bool]:
     """Return the progress after a generation, and whether its best individual is a champion.
 
     The score of a champion exceeds the threshold. The threshold then rises in whole steps of
@@ -175,7 +175,7 @@ def advance(
     if threshold is not None and is_champion:
         threshold = _raise_threshold(threshold, best, evolution.delta_fitness)
     rose = best > before.best_score
-    progress = Progress(
+    progress = SearchProgress(
         evaluations=before.evaluations + evaluated,
         best_score=max(best, before.best_score),
         stagnation=0 if rose else before.stagnation + 1,

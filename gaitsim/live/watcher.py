@@ -14,7 +14,6 @@ from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import champion_file, deleted_or_moved, saved_champions
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.growing import HistoryBuffer, RunFollower
-from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import RunStage
 
@@ -126,7 +125,7 @@ class RunWatcher:
         if checkpoint is None:
             state: State = "elsewhere" if locked else "stopped"
             return Snapshot(state, generations=generations)
-        reason = "" if locked else stop_reason_of(run)
+        reason = "" if locked else run.stop_reason
         rows = self._follower.read_rows(run)
         seen = len(self.history)
         self.history.extend(rows)

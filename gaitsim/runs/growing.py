@@ -26,7 +26,6 @@ from gaitsim.runs.files.safe_pickle import NewerVersionError, SchemaVersionError
 from gaitsim.runs.files.tables import Columns, open_records, read_head, read_rows
 from gaitsim.runs.manage import read_note
 from gaitsim.runs.overview import Overview, State, run_state
-from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
@@ -303,7 +302,7 @@ class _WatchedRun:
                 known["stage"] = len(checkpoint.stages) + 1
                 best = checkpoint.best_score
                 known["best"] = best if math.isfinite(best) else None
-                self._finished = bool(stop_reason_of(run))
+                self._finished = bool(run.stop_reason)
             self._curve.extend(self._follower.read_rows(run))
         except GaitsimError as error:
             problem = _foreign_format(run) or error

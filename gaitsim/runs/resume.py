@@ -5,15 +5,13 @@ generation. Until that generation is written, the stage is only a difference bet
 `experiment.toml` and the checkpoint. It survives a killed process, and a later change replaces it.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from gaitsim.contracts import Array
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
-from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, Progress, stop_reason
+from gaitsim.evolution import Generation, stop_reason
 from gaitsim.evolution.searching import state_mismatch
-from gaitsim.experiment import Evolution, Experiment, Overrides, Typed, read_outline
+from gaitsim.experiment import Experiment, Overrides, Typed
 from gaitsim.registry import options
 from gaitsim.runs.compatibility import (
     LIBRARIES,
@@ -27,7 +25,7 @@ from gaitsim.runs.compatibility import (
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, START, command
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import Change, changes, pending_changes
+from gaitsim.runs.stages import Change, next_progress, pending_changes, restore_generation
 
 POPULATION = "evolution.population"
 
@@ -223,60 +221,6 @@ def _compare_versions(
         if libraries
         else ""
     )
-
-
-def restore_generation(checkpoint: Checkpoint) -> Generation:
-    """Return the generation in a checkpoint."""
-    reasons = {int(index): reason for index, reason in checkpoint.reasons.items()}
-    return Generation(
-        number=checkpoint.generation,
-        genomes=checkpoint.genomes,
-        evaluation=Evaluation(checkpoint.scores, checkpoint.terms, reasons, checkpoint.values),
-        progress=Progress(
-            evaluations=checkpoint.evaluations,
-            best_score=checkpoint.best_score,
-            stagnation=checkpoint.stagnation,
-            threshold=checkpoint.threshold,
-            stage=len(checkpoint.stages) + 1,
-        ),
-        diversity=float("nan"),
-        seconds=0.0,
-        is_champion=False,
-        stop="",
-        state=checkpoint.state,
-    )
-
-
-def next_progress(
-    checkpoint: Checkpoint, evolution: Evolution, stage_changes: Sequence[Change]
-) -> Progress:
-    """Return the progress that the generation after a checkpoint starts from.
-
-    Args:
-        checkpoint: checkpoint of the last generation.
-        evolution: options for the coming generations.
-        stage_changes: changes that start a stage; empty if there are none.
-    """
-    progress = restore_generation(checkpoint).progress
-    if stage_changes:
-        reevaluated = any(change.reevaluates for change in stage_changes)
-        size = len(checkpoint.genomes)
-        progress = progress.next_stage(evolution, reevaluated=reevaluated, population=size)
-    # A changed threshold takes effect even if no stage starts.
-    before = read_outline(checkpoint.experiment, "the checkpoint").evolution
-    if evolution.fitness_threshold != before.fitness_threshold:
-        progress = replace(progress, threshold=evolution.fitness_threshold)
-    return progress
-
-
-def stop_reason_of(run: RunSnapshot) -> str:
-    """Return the stop condition that holds for a run; '' if none. Plugins are not loaded."""
-    checkpoint = run.checkpoint
-    if checkpoint is None:
-        return ""
-    evolution = run.outline.evolution
-    progress = next_progress(checkpoint, evolution, changes(run.stages[-1].outline, run.outline))
-    return stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))
 
 
 def start_genome(run: RunSnapshot, experiment: Experiment) -> Array | None:

@@ -25,6 +25,7 @@ from gaitsim.experiment.overrides import COMMAND_LINE
 from gaitsim.individual import NEAR_TOLERANCE, Choice, Individual, Member, Near
 from gaitsim.opening import read_regular
 from gaitsim.registry.entry_points import PythonEntry, find_registered, is_outside
+from gaitsim.runs.background import BackgroundProcess, background_process, last_failure
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.files.checkpoint import (
     Champion,
@@ -65,9 +66,11 @@ from gaitsim.runs.stages import (
     RunStage,
     changes,
     first_comparable,
+    next_progress,
     pending_changes,
     stages_of,
 )
+from gaitsim.stopping import stop_reason
 from gaitsim.toml import LARGEST
 
 
@@ -88,6 +91,10 @@ class RunSnapshot:
 
     path: Path
     keep_damaged: bool = False
+
+    def reopened(self) -> "RunSnapshot":
+        """Return the current state of the run."""
+        return RunSnapshot(self.path)
 
     @cached_property
     def experiment_text(self) -> str:
@@ -337,6 +344,27 @@ class RunSnapshot:
         if self.checkpoint is None or self.checkpoint.experiment == self.experiment_text:
             return ()
         return pending_changes(self.checkpoint, self.experiment)
+
+    @property
+    def stop_reason(self) -> str:
+        """The stop condition that holds; '' if none. Plugins are not loaded."""
+        checkpoint = self.checkpoint
+        if checkpoint is None:
+            return ""
+        evolution = self.outline.evolution
+        found = changes(self.stages[-1].outline, self.outline)
+        progress = next_progress(checkpoint, evolution, found)
+        return stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))
+
+    @property
+    def process(self) -> BackgroundProcess | None:
+        """The process that now evolves the run in the background, or waits to."""
+        return background_process(self.path)
+
+    @property
+    def failure(self) -> GaitsimError | None:
+        """The error of the last process in the background; None if it did not fail."""
+        return last_failure(self.path)
 
     @property
     def first_comparable(self) -> int:

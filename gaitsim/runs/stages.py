@@ -7,8 +7,11 @@ from typing import Any
 from pydantic_core import to_jsonable_python
 
 from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import Evaluation
+from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.experiment import (
     TRANSFERABILITY,
+    Evolution,
     Experiment,
     ExperimentOutline,
     parse_experiment,
@@ -134,6 +137,52 @@ def changes(then: ExperimentOutline, now: ExperimentOutline) -> tuple[Change, ..
                 redraws = name == "seed" and bool(now.worlds.number)
                 found.append(Change(name, old.get(key), new.get(key), redraws=redraws))
     return tuple(found)
+
+
+def restore_generation(checkpoint: Checkpoint) -> Generation:
+    """Return the generation in a checkpoint."""
+    reasons = {int(index): reason for index, reason in checkpoint.reasons.items()}
+    return Generation(
+        number=checkpoint.generation,
+        genomes=checkpoint.genomes,
+        evaluation=Evaluation(checkpoint.scores, checkpoint.terms, reasons, checkpoint.values),
+        progress=SearchProgress(
+            evaluations=checkpoint.evaluations,
+            best_score=checkpoint.best_score,
+            stagnation=checkpoint.stagnation,
+            threshold=checkpoint.threshold,
+            stage=len(checkpoint.stages) + 1,
+        ),
+        diversity=float("nan"),
+        seconds=0.0,
+        is_champion=False,
+        stop="",
+        state=checkpoint.state,
+    )
+
+
+def next_progress(
+    checkpoint: Checkpoint, evolution: Evolution, stage_changes: Sequence[Change]
+) -> SearchProgress:
+    """Return the progress that the generation after a checkpoint starts from.
+
+    Args:
+        checkpoint: checkpoint of the last generation.
+        evolution: options for the coming generations.
+        stage_changes: changes that start a stage; empty if there are none.
+    """
+    progress = restore_generation(checkpoint).progress
+    if stage_changes:
+        reevaluated = any(change.reevaluates for change in stage_changes)
+        size = len(checkpoint.genomes)
+        progress = progress.next_stage(
+            evolution.fitness_threshold, reevaluated=reevaluated, population=size
+        )
+    # A changed threshold takes effect even if no stage starts.
+    before = read_outline(checkpoint.experiment, "the checkpoint").evolution
+    if evolution.fitness_threshold != before.fitness_threshold:
+        progress = replace(progress, threshold=evolution.fitness_threshold)
+    return progress
 
 
 def _non_default_options(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from gaitsim.cli.display import STOPPING, Display
 from gaitsim.cli.live_view import LiveView
 from gaitsim.cli.progress import JsonLines, PlainLines, row_of, snapshot_of
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, Progress
+from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.experiment import Islands
 
 CLASSIC = {
@@ -41,7 +41,7 @@ def generation(
         number=number,
         genomes=np.zeros((population, 2)),
         evaluation=Evaluation(scores, parts, {}),
-        progress=Progress(population * number, float(scores.max()), 3, None),
+        progress=SearchProgress(population * number, float(scores.max()), 3, None),
         diversity=0.25,
         seconds=0.1,
         is_champion=False,
@@ -226,7 +226,7 @@ class TestLiveView:
         course = {"best": [5.0, 9.0], "mean": [4.0, 8.0], "diversity": [0.3, 0.2]}
         file = io.StringIO()
         view = LiveView(*known(20, generation(2), **course), Console(file=file, width=80), clock)
-        progress = Progress(40, -np.inf, -1, None, 2)
+        progress = SearchProgress(40, -np.inf, -1, None, 2)
         last = dataclasses.replace(generation(2), progress=progress)
         _, rescored = known(20, last, best=[1.0], mean=[0.991])
         view.start_stage(2, 3, ["a rate: 0.1, now 0.2"], rescored if reevaluated else None)
@@ -239,7 +239,7 @@ class TestLiveView:
         assert " ".join(lines[2].split()) == f"mean {before['mean']}"
         assert lines[3].split() == ["diversity", "0.200", "█▁"]
         clock.now += 2
-        progress = Progress(60, 1.0, 0, None, 2)
+        progress = SearchProgress(60, 1.0, 0, None, 2)
         update(view, dataclasses.replace(generation(3), progress=progress), 20)
         assert drawn(view)[4] == "10 evaluations/s, best of generation 3, stage 2"
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gaitsim.contracts import RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import Evaluation, evaluate
-from gaitsim.evolution import Progress, evolve
+from gaitsim.evolution import SearchProgress, evolve
 from gaitsim.evolution.loop import advance
 from gaitsim.experiment import Evolution
 
@@ -141,7 +141,7 @@ def test_champions_beat_a_threshold_that_rises_in_steps(puppet):
 )
 def test_the_same_score_is_a_champion_once(threshold, step, best):
     evolution = Evolution(delta_fitness=step)
-    before = Progress(10, 0.0, 3, threshold)
+    before = SearchProgress(10, 0.0, 3, threshold)
     after, is_champion = advance(before, best, 5, evolution)
     assert is_champion == (best > threshold)
     assert math.isfinite(after.threshold)
@@ -155,7 +155,7 @@ def test_a_search_in_which_all_fail_continues(puppet):
     generations = course(
         puppet, [-INF] * 4, "evolution.generations=4", "evolution.fitness_threshold=0"
     )
-    assert generations[-1].progress == Progress(24, -9.0, 3, 0.0)
+    assert generations[-1].progress == SearchProgress(24, -9.0, 3, 0.0)
 
     def failing(genomes, number):
         scores = np.full(len(genomes), -INF)
@@ -163,7 +163,7 @@ def test_a_search_in_which_all_fail_continues(puppet):
 
     generations = list(evolve(puppet("evolution.fitness_threshold=0"), failing))
     assert len(generations) == 5
-    assert generations[-1].progress == Progress(30, -INF, 4, 0.0)
+    assert generations[-1].progress == SearchProgress(30, -INF, 4, 0.0)
     assert generations[-1].best == 0
     assert not generations[-1].is_champion
 

@@ -8,21 +8,21 @@ from breeding import warm_start_population
 
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import Progress, evolve, reevaluate
+from gaitsim.evolution import SearchProgress, evolve, reevaluate
 from gaitsim.experiment import Evolution
 
-BEFORE = Progress(evaluations=60, best_score=2.5, stagnation=4, threshold=2.6, stage=2)
+BEFORE = SearchProgress(evaluations=60, best_score=2.5, stagnation=4, threshold=2.6, stage=2)
 
 
 def test_a_stage_with_new_scores_resets_progress_and_counts_evaluations():
     evolution = Evolution(fitness_threshold=-1.0)
-    after = BEFORE.next_stage(evolution, reevaluated=True, population=6)
-    assert after == Progress(66, -math.inf, -1, -1.0, 3)
+    after = BEFORE.next_stage(evolution.fitness_threshold, reevaluated=True, population=6)
+    assert after == SearchProgress(66, -math.inf, -1, -1.0, 3)
 
 
 def test_a_stage_with_the_same_scores_keeps_progress():
-    after = BEFORE.next_stage(Evolution(), reevaluated=False, population=6)
-    assert after == Progress(60, 2.5, 4, 2.6, 3)
+    after = BEFORE.next_stage(Evolution().fitness_threshold, reevaluated=False, population=6)
+    assert after == SearchProgress(60, 2.5, 4, 2.6, 3)
 
 
 def test_a_reevaluated_generation_keeps_its_genomes(puppet):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, Progress
+from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.runs.files.append_only import AppendOnlyFile
 from gaitsim.runs.files.history import (
     COLUMNS,
@@ -32,7 +32,7 @@ def generation(scores, terms=None, number=3):
         number=number,
         genomes=np.zeros((len(scores), 2)),
         evaluation=Evaluation(scores.copy(), {k: np.array(v) for k, v in terms.items()}, {}),
-        progress=Progress(70, 1.0, 0, None),
+        progress=SearchProgress(70, 1.0, 0, None),
         diversity=0.25,
         seconds=0.125,
         is_champion=False,

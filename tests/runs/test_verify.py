@@ -22,8 +22,8 @@ from gaitsim.runs.files.provenance import (
     read_provenance,
     write_provenance,
 )
-from gaitsim.runs.resume import restore_generation
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.stages import restore_generation
 from gaitsim.runs.verify.consistency import expected_chain
 from gaitsim.runs.verify.verify import sample
 from gaitsim.runs.verify.verify import verify as verify_snapshot

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from gaitsim.errors import CheckpointError
-from gaitsim.evolution import Generation, Progress, advance
+from gaitsim.evolution import Generation, SearchProgress, advance
 from gaitsim.evolution.searching import figures
 from gaitsim.experiment import read_outline
 from gaitsim.runs.compatibility import out_of_bounds
@@ -23,9 +23,8 @@ from gaitsim.runs.files.folder import (
     saved_champions,
 )
 from gaitsim.runs.files.history import best_terms, island_bests, islands_record, row
-from gaitsim.runs.resume import next_progress, restore_generation
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import Change, changes, first_comparable
+from gaitsim.runs.stages import Change, changes, first_comparable, next_progress, restore_generation
 
 SAVING_OPTIONS = ("fitness_threshold", "delta_fitness")
 """Options of [evolution] that start no stage, but decide which champions are saved."""
@@ -176,14 +175,14 @@ def _check_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 def _threshold(run: RunSnapshot) -> float | None:
     """Return the threshold after the last generation, computed from the previous checkpoint."""
     evolution = run.stages[-1].outline.evolution
-    before = Progress(0, -np.inf, -1, evolution.fitness_threshold)
+    before = SearchProgress(0, -np.inf, -1, evolution.fitness_threshold)
     if run.previous is not None:
         previous = read_outline(run.previous.experiment, PREVIOUS)
         before = next_progress(run.previous, evolution, changes(previous, run.stages[-1].outline))
     done, worlds = run.previous.generation if run.previous else 0, run.stages[-1].outline.worlds
     for number, best in enumerate(run.history["best"][done:].tolist(), start=done + 1):
         if worlds.redrawn(number):
-            before = before.reset_scores(evolution, 0)
+            before = before.reset_scores(evolution.fitness_threshold, 0)
         before, _ = advance(before, best, len(run.finished.genomes), evolution)
     return before.threshold
 

@@ -15,8 +15,9 @@ from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, CHECKSUMS, PREVIOUS
 from gaitsim.runs.files.history import best_terms
-from gaitsim.runs.resume import restore_generation, start_genome
+from gaitsim.runs.resume import start_genome
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.stages import restore_generation
 from gaitsim.runs.verify.consistency import (
     population_out_of_bounds,
     row_differences,
@@ -88,7 +89,9 @@ def _evolve(
     with new_evaluator(experiment) as evaluator:
         if last is not None and last.number < stage.first:
             progress = last.progress.next_stage(
-                experiment.evolution, reevaluated=stage.reevaluated, population=len(last.genomes)
+                experiment.evolution.fitness_threshold,
+                reevaluated=stage.reevaluated,
+                population=len(last.genomes),
             )
             last = replace(last, progress=progress)
             if stage.reevaluated:
