@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 
 import gaitsim as gs
-from gaitsim.adaptation.report import Case, Report, leg_losses
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.report import AdaptationReport, Case, leg_losses
+from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import play_on_twin
 from gaitsim.gait.changed import damage_body
 from gaitsim.gait.gait_files import GaitFile, play_gait
 
-SETTINGS = Settings()
+SETTINGS = AdaptationSettings()
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
 SEGMENTS = ("coxa", "femur", "tibia")
 FROM_SCRATCH = (("L1",), ("L3",), ("L1", "L2"), ("L2", "L3"))  # losses evolved from scratch
@@ -94,7 +94,9 @@ def quartiles(values: Iterable[float], scale: float = 100) -> str:
     return f"{middle:.0f} ({low:.0f}–{high:.0f})"
 
 
-def make_reports(folder: Path, seeds: int, generations: int, *, physics: bool) -> list[Report]:
+def make_reports(
+    folder: Path, seeds: int, generations: int, *, physics: bool
+) -> list[AdaptationReport]:
     """Evolve the missing atlases, and create or continue their reports."""
     reports = []
     for seed in range(seeds):
@@ -113,7 +115,7 @@ def make_reports(folder: Path, seeds: int, generations: int, *, physics: bool) -
     return reports
 
 
-def print_table(reports: Sequence[Report]) -> None:
+def print_table(reports: Sequence[AdaptationReport]) -> None:
     """Print shares and numbers of trials for each kind of loss, over all seeds."""
     print("\n| lost | trials | kept, % | slowest, % | champion, % | random, % |")
     print("| --- | --- | --- | --- | --- | --- |")
@@ -122,7 +124,7 @@ def print_table(reports: Sequence[Report]) -> None:
         some = [(report, case) for report, case in every if kind_of_loss(lost_legs(case)) == kind]
 
         def shares(
-            of: Callable[[Case], float], some: list[tuple[Report, Case]] = some
+            of: Callable[[Case], float], some: list[tuple[AdaptationReport, Case]] = some
         ) -> list[float]:
             return [report.kept(of(case)) for report, case in some]
 
@@ -138,7 +140,7 @@ def print_table(reports: Sequence[Report]) -> None:
         print(f"| {' | '.join(cells)} |")
 
 
-def print_by_damage(reports: Sequence[Report]) -> None:
+def print_by_damage(reports: Sequence[AdaptationReport]) -> None:
     """Print medians over the seeds for each damage, and the distances of hand-made gaits."""
     intact = float(np.median([report.best for report in reports]))
     whole = hand_made_distance(LEGS, ())

@@ -19,7 +19,7 @@ from gaitsim.evaluation.playing import play
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.imitation.imitating import TOLERANCE
-from gaitsim.imitation.learning import SETTINGS, Settings, learn, prepare
+from gaitsim.imitation.learning import SETTINGS, TrainingSettings, learn, prepare
 from gaitsim.individual import Individual
 from gaitsim.network import Network
 
@@ -82,7 +82,7 @@ def main() -> None:
     print_figure("compiling, first training only", f"{compile_seconds():.1f} s")
     prepare()
     seconds, slow = medians(
-        lambda: learn(expert, Settings(epochs=EPOCHS // 10)),
+        lambda: learn(expert, TrainingSettings(epochs=EPOCHS // 10)),
         lambda: train_in_numpy(expert, SAMPLE),
         repeats=1,
     )
@@ -99,7 +99,9 @@ def main() -> None:
         print_walks(experiment, expert, settings)
 
 
-def print_walks(experiment: Experiment, expert: NDArray[np.float64], settings: Settings) -> None:
+def print_walks(
+    experiment: Experiment, expert: NDArray[np.float64], settings: TrainingSettings
+) -> None:
     """Print how far the free-running network walks, relative to its expert, at first and later."""
     frames = len(expert)
 

@@ -18,7 +18,7 @@ from timing import print_figure, print_machine, stopwatch, times
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import load_experiment
-from gaitsim.study.confirmation import Reached, confirm
+from gaitsim.study.confirmation import ReachedTarget, confirm
 from gaitsim.study.file import Study, cells, read_study
 from gaitsim.study.running import results, run_cells
 
@@ -37,12 +37,12 @@ def sweep(study: Study, folder: Path) -> float:
     return stopwatch(work)
 
 
-def reported_cells(study: Study, folder: Path) -> list[Reached]:
+def reported_cells(study: Study, folder: Path) -> list[ReachedTarget]:
     """Return the cells that the finished study reports."""
     return confirm(folder, study, results(folder, study, cells(study))[0], None)
 
 
-def repeat_cell(cell: Reached, seed: int) -> tuple[float, float]:
+def repeat_cell(cell: ReachedTarget, seed: int) -> tuple[float, float]:
     """Return the mean of new repeats of a reported cell, and its standard error."""
     size = {"population": cell.population, "generations": cell.generations}
     changes = {f"evolution.{name}": value for name, value in size.items()}

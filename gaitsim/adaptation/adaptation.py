@@ -17,7 +17,7 @@ from gaitsim.adaptation.prior import (
     atlas_members,
     read_prior,
 )
-from gaitsim.adaptation.settings import MOST_TRIALS, Settings
+from gaitsim.adaptation.settings import MOST_TRIALS, AdaptationSettings
 from gaitsim.adaptation.trials import (
     MeasureGait,
     Proposal,
@@ -72,7 +72,7 @@ class Session:
     place: Place
     damage: tuple[str, ...]
     measure: str
-    settings: Settings
+    settings: AdaptationSettings
     trials: tuple[Trial, ...] = ()
     intact: dict[int, float] = field(default_factory=dict)
 
@@ -158,7 +158,7 @@ def mismatch(found: Session, wanted: Session) -> str:
         one, other = getattr(found, name), getattr(wanted, name)
         if one != other:
             return f"its {name} is {_format_value(one)}, not {_format_value(other)}"
-    for name in (one.name for one in fields(Settings)):
+    for name in (one.name for one in fields(AdaptationSettings)):
         one, other = (getattr(session.settings, name) for session in (found, wanted))
         if one != other and name not in ("trials", "stop"):
             return f"its {name.replace('_', ' ')} is {one:g}, not {other:g}"
@@ -306,8 +306,8 @@ def open_adaptation(
         robot: function that returns the performance of a gait on a robot; None if the caller
             records each value.
         measure: name of the performance measure; None for the measure in the file, or 'forward'.
-        settings: fields of `Settings` by name. Other fields have their values from the file, or
-            their defaults without a file.
+        settings: fields of `AdaptationSettings` by name. Other fields have their values from the
+            file, or their defaults without a file.
         record: whether to save the trials in a file in the run's folder.
         name: name of that file; None for a name that describes the damage or the place.
         fresh: whether to start over and replace the file.
@@ -325,7 +325,7 @@ def open_adaptation(
     experiment, wanted = run.experiment_at(run.generation), normalise_damage(damage)
     path = session_file(run.path, name or default_name(place, wanted)) if record else None
     found = None if path is None or fresh else read_session(path)
-    stored = found.settings if found else Settings()
+    stored = found.settings if found else AdaptationSettings()
     session = Session(
         atlas_checksum(members),
         place,

@@ -22,7 +22,7 @@ from gaitsim.adaptation.prior import (
     atlas_members,
     read_prior,
 )
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import (
     MeasureGait,
     Trial,
@@ -85,7 +85,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Report:
+class AdaptationReport:
     """Adaptations of one atlas to different damage.
 
     Attributes:
@@ -104,7 +104,7 @@ class Report:
     place: Place
     measure: str
     unit: str
-    settings: Settings
+    settings: AdaptationSettings
     intact: dict[int, float]
     cases: tuple[Case, ...] = ()
 
@@ -118,7 +118,7 @@ class Report:
         return measured / self.best
 
 
-_REPORT = TypeAdapter(Report)
+_REPORT = TypeAdapter(AdaptationReport)
 
 
 def leg_losses(experiment: Experiment, *, pairs: bool = False) -> list[tuple[str, ...]]:
@@ -140,11 +140,11 @@ def make_report(
     pairs: bool = False,
     physics: bool = False,
     measure: str = DEFAULT_MEASURE,
-    settings: Settings | None = None,
+    settings: AdaptationSettings | None = None,
     workers: int | None = None,
     on_atlas: OnProgress = lambda done: None,
     on_case: OnSteps = lambda done, total: None,
-) -> Report:
+) -> AdaptationReport:
     """Adapt an atlas to the loss of each leg, or continue the report in the folder.
 
     In physics, the most promising gaits are first measured on the intact body in rigid-body
@@ -165,12 +165,12 @@ def make_report(
     prior = read_prior(run, measure, workers=workers, on_progress=on_atlas)
     damages, experiment = leg_losses(prior.experiment, pairs=pairs), prior.experiment
     place: Place = "physics" if physics else "simulation"
-    path, settings = folder / FILE, settings or Settings()
+    path, settings = folder / FILE, settings or AdaptationSettings()
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     atlas = atlas_checksum(atlas_members(run))
     report = _stored_report(
-        path, Report(atlas, place, measure, prior.unit, settings, {}), len(prior.genomes)
+        path, AdaptationReport(atlas, place, measure, prior.unit, settings, {}), len(prior.genomes)
     )
     stopped = threading.Event()
 
@@ -218,7 +218,7 @@ class _StoppedError(Exception):
 
 
 def _adapt_to_damage(
-    prior: Prior, damage: tuple[str, ...], measure_gait: MeasureGait, settings: Settings
+    prior: Prior, damage: tuple[str, ...], measure_gait: MeasureGait, settings: AdaptationSettings
 ) -> Case:
     trials = tuple(adapt(prior, measure_gait, settings))
     rng = np.random.default_rng(zlib.crc32(" ".join(damage).encode()))
@@ -227,7 +227,7 @@ def _adapt_to_damage(
     return Case(damage, trials, random)
 
 
-def _stored_report(path: Path, wanted: Report, members: int) -> Report:
+def _stored_report(path: Path, wanted: AdaptationReport, members: int) -> AdaptationReport:
     """Return the report in a file, or `wanted` if the file does not exist."""
     remedy = "delete the file, or choose a different folder"
     try:
@@ -252,7 +252,7 @@ def _stored_report(path: Path, wanted: Report, members: int) -> Report:
     return found
 
 
-def _inconsistency(report: Report, members: int) -> str:
+def _inconsistency(report: AdaptationReport, members: int) -> str:
     """Return why a report on an atlas of `members` members is inconsistent, or ''."""
     trials = [trial for case in report.cases for trial in case.trials]
     numbers = [*report.intact.values(), *(one for case in report.cases for one in case.random)]
@@ -269,7 +269,7 @@ def _inconsistency(report: Report, members: int) -> str:
     return ""
 
 
-def _write(path: Path, report: Report) -> None:
+def _write(path: Path, report: AdaptationReport) -> None:
     write_bytes(path, _REPORT.dump_json(report, indent=1) + b"\n", follow=False)
 
 
@@ -277,7 +277,7 @@ TRIALS, SUMMARY = "trials.csv", "report.md"
 _COLUMNS = ("damage", "way", "trial", "member", "expected", "deviation", "measured", "kept")
 
 
-def trials_table(report: Report) -> str:
+def trials_table(report: AdaptationReport) -> str:
     """Return a CSV table with a row for each trial, followed by the random gaits of its case."""
     text = line(_COLUMNS)
     for case in report.cases:
@@ -299,7 +299,7 @@ def trials_table(report: Report) -> str:
     return text
 
 
-def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
+def summary(report: AdaptationReport, source: str, figures: Sequence[str] = ()) -> str:
     """Return a summary of the report in Markdown.
 
     Args:
@@ -330,7 +330,7 @@ def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
     return "\n".join([*lines, "", *(f"![]({figure})" for figure in figures)]).rstrip() + "\n"
 
 
-def _row(report: Report, name: str, cases: Sequence[Case]) -> str:
+def _row(report: AdaptationReport, name: str, cases: Sequence[Case]) -> str:
     def median(value: Callable[[Case], float]) -> float:
         return statistics.median(map(value, cases))
 

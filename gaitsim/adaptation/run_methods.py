@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Protocol
 
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
-from gaitsim.adaptation.report import Report, make_report
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.report import AdaptationReport, make_report
+from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -91,9 +91,9 @@ class RunAdaptations:
         *,
         pairs: bool = False,
         physics: bool = False,
-        settings: Settings | None = None,
+        settings: AdaptationSettings | None = None,
         workers: int | None = None,
-    ) -> Report:
+    ) -> AdaptationReport:
         """Adapt to the loss of each leg like `gaitsim adapt --report`, or continue a report.
 
         Args:

@@ -8,7 +8,7 @@ MOST_TRIALS = 1000
 
 
 @dataclass(frozen=True)
-class Settings:
+class AdaptationSettings:
     """The settings of an adaptation.
 
     Performance is relative to the best in the map, and distances between behaviours are relative to

@@ -20,7 +20,7 @@ from gaitsim.adaptation.prior import (
     atlas_members,
     performance_of,
 )
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.experiment import Experiment
@@ -61,7 +61,9 @@ class Trial(Proposal):
     measured: float
 
 
-def predict_performance(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Prediction:
+def predict_performance(
+    prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings
+) -> Prediction:
     """Predict the performance of each member on the damaged body, given the trials so far.
 
     Returns:
@@ -81,7 +83,7 @@ def predict_performance(prior: Prior, trials: Sequence[Trial], settings: Setting
     return Prediction(mean * best, deviation * best)
 
 
-def propose(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Proposal | None:
+def propose(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings) -> Proposal | None:
     """Return the gait to try next; None once the adaptation has ended.
 
     The untried gait with the highest sum of mean and `kappa` standard deviations is chosen. Ties go
@@ -97,7 +99,7 @@ def propose(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Propos
     return Proposal(len(trials) + 1, chosen + 1, mean, deviation)
 
 
-def ending(prior: Prior, trials: Sequence[Trial], settings: Settings) -> str:
+def ending(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings) -> str:
     """Return why the adaptation has ended, one sentence; '' until then."""
     return _ending(prior, trials, settings, predict_performance(prior, trials, settings))
 
@@ -108,7 +110,10 @@ def best_of(trials: Sequence[Trial]) -> Trial | None:
 
 
 def adapt(
-    prior: Prior, measure_gait: MeasureGait, settings: Settings, trials: Sequence[Trial] = ()
+    prior: Prior,
+    measure_gait: MeasureGait,
+    settings: AdaptationSettings,
+    trials: Sequence[Trial] = (),
 ) -> Iterator[Trial]:
     """Try gaits on the damaged body until one is good enough.
 
@@ -146,7 +151,7 @@ def create_trial(proposal: Proposal, measured: float) -> Trial:
 
 
 def _ending(
-    prior: Prior, trials: Sequence[Trial], settings: Settings, prediction: Prediction
+    prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings, prediction: Prediction
 ) -> str:
     best = best_of(trials)
     if best is None:

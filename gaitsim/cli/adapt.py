@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitsim.adaptation.settings import MOST_TRIALS, Settings
+from gaitsim.adaptation.settings import MOST_TRIALS, AdaptationSettings
 from gaitsim.choices import DAMAGE_HELP, GaitFormat
 from gaitsim.cli.completion import run_names
 from gaitsim.cli.options import Json, Workers
@@ -24,14 +24,14 @@ from gaitsim.runs.files.folder import command, exports_folder, find_run
 
 if TYPE_CHECKING:
     from gaitsim.adaptation.adaptation import Adaptation, Place
-    from gaitsim.cli.adaptation_view import View
+    from gaitsim.cli.adaptation_view import AdaptationView
     from gaitsim.runs.snapshot import RunSnapshot
 
 
 _trials = partial(typer.Option, rich_help_panel="How trials are chosen")
 _report = partial(typer.Option, rich_help_panel="Report on every leg loss")
 _robot = partial(typer.Option, rich_help_panel="Trials on a real robot")
-DEFAULT = Settings()
+DEFAULT = AdaptationSettings()
 
 
 def adapt(
@@ -166,7 +166,7 @@ def adapt(
     from gaitsim.adaptation.adaptation import default_name, normalise_damage
     from gaitsim.adaptation.prior import DEFAULT_MEASURE
     from gaitsim.cli.adaptation_report import write_report
-    from gaitsim.cli.adaptation_view import View
+    from gaitsim.cli.adaptation_view import AdaptationView
     from gaitsim.legged.damage import damage_options
     from gaitsim.render.plots.adaptation import adaptation_figure
     from gaitsim.render.plots.style import check_target, save
@@ -217,7 +217,7 @@ def adapt(
                 workers=workers,
                 json=json,
             )
-            view = View(adaptation, json)
+            view = AdaptationView(adaptation, json)
             if place != "robot":
                 view.print_all(adaptation)
             elif interactive:
@@ -282,7 +282,7 @@ def _open(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any
         )
 
 
-def _ask(adaptation: Adaptation, view: View, name: str, format: GaitFormat) -> None:
+def _ask(adaptation: Adaptation, view: AdaptationView, name: str, format: GaitFormat) -> None:
     """Propose gaits and ask for their measured values, until the answer is empty."""
     view.print_earlier()
     prior = adaptation.prior

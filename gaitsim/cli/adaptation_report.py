@@ -6,8 +6,15 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from gaitsim.adaptation.report import SUMMARY, TRIALS, Report, make_report, summary, trials_table
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.report import (
+    SUMMARY,
+    TRIALS,
+    AdaptationReport,
+    make_report,
+    summary,
+    trials_table,
+)
+from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import count_intact_gaits
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.interrupts import interruptible
@@ -33,7 +40,7 @@ def write_report(
     Args:
         run: the atlas.
         folder: folder of the report; None if the command line lacks it.
-        settings: settings of the adaptations, fields of `Settings` by name.
+        settings: settings of the adaptations, fields of `AdaptationSettings` by name.
         supported: whether a report supports all options of the command line.
         options: options of `make_report`.
     """
@@ -54,7 +61,9 @@ def write_report(
         sys.exit(INTERRUPTED)
 
 
-def _compute(run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any) -> Report:
+def _compute(
+    run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any
+) -> AdaptationReport:
     gaits = count_intact_gaits(run, physics=options["physics"])
     with ExitStack() as bars:
 
@@ -72,14 +81,14 @@ def _compute(run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **opti
         return make_report(
             run,
             folder,
-            settings=Settings(**settings),
+            settings=AdaptationSettings(**settings),
             on_atlas=bar("evaluating the atlas", "gaits", gaits).advance,
             on_case=on_case,
             **options,
         )
 
 
-def _write(report: Report, name: str, folder: Path) -> None:
+def _write(report: AdaptationReport, name: str, folder: Path) -> None:
     heading = f"{name}, {'physics' if report.place == 'physics' else 'simulation'}"
     figures = {"kept.svg": kept_figure(report, heading)}
     if any(len(case.damage) == 2 for case in report.cases):

@@ -12,7 +12,7 @@ from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import command
 
 
-class View:
+class AdaptationView:
     """Print an adaptation as lines for people, or as JSON lines for programs.
 
     Args:

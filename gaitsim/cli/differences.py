@@ -102,7 +102,7 @@ def differences(
 
 def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
     from gaitsim.cli.characters import LINES, lines
-    from gaitsim.render.terminal.curve_view import View, run_curves
+    from gaitsim.render.terminal.curve_view import CurveView, run_curves
     from gaitsim.render.terminal.curves import plot, sample
     from gaitsim.study.compare_runs import comparison_table, quantity_label
 
@@ -121,7 +121,7 @@ def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
         colours = [LINES[at % len(LINES)] for at in range(len(drawn))]
         styles = ["", "bright_black", "", *reversed(colours)]
         series = run_curves(runs, quantity, by)
-        picture = plot(series, min(console.width, WIDEST), ROWS, by, marks, View(whole=True))
+        picture = plot(series, min(console.width, WIDEST), ROWS, by, marks, CurveView(whole=True))
         for line in lines(*picture, styles):
             console.print(line, end="\n", no_wrap=True, crop=False)
         console.print()

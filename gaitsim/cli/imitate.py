@@ -22,7 +22,7 @@ from gaitsim.runs.files.folder import check_out_folder, create_out_folder
 if TYPE_CHECKING:
     from gaitsim.imitation.expert import Expert
     from gaitsim.imitation.imitating import Result
-    from gaitsim.imitation.learning import Settings
+    from gaitsim.imitation.learning import TrainingSettings
 
 
 def imitate(
@@ -188,7 +188,7 @@ def imitate(
         print_results(results, files, settings, body)
 
 
-def _train(expert: Expert, trainings: list[Settings], quiet: bool) -> list[Result]:
+def _train(expert: Expert, trainings: list[TrainingSettings], quiet: bool) -> list[Result]:
     """Train with each of the settings, with a progress bar."""
     from gaitsim.imitation.imitating import imitate_expert
     from gaitsim.imitation.learning import prepare

@@ -134,9 +134,9 @@ def _gaits(run: RunSnapshot, members: Members, workers: int | None) -> dict[str,
 
     The frequency of a gait without strides is None.
     """
-    from gaitsim.gait.repertoire import Gait, gaits_of
+    from gaitsim.gait.repertoire import RepertoireGait, gaits_of
 
-    found: list[Gait] = []
+    found: list[RepertoireGait] = []
     experiment = run.experiment_at(run.generation)
     with Progress("naming gaits", "members", len(members.scores)) as progress:
         for part in gaits_of(experiment, members.genomes, workers):

@@ -21,7 +21,7 @@ from gaitsim.runs.files.folder import check_links, command, create_folder
 
 if TYPE_CHECKING:
     from gaitsim.evaluation import Executor
-    from gaitsim.study.confirmation import Reached
+    from gaitsim.study.confirmation import ReachedTarget
     from gaitsim.study.file import Cell, Study
     from gaitsim.study.running import Best
 
@@ -138,7 +138,7 @@ def _confirm(
     found: Sequence[tuple[Cell, Best]],
     workers: int | None,
     executor: Executor | None,
-) -> list[Reached] | None:
+) -> list[ReachedTarget] | None:
     """Run fresh repeats with a progress bar; return None if the user stops it."""
     from gaitsim.cli.cluster import warn
     from gaitsim.study.confirmation import confirm

@@ -22,7 +22,7 @@ _CHUNK = 50  # individuals per chunk; each worker holds their motions in memory
 
 
 @dataclass(frozen=True)
-class Gait:
+class RepertoireGait:
     """The gait of one individual.
 
     Attributes:
@@ -53,7 +53,7 @@ class Pattern:
     score: float
 
 
-def patterns(gaits: Sequence[Gait], scores: Floats) -> list[Pattern]:
+def patterns(gaits: Sequence[RepertoireGait], scores: Floats) -> list[Pattern]:
     """Group gaits by name, highest score first; gaits without a name come last.
 
     Args:
@@ -73,7 +73,7 @@ def patterns(gaits: Sequence[Gait], scores: Floats) -> list[Pattern]:
 
 def gaits_of(
     experiment: Experiment, genomes: Genomes, workers: int | None = None
-) -> Iterator[list[Gait]]:
+) -> Iterator[list[RepertoireGait]]:
     """Yield the gaits of genomes in order, in groups.
 
     The names are the same as those of `analyse_individual`, which would take many minutes for
@@ -120,7 +120,7 @@ def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, 
 
 def _name_gaits(
     experiment: Experiment, genomes: Genomes, places: Floats, names: tuple[str, ...]
-) -> list[Gait]:
+) -> list[RepertoireGait]:
     motion = move_genomes(experiment, genomes)
     with plugin_errors(experiment.entries["organism"], "computing the channel 'stance'"):
         stance = np.asarray(motion["stance"]).astype(bool)
@@ -130,7 +130,7 @@ def _name_gaits(
     gaits = []
     for index, touching in enumerate(stance):
         if index in motion.failures:
-            gaits.append(Gait(Name(NONE, "the motion failed"), float("nan"), None))
+            gaits.append(RepertoireGait(Name(NONE, "the motion failed"), float("nan"), None))
             continue
         upright = slice(None if lasted is None else frames_in(lasted[index], motion.frame_rate))
         feet, stride = feet_of(touching[upright, order], ordered, motion.frame_rate)
@@ -144,7 +144,7 @@ def _name_gaits(
             still = stands(skeleton, upright)
         name, _ = name_of(feet, stride, phases, consistency, places[None, order], still)
         duty = float(np.mean([foot.duty_factor for foot in feet]))
-        gaits.append(Gait(name, duty, None if stride is None else stride.frequency))
+        gaits.append(RepertoireGait(name, duty, None if stride is None else stride.frequency))
     return gaits
 
 

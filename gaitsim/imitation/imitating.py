@@ -17,7 +17,7 @@ from gaitsim.evaluation.playing import play, require_play
 from gaitsim.gait.gait_files import gait_of, write_gait
 from gaitsim.imitation.expert import Expert, expert_of, find_expert
 from gaitsim.imitation.imitator import Angles, Imitation, save_imitator
-from gaitsim.imitation.learning import SETTINGS, Settings, learn
+from gaitsim.imitation.learning import SETTINGS, TrainingSettings, learn
 from gaitsim.individual import Individual, Member
 from gaitsim.render.film import Film, RenderSettings
 from gaitsim.render.notebook import RunViews
@@ -52,7 +52,7 @@ class Result(ReprMixin):
             play joint angles.
     """
 
-    settings: Settings
+    settings: TrainingSettings
     expert: Expert
     imitation: Imitation
     errors: NDArray[np.float64]
@@ -178,7 +178,9 @@ class Result(ReprMixin):
 
 
 def imitate_expert(
-    expert: Expert, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
+    expert: Expert,
+    settings: TrainingSettings,
+    progress: Callable[[int], object] = lambda epochs: None,
 ) -> Result:
     """Train a network, let it play the gait's length without the expert, and evaluate it.
 
@@ -218,7 +220,7 @@ def _differing(played: Angles, commanded: Angles) -> int:
 
 def imitate(
     source: str | Path | RunViews | Individual,
-    settings: TrainingPreset | Settings = "source",
+    settings: TrainingPreset | TrainingSettings = "source",
     *,
     body: str | Path | None = None,
     generation: int | None = None,
@@ -230,7 +232,7 @@ def imitate(
     Args:
         source: a run, or its name or folder; a gait file, `.mat`, `.npz` or `.csv`; or an
             individual.
-        settings: 'source', 'steady' or a `Settings` object.
+        settings: 'source', 'steady' or a `TrainingSettings` object.
         body: body of a gait file: the name of a preset, or the path of an experiment, a robot's
             file or a run's folder. None finds the body as `gaitsim imitate` does.
         generation: generation of a run whose best individual is imitated; None for the best of
@@ -248,7 +250,7 @@ def imitate(
         if settings not in SETTINGS:
             raise unknown("settings", settings, SETTINGS)
         settings = SETTINGS[settings]
-    known = [field.name for field in fields(Settings)]
+    known = [field.name for field in fields(TrainingSettings)]
     for name in changes:
         if name not in known:
             raise unknown("setting of imitate()", name, known)

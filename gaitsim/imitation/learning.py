@@ -26,7 +26,7 @@ _RANGES: Mapping[str, tuple[Any, float, float]] = {
 
 
 @dataclass(frozen=True)
-class Settings:
+class TrainingSettings:
     """The settings of a training.
 
     Attributes:
@@ -68,15 +68,19 @@ class Settings:
 
 
 SETTINGS = {
-    "source": Settings(),
+    "source": TrainingSettings(),
     # Noise teaches the network to return to the gait. The decay prevents the last pairs of the
     # training from biasing the network.
-    "steady": Settings(epochs=3000, learning_rate=0.02, decay=True, noise=0.05, normalise=True),
+    "steady": TrainingSettings(
+        epochs=3000, learning_rate=0.02, decay=True, noise=0.05, normalise=True
+    ),
 }
 
 
 def learn(
-    expert: Angles, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
+    expert: Angles,
+    settings: TrainingSettings,
+    progress: Callable[[int], object] = lambda epochs: None,
 ) -> tuple[Imitator, NDArray[np.float64]]:
     """Train a network on pairs of consecutive frames of a gait, one pair per step.
 
@@ -126,10 +130,10 @@ def learn(
 
 def prepare() -> None:
     """Compile the training, or load its compiled code from the cache."""
-    learn(np.zeros((2, 1)), Settings(hidden=1, epochs=1))
+    learn(np.zeros((2, 1)), TrainingSettings(hidden=1, epochs=1))
 
 
-def _rng(settings: Settings, purpose: int) -> np.random.Generator:
+def _rng(settings: TrainingSettings, purpose: int) -> np.random.Generator:
     return np.random.default_rng([settings.seed, purpose])
 
 
@@ -142,7 +146,7 @@ def _units(expert: Angles, normalise: bool) -> tuple[NDArray[np.float64], float]
 
 
 def _draws(
-    settings: Settings, pairs: int, joints: int
+    settings: TrainingSettings, pairs: int, joints: int
 ) -> Iterator[tuple[slice, NDArray[np.int64], NDArray[np.float64]]]:
     """Yield chunks of epochs with orders of pairs and noise, which do not depend on `CHUNK`."""
     order, noise = _rng(settings, _ORDER), _rng(settings, _NOISE)

@@ -25,11 +25,11 @@ from gaitsim.study.running import FRESH, Best, read_result, recorded_generations
 from gaitsim.study.statistics import CONFIDENCE, Means
 
 Sweep = Sequence[tuple[Cell, Means]]
-Search = Generator[list[Cell], list[Means], "Reached"]
+Search = Generator[list[Cell], list[Means], "ReachedTarget"]
 
 
 @dataclass(frozen=True)
-class Reached:
+class ReachedTarget:
     """The cheapest cell of one experiment that reaches the target, or else the highest cell.
 
     Attributes:
@@ -194,9 +194,9 @@ def _highest(sweep: Sweep) -> tuple[Cell, int, Means]:
 
 def _reached(
     study: Study, cell: Cell, place: int, means: Means, level: float, reached: bool
-) -> Reached:
+) -> ReachedTarget:
     low, high = means.interval(level)
-    return Reached(
+    return ReachedTarget(
         experiment=str(cell.point[EXPERIMENT]),
         reached=reached,
         population=cell.experiment.evolution.population,
@@ -223,7 +223,7 @@ def confirm(
     on_sets: OnSets = lambda done, total: None,
     on_warning: OnWarning = lambda text: None,
     cluster: Executor | None = None,
-) -> list[Reached]:
+) -> list[ReachedTarget]:
     """Find the cheapest cell of each experiment that reaches the target, using fresh repeats.
 
     Sets of repeats already in the folder are reused, so this function can be stopped at any time.
@@ -250,7 +250,7 @@ def confirm(
         )
         for name in study.experiments
     }
-    found: dict[str, Reached] = {}
+    found: dict[str, ReachedTarget] = {}
     fresh = study.fresh
     answers: dict[str, list[Means] | None] = dict.fromkeys(searches)
     done = total = 0

@@ -20,7 +20,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.opening import is_folder, open_regular, read_regular
 from gaitsim.runs.files.atomic import sweep, write_bytes, writing
 from gaitsim.runs.files.lock import is_locked
-from gaitsim.study.confirmation import Reached
+from gaitsim.study.confirmation import ReachedTarget
 from gaitsim.study.file import EXPERIMENT, POPULATION, STATISTICS, STUDY, Cell, Study, read_study
 from gaitsim.study.running import CELLS, Best, recorded_generations
 from gaitsim.study.runtimes import target_text
@@ -85,7 +85,7 @@ def rule(study: Study) -> str:
     )
 
 
-def summary(study: Study, found: Iterable[Reached]) -> tuple[list[str], list[list[str]]]:
+def summary(study: Study, found: Iterable[ReachedTarget]) -> tuple[list[str], list[list[str]]]:
     """Return columns and rows of the cells that reach the target, with published cells."""
     others = [axis for axis in study.axes if axis != POPULATION]
     columns = ["experiment", "cheapest", *others, "mean, interval"]
@@ -122,7 +122,7 @@ def write_results(
     folder: Path,
     study: Study,
     results: Sequence[tuple[Cell, Best]],
-    reached: Sequence[Reached] = (),
+    reached: Sequence[ReachedTarget] = (),
 ) -> None:
     """Write the table and, if the study has a target, the report.
 

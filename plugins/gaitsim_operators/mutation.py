@@ -154,7 +154,7 @@ class BitFlip(Mutation):
         return genomes ^ flips.reshape(genomes.shape)
 
 
-class RandomSearch(Mutation):
+class RandomReplacement(Mutation):
     """Random search: replaces every genome by a random one."""
 
     portable: ClassVar[bool] = True

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats, Side
 from gaitsim_robot.chain import Chain, leg_chain
-from gaitsim_robot.shapes import Surfaces, surfaces
+from gaitsim_robot.shapes import RobotSurface, surfaces
 
 Indices = NDArray[np.intp]
 
@@ -70,7 +70,7 @@ class Tree:
 
     def __init__(self, model: Any, data: Any) -> None:
         self.model, self.data = model, data
-        self.surfaces: Surfaces = surfaces(model)
+        self.surfaces: RobotSurface = surfaces(model)
         self.points = self.surfaces.place(data)
         self.weld = np.asarray(model.body_weldid, np.intp)
         self.parent = {

@@ -14,7 +14,7 @@ CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)
 
 
 @dataclass(frozen=True, eq=False)
-class Surfaces:
+class RobotSurface:
     """Points of all geoms that collide with the ground, each the middle of a ball.
 
     Attributes:
@@ -40,7 +40,7 @@ class Surfaces:
         return np.flatnonzero(np.isin(self.bodies, bodies))
 
 
-def surfaces(model: Any) -> Surfaces:
+def surfaces(model: Any) -> RobotSurface:
     """Return the surfaces of a compiled robot."""
     geoms, local, radius = [], [], []
     for geom in range(model.ngeom):
@@ -52,9 +52,9 @@ def surfaces(model: Any) -> Surfaces:
         radius.append(np.full(len(points), ball))
     if not geoms:
         empty = np.zeros(0, np.intp)
-        return Surfaces(empty, empty, np.zeros((0, 3)), np.zeros(0))
+        return RobotSurface(empty, empty, np.zeros((0, 3)), np.zeros(0))
     owners = np.concatenate(geoms)
-    return Surfaces(owners, model.geom_bodyid[owners], np.vstack(local), np.concatenate(radius))
+    return RobotSurface(owners, model.geom_bodyid[owners], np.vstack(local), np.concatenate(radius))
 
 
 def geom_surface(model: Any, geom: int) -> tuple[Floats, float]:

@@ -11,7 +11,7 @@ from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.measures import mean, ratio, rms, total
 
 
-class Travel(Fitness):
+class TravelFitness(Fitness):
     """Metres travelled in the target direction, minus penalties in metres.
 
     Penalties for quantities that are not lengths, such as a fall or a radian of yaw, are in body

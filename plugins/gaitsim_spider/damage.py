@@ -34,7 +34,7 @@ class Legs(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Anatomy:
+class SpiderAnatomy:
     """The anatomy of a body with its damage.
 
     Attributes:
@@ -62,7 +62,7 @@ class Anatomy:
 
 
 @lru_cache
-def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
+def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> SpiderAnatomy:
     """Return the anatomy of a damaged body.
 
     Args:
@@ -86,7 +86,9 @@ def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
             held[body.JOINTS.index(one.part)] = one.value or 0.0
         elif one.kind == "slow" and one.value is not None:
             step_limits[body.JOINTS.index(one.part)] *= one.value
-    return Anatomy(_legs(lost, leg_mass), lost, held, step_limits, tuple(one.part for one in found))
+    return SpiderAnatomy(
+        _legs(lost, leg_mass), lost, held, step_limits, tuple(one.part for one in found)
+    )
 
 
 def _legs(lost: NDArray[np.bool_], leg_mass: float) -> Legs:

@@ -34,7 +34,7 @@ _FOLLOWERS = tuple(joint for joint in body.JOINTS if not joint.endswith("coxa"))
 
 
 @dataclass(frozen=True)
-class Encoding:
+class SpiderEncoding:
     """The gene groups for a frequency, Hz, and a symmetry, and the decoder of genomes."""
 
     groups: Callable[[float, bool], tuple[GeneGroup, ...]]
@@ -124,8 +124,8 @@ def _cpg(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> A
     return limit_steps(angles, body.STEP_LIMIT)
 
 
-ENCODINGS: dict[str, Encoding] = {
-    "sine": Encoding(_oscillator_groups, _sine),
-    "cpg": Encoding(_oscillator_groups, _cpg),
-    "recurrence": Encoding(_recurrence_groups, _recurrence),
+ENCODINGS: dict[str, SpiderEncoding] = {
+    "sine": SpiderEncoding(_oscillator_groups, _sine),
+    "cpg": SpiderEncoding(_oscillator_groups, _cpg),
+    "recurrence": SpiderEncoding(_recurrence_groups, _recurrence),
 }

@@ -39,7 +39,7 @@ from gaitsim.legged import (
 from gaitsim.portable import cos, norm, sin
 from gaitsim_spider import body
 from gaitsim_spider.body import time_last, time_second
-from gaitsim_spider.damage import Anatomy, Legs, damaged_anatomy
+from gaitsim_spider.damage import Legs, SpiderAnatomy, damaged_anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles
 
 LEG_MASS = "leg_mass"
@@ -91,7 +91,7 @@ _NOMINAL = {name: one.nominal for name, one in CONDITIONS.items() if name != LEG
 TRUNK = "body"
 
 
-def rig(anatomy: Anatomy) -> Rig:
+def rig(anatomy: SpiderAnatomy) -> Rig:
     """Return the rig of the body without its lost legs.
 
     A coxa turns about the vertical, femur and tibia about the leg's sideways axis. The x axis of
@@ -227,7 +227,7 @@ class Spider(Organism):
         return self._walk(anatomy.restrict(angles))
 
     @property
-    def _anatomy(self) -> Anatomy:
+    def _anatomy(self) -> SpiderAnatomy:
         """Anatomy of the damaged body with the world's masses."""
         return damaged_anatomy(self.damage, self.world.get(LEG_MASS, 1.0))
 

@@ -31,7 +31,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Leg:
+class WalkerLeg:
     """A leg.
 
     Attributes:
@@ -46,7 +46,7 @@ class Leg:
 
 
 @dataclass(frozen=True)
-class Plan:
+class WalkerPlan:
     """The build of a walker.
 
     Attributes:
@@ -54,7 +54,7 @@ class Plan:
         half: half of the torso's extents along x and z at rest, m.
     """
 
-    legs: tuple[Leg, ...]
+    legs: tuple[WalkerLeg, ...]
     half: tuple[float, float]
 
     @property
@@ -86,13 +86,13 @@ class Plan:
 
 
 PLANS = {
-    2: Plan(
-        tuple(Leg(side, (0.0, -TORSO_LENGTH / 2), 1) for side in ("near", "far")),
+    2: WalkerPlan(
+        tuple(WalkerLeg(side, (0.0, -TORSO_LENGTH / 2), 1) for side in ("near", "far")),
         (TORSO_HEIGHT / 2, TORSO_LENGTH / 2),
     ),
-    4: Plan(
+    4: WalkerPlan(
         tuple(
-            Leg(f"{side} {end}", (x, -TORSO_HEIGHT / 2), knee)
+            WalkerLeg(f"{side} {end}", (x, -TORSO_HEIGHT / 2), knee)
             for side in ("near", "far")
             for end, x, knee in (("fore", HIP_OFFSET, -1), ("hind", -HIP_OFFSET, 1))
         ),
@@ -104,13 +104,13 @@ PLANS = {
 OUTLINE_NAMES = ("front", "bottom", "back", "top")
 
 
-def outline(plan: Plan) -> Floats:
+def outline(plan: WalkerPlan) -> Floats:
     """Return both ends of each edge of the torso in its frame, (4, 2, 3) m."""
     corners = to_3d(np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * plan.half)
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
-def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
+def limb_angles(plan: WalkerPlan, joint_angles: Floats) -> Floats:
     """Return the angles of thighs and shanks relative to the torso; at 0, they hang straight down.
 
     Args:
@@ -128,7 +128,7 @@ def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
     return turned
 
 
-def leg_points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) -> Floats:
+def leg_points(plan: WalkerPlan, position: Floats, pitch: Floats, joint_angles: Floats) -> Floats:
     """Return the positions of each leg's hip, knee and foot in the world.
 
     Args:
@@ -164,7 +164,7 @@ TRUNK = "torso"
 DOWN = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -LIMB]])  # a thigh or shank in its own frame, m
 
 
-def rig(plan: Plan) -> Rig:
+def rig(plan: WalkerPlan) -> Rig:
     """Return the rig of a walker.
 
     Links turn about y. In its own frame, a thigh or shank hangs down.

@@ -21,7 +21,7 @@ TIPPED = math.radians(60)  # pitch from which a walker has fallen
 
 
 @dataclass(frozen=True)
-class Joint:
+class WalkerJoint:
     """A hinge with its servo.
 
     Attributes:
@@ -73,7 +73,7 @@ class Machine:
         torso.position = (0.0, height)
         self.space.add(torso)
         self.bodies = [torso]
-        self.joints: list[Joint] = []
+        self.joints: list[WalkerJoint] = []
         for number, leg in enumerate(self.plan.legs):
             top, end = (0.0, body.LIMB / 2), (0.0, -body.LIMB / 2)
             thigh = self._add_limb(body.THIGH_MASS, where[number, 0], turned[2 * number])
@@ -134,7 +134,7 @@ class Machine:
             pymunk.RotaryLimitJoint(one, other, rest - reach, rest + reach),
             motor,
         )
-        self.joints.append(Joint(motor, above, below, rest, sign))
+        self.joints.append(WalkerJoint(motor, above, below, rest, sign))
 
     def joint_angles(self) -> list[float]:
         """Return the current joint angles, rad."""

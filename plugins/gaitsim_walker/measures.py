@@ -9,11 +9,11 @@ import numpy as np
 from gaitsim.contracts import Array, Measure, Motion, Skeleton
 from gaitsim.legged import BODY_HEIGHT, stepping_measures
 from gaitsim_walker import body
-from gaitsim_walker.body import Floats, Plan
+from gaitsim_walker.body import Floats, WalkerPlan
 from gaitsim_walker.surroundings import Surroundings
 
 
-def measures(motion: Motion, plan: Plan) -> Mapping[str, Measure]:
+def measures(motion: Motion, plan: WalkerPlan) -> Mapping[str, Measure]:
     """Return distance, duration, steadiness, effort, slip and steps.
 
     Means over time end at the fall.

@@ -32,7 +32,7 @@ from gaitsim.encoding import (
     split_genomes,
 )
 from gaitsim.legged import conditions, draw_joint_errors, draw_push, world_seed
-from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, Plan, rig
+from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, WalkerPlan, rig
 from gaitsim_walker.measures import measures, skeleton
 from gaitsim_walker.surroundings import STEP, Surroundings, ground
 
@@ -40,7 +40,7 @@ SLOWEST = 0.5  # Hz, lower bound of the frequency gene
 _DEGREE = math.pi / 180
 
 
-def groups(plan: Plan, alternating: bool, fastest: float) -> tuple[GeneGroup, ...]:
+def groups(plan: WalkerPlan, alternating: bool, fastest: float) -> tuple[GeneGroup, ...]:
     """Return the gene groups: six with one gene per leg, and the frequency.
 
     In an alternating gait, only the near legs have genes.
@@ -65,7 +65,7 @@ def _near_legs(group: GeneGroup) -> GeneGroup:
 
 
 def commands(
-    plan: Plan, genomes: Genomes, genes: tuple[GeneGroup, ...], encoding: str, frames: int
+    plan: WalkerPlan, genomes: Genomes, genes: tuple[GeneGroup, ...], encoding: str, frames: int
 ) -> Floats:
     """Return the commands to the servos, (population, frames, joints) rad, within the limits.
 
@@ -187,7 +187,7 @@ class Walker(Organism):
         return self
 
     @property
-    def plan(self) -> Plan:
+    def plan(self) -> WalkerPlan:
         """Build of the body: its parts and their sizes."""
         return PLANS[self.legs]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitsim.legged import delay_angles, hold_commands
-from gaitsim_walker.body import FRAME_RATE, STOP, Floats, Plan
+from gaitsim_walker.body import FRAME_RATE, STOP, Floats, WalkerPlan
 
 SPACING = 0.25  # m, horizontal distance between the corners of uneven ground
 RUN_UP = 1.0  # m, length of flat ground on either side of the start
@@ -81,7 +81,7 @@ class Surroundings:
         push: frame after which the body is pushed, and the change of its forward velocity, m/s.
     """
 
-    plan: Plan
+    plan: WalkerPlan
     ground: Ground
     gravity: float
     slope: float

@@ -9,7 +9,7 @@ import pytest
 from hostile import ATTACKS
 
 import gaitsim as gs
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.render.plots.adaptation import adaptation_figure
 
 LOST = ("--damage", "A lost")
@@ -251,7 +251,9 @@ def test_a_report_covers_all_leg_losses_and_continues(adapt, atlas, tmp_path):
     given = ("--report", "losses", "--pairs", "--trials", 3, "--stop", 2)
     assert "**2 legs, median of 3**" in adapt(*given).stdout
     folder = tmp_path / "losses"
-    report = gs.load(atlas).adaptation_report(folder, pairs=True, settings=Settings(3, stop=2.0))
+    report = gs.load(atlas).adaptation_report(
+        folder, pairs=True, settings=AdaptationSettings(3, stop=2.0)
+    )
     assert [case.name for case in report.cases] == ["A", "B", "C", "A + B", "A + C", "B + C"]
     one = report.cases[0]
     alone = [*gs.load(atlas).adapt(["A lost"], trials=3, stop=2.0)]
@@ -265,7 +267,7 @@ def test_a_report_covers_all_leg_losses_and_continues(adapt, atlas, tmp_path):
     kept = json.loads(made)
     kept["cases"] = kept["cases"][1:3]
     file.write_text(json.dumps(kept))
-    gs.load(atlas).adaptation_report(folder, pairs=True, settings=Settings(3, stop=2.0))
+    gs.load(atlas).adaptation_report(folder, pairs=True, settings=AdaptationSettings(3, stop=2.0))
     assert file.read_bytes() == made
     assert "different options" in adapt(*given, "--kappa", 1, code=2).stderr
     file.write_text("{}")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gaitsim.adaptation.prior import Prior, read_prior
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import (
     Trial,
     adapt,
@@ -31,7 +31,7 @@ from gaitsim.gaussian_process import posterior
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 
-SETTINGS = Settings()
+SETTINGS = AdaptationSettings()
 
 
 def prior_of(performance, behaviour):
@@ -174,7 +174,7 @@ def test_a_value_that_is_not_a_number_is_refused(value):
 @pytest.mark.parametrize("wrong", [{"trials": 0}, {"kappa": -1}, {"noise": 0}, {"stop": math.nan}])
 def test_invalid_settings_are_refused(wrong):
     with pytest.raises(GaitsimError, match=next(iter(wrong))):
-        Settings(**wrong)
+        AdaptationSettings(**wrong)
 
 
 def test_the_map_of_an_atlas_has_the_performance_of_its_members_on_the_intact_body(puppet_run):

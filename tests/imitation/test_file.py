@@ -9,13 +9,13 @@ from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
 from gaitsim.imitation import load_imitator
 from gaitsim.imitation.imitator import Imitation, save_imitator
-from gaitsim.imitation.learning import Settings, learn
+from gaitsim.imitation.learning import TrainingSettings, learn
 
 
 @pytest.fixture(scope="module")
 def imitation():
     expert = 0.3 * np.sin(np.arange(20)[:, None] + np.arange(3))
-    imitator, _ = learn(expert, Settings(epochs=2, normalise=True, output="same"))
+    imitator, _ = learn(expert, TrainingSettings(epochs=2, normalise=True, output="same"))
     commanded = imitator.free_run(expert[0], 20)
     gait = Gait(np.clip(commanded, -0.1, 0.1), ("a", "b", "c"), 25.0, 7, 1.5)
     return Imitation(gait, commanded, imitator, 3)

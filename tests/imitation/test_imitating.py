@@ -14,7 +14,7 @@ from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 from gaitsim.imitation import load_imitator
 from gaitsim.imitation.imitating import imitate
-from gaitsim.imitation.learning import SETTINGS, Settings
+from gaitsim.imitation.learning import SETTINGS, TrainingSettings
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -150,7 +150,7 @@ def test_an_imitator_whose_motion_fails_scores_minus_infinity(puppet_run, puppet
         return Motion(4.0, {"joint_angles": joint_angles, "reach": reach}, None, {0: "fell apart"})
 
     monkeypatch.setattr(puppets.Puppet, "play", play)
-    result = imitate(puppet_run.individual(), Settings(epochs=2))
+    result = imitate(puppet_run.individual(), TrainingSettings(epochs=2))
     assert result.played.score == -np.inf
 
 

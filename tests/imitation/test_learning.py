@@ -6,7 +6,7 @@ import pytest
 from gaitsim.errors import GaitsimError
 from gaitsim.imitation import learning as module
 from gaitsim.imitation.descent import descend
-from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS, Settings, learn
+from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS, TrainingSettings, learn
 from gaitsim.network import ACTIVATION_CODES, Network
 
 
@@ -36,20 +36,20 @@ def test_a_step_follows_the_networks_gradient(activation, output):
 
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
 def test_a_seed_determines_the_network_whatever_the_chunks(settings, monkeypatch):
-    short = Settings(**{**vars(settings), "epochs": 7})
+    short = TrainingSettings(**{**vars(settings), "epochs": 7})
     one, errors = learn(waves(), short)
     monkeypatch.setattr(module, "CHUNK", 3)
     two, again = learn(waves(), short)
     assert one.network.genes.tobytes() == two.network.genes.tobytes()
     assert errors.tobytes() == again.tobytes()
-    other, _ = learn(waves(), Settings(**{**vars(short), "seed": 1}))
+    other, _ = learn(waves(), TrainingSettings(**{**vars(short), "seed": 1}))
     assert not np.array_equal(one.network.genes, other.network.genes)
 
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
 def test_the_error_falls(settings, activation):
-    chosen = Settings(**{**vars(settings), "activation": activation, "epochs": 400})
+    chosen = TrainingSettings(**{**vars(settings), "activation": activation, "epochs": 400})
     imitator, errors = learn(waves(), chosen)
     standing = np.mean(np.diff(waves(), axis=0) ** 2)  # the error of repeating the input
     assert errors[-1] < standing / 3
@@ -60,7 +60,7 @@ def test_the_error_falls(settings, activation):
 
 def test_free_running_starts_from_the_first_frame():
     expert = waves()
-    imitator, _ = learn(expert, Settings(activation="tanh"))
+    imitator, _ = learn(expert, TrainingSettings(activation="tanh"))
     played = imitator.free_run(expert[0], 60)
     assert played.shape == (60, 3)
     assert np.array_equal(played[0], expert[0])
@@ -71,7 +71,7 @@ def test_free_running_starts_from_the_first_frame():
 
 
 def test_diverging_angles_stay_finite():
-    imitator, _ = learn(waves(), Settings(epochs=1))
+    imitator, _ = learn(waves(), TrainingSettings(epochs=1))
     wild = Network(
         tuple(100 * weight for weight in imitator.network.weights), imitator.network.biases
     )
@@ -82,7 +82,7 @@ def test_diverging_angles_stay_finite():
 
 def test_normalised_inputs_are_zero_in_the_middle_of_the_range():
     expert = waves() + np.array([1.0, -2.0, 0.0])
-    imitator, _ = learn(expert, Settings(epochs=1, normalise=True))
+    imitator, _ = learn(expert, TrainingSettings(epochs=1, normalise=True))
     assert imitator.centre == pytest.approx([1.0, -2.0, 0.0], abs=0.02)
     assert imitator.scale == pytest.approx(np.ptp(expert, axis=0).max())
 
@@ -96,11 +96,11 @@ def test_standing_still_can_be_learnt():
 
 def test_progress_counts_every_epoch():
     said = []
-    learn(waves(), Settings(epochs=module.CHUNK * 2 + 1), said.append)
+    learn(waves(), TrainingSettings(epochs=module.CHUNK * 2 + 1), said.append)
     assert said == [module.CHUNK, module.CHUNK, 1]
 
 
 def test_a_diverging_training_is_an_error():
     with pytest.raises(GaitsimError, match="diverged") as error:
-        learn(waves(amplitude=3.0), Settings(learning_rate=10.0))
+        learn(waves(amplitude=3.0), TrainingSettings(learning_rate=10.0))
     assert "smaller learning rate" in str(error.value)

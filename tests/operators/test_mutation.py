@@ -15,7 +15,7 @@ from gaitsim_operators.mutation import (
     Gaussian,
     NoMutation,
     Polynomial,
-    RandomSearch,
+    RandomReplacement,
     Reset,
 )
 
@@ -182,7 +182,7 @@ def test_bit_flip_flips_all_bits_equally_often(count):
 @pytest.mark.parametrize("space", [SPACE, _bits(4)], ids=["real", "bit"])
 def test_random_search_draws_fresh_genomes(space):
     genomes = space.random(30, np.random.default_rng(8))
-    mutants = RandomSearch().mutate(genomes, space, np.random.default_rng(9))
+    mutants = RandomReplacement().mutate(genomes, space, np.random.default_rng(9))
     np.testing.assert_array_equal(mutants, space.random(30, np.random.default_rng(9)))
 
 

@@ -12,8 +12,8 @@ from gaitsim.render.terminal.heat_map import (
     EMPTY,
     LEVELS,
     VIRIDIS,
+    ColourScale,
     HeatMap,
-    Scale,
     nearest,
     next_occupied,
     styles,
@@ -42,7 +42,7 @@ def test_levels_have_viridis_colours():
     known = matplotlib.colormaps["viridis"](np.linspace(0, 1, LEVELS))
     assert [to_hex(colour) for colour in known] == [*VIRIDIS]
     assert len(styles("red", "blue")) <= 256  # an ink is a byte
-    scale = Scale.of(np.array([2.0, np.nan, 4.0]))
+    scale = ColourScale.of(np.array([2.0, np.nan, 4.0]))
     assert scale.levels(np.array([2, 3, 4, np.nan, 1]), 4).tolist() == [1, 3, 4, 0, 1]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from stick import simulation_of, standing_quadruped, trot
 
-from gaitsim_robot.bullet.body import Body
+from gaitsim_robot.bullet.body import BulletBody
 from gaitsim_robot.bullet.client import open_client
 from gaitsim_robot.bullet.rollout import Drives, roll_out
 from gaitsim_robot.errors import RobotError
@@ -50,7 +50,7 @@ def test_masses_inertias_and_frames_equal_those_of_the_compiled_robot(bullet, na
     data.qpos[:] = simulation.start[1 : 1 + model.nq]
     mujoco.mj_forward(model, data)
     with open_client(0.002) as client:
-        body = Body(client, simulation)
+        body = BulletBody(client, simulation)
         np.testing.assert_allclose(body.state()[0], data.qpos, atol=1e-12)
         for index, link in enumerate(body.links):
             if link.body < 0:
@@ -93,7 +93,7 @@ def test_a_falling_robot_moves_its_joints_as_in_mujoco(bullet):
     data.ctrl[:] = simulation.rest + np.linspace(-0.3, 0.3, model.nu)
     drives = Drives(model, np.arange(1, model.njnt))
     with open_client(dt) as client:
-        body = Body(client, simulation)
+        body = BulletBody(client, simulation)
         first = centre_of_mass(body)
         for _ in range(steps):
             _, torque = drives.torques(data.ctrl, *body.angles())
@@ -133,7 +133,7 @@ def test_feet_slide_by_coulomb_friction_on_level_ground_and_on_a_slope(bullet, f
         expected = 0.0  # friction holds the robot
     frames = 21
     with open_client(0.001) as client:
-        body = Body(client, simulation)
+        body = BulletBody(client, simulation)
         drives = Drives(body.model, body.joints)
         if not slope:
             client.resetBaseVelocity(body.number, [3.0, 0.0, 0.0], [0.0, 0.0, 0.0])

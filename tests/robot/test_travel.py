@@ -5,7 +5,7 @@ import pytest
 
 from gaitsim.contracts import Motion
 from gaitsim.experiment import load_experiment
-from gaitsim_robot.travel import Travel
+from gaitsim_robot.travel import TravelFitness
 
 RATE, FRAMES = 50.0, 501  # 10 s
 TIME = np.arange(FRAMES) / RATE
@@ -65,7 +65,7 @@ YAW[:, 2] = 0.5 * TIME / TIME[-1]  # 0.5 rad at the end: a root mean square of 0
 def test_each_term_follows_its_definition_and_does_not_affect_others(
     term, options, changed, expected
 ):
-    terms = Travel(**options).terms(motion(**changed))
+    terms = TravelFitness(**options).terms(motion(**changed))
     assert float(terms.pop(term)[0]) == pytest.approx(expected, rel=1e-2, abs=1e-9)
     assert {name: float(v[0]) for name, v in terms.items()} == pytest.approx(
         dict.fromkeys(terms, 0.0), abs=1e-9
@@ -74,14 +74,16 @@ def test_each_term_follows_its_definition_and_does_not_affect_others(
 
 def test_a_gait_of_one_hertz_is_hardly_rough():
     """A fourth-order Butterworth filter has the gain 1/√(1 + 5⁸) = 0.0016 at 1/5 of its cutoff."""
-    terms = Travel().terms(motion(joint_positions=sine(0.5, 1.0)))
+    terms = TravelFitness().terms(motion(joint_positions=sine(0.5, 1.0)))
     assert -0.02 < float(terms["roughness"][0]) < 0
 
 
 def test_distance_beyond_the_target_speed_does_not_pay():
     """A robot at 0.2 m/s covers 2 m in 10 s."""
     scores = {
-        x: sum(v[0] for v in Travel(target_speed=0.2).terms(motion(torso=straight(x))).values())
+        x: sum(
+            v[0] for v in TravelFitness(target_speed=0.2).terms(motion(torso=straight(x))).values()
+        )
         for x in (1.5, 2.0, 3.0)
     }
     assert scores == pytest.approx({1.5: 1.5, 2.0: 2.0, 3.0: 1.0})
@@ -90,15 +92,17 @@ def test_distance_beyond_the_target_speed_does_not_pay():
 def test_unknown_quantities_are_not_penalised():
     loaded = {"torque": np.full((FRAMES, 4), 9.0), "energy": 60 * TIME}
     unknown = {"stall_torque": np.zeros(4), "weight": np.array(0.0)}
-    terms = Travel().terms(motion(**loaded, **unknown))
+    terms = TravelFitness().terms(motion(**loaded, **unknown))
     assert terms["torque"] == terms["energy"] == 0
 
 
 def test_without_weights_the_score_is_the_distance():
-    weights = {name: 0.0 for name in Travel.model_fields if name.endswith("weight")}
+    weights = {name: 0.0 for name in TravelFitness.model_fields if name.endswith("weight")}
     rough = np.random.default_rng(0).normal(size=(FRAMES, 4))
     changed = {"joint_positions": rough, "torque": rough**2, "slip": TIME, "energy": TIME}
-    terms = Travel(**weights).terms(motion(torso=straight(2.0, 1.0), **changed, orientation=YAW))
+    terms = TravelFitness(**weights).terms(
+        motion(torso=straight(2.0, 1.0), **changed, orientation=YAW)
+    )
     assert sum(float(values[0]) for values in terms.values()) == pytest.approx(2.0)
 
 
@@ -108,10 +112,10 @@ def test_the_terms_of_an_individual_do_not_depend_on_the_population():
     channels = {name: rng.random((9, *shape)) for name, shape in shapes.items()}
     # Bodies may return arrays with any memory layout.
     channels["torque"] = np.asfortranarray(channels["torque"])
-    whole = Travel().terms(Motion(RATE, channels))
+    whole = TravelFitness().terms(Motion(RATE, channels))
     for part in (slice(4, 5), slice(2, 9)):
         chosen = {name: values[part] for name, values in channels.items()}
-        terms = Travel().terms(Motion(RATE, chosen))
+        terms = TravelFitness().terms(Motion(RATE, chosen))
         for name, values in terms.items():
             assert np.array_equal(values, whole[name][part]), name
 

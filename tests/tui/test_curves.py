@@ -11,7 +11,7 @@ from textual.events import MouseScrollUp
 from waiting import strips
 
 from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curve_view import Scale, Series, View, frame_of, smooth_series
+from gaitsim.render.terminal.curve_view import CurveView, Scale, Series, frame_of, smooth_series
 from gaitsim.render.terminal.curves import plot, thin_series
 from gaitsim.render.ticks import labels, log_ticks, ticks
 from gaitsim.tui.widgets.cells import Cells
@@ -143,7 +143,7 @@ class TestPlot:
     @given(
         st.lists(st.floats(), max_size=20),
         st.builds(
-            View,
+            CurveView,
             smooth=st.sampled_from([1, 5, 25]),
             log_x=st.booleans(),
             log_y=st.booleans(),
@@ -160,7 +160,7 @@ class TestPlot:
     def test_a_run_far_below_is_shown_in_full(self):
         weak = Series("weak", np.arange(1.0, 21), np.linspace(-9, -8, 20))
         strong = series(np.linspace(1, 2, 1000), "strong")
-        _, inks = plot([strong, weak], 60, 14, view=View(whole=True))
+        _, inks = plot([strong, weak], 60, 14, view=CurveView(whole=True))
         assert (inks == curves.ink_of(1, 2)).any()
         _, inks = plot([strong, weak], 60, 14)
         assert not (inks == curves.ink_of(1, 2)).any()

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.adaptation.report import Report
+from gaitsim.adaptation.report import AdaptationReport
 from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def kept_figure(report: Report, heading: str, theme: Theme = LIGHT) -> "Figure":
+def kept_figure(report: AdaptationReport, heading: str, theme: Theme = LIGHT) -> "Figure":
     """Plot the kept share of the performance by damage, with the champion and random gaits."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import PercentFormatter
@@ -56,7 +56,7 @@ def kept_figure(report: Report, heading: str, theme: Theme = LIGHT) -> "Figure":
     return figure
 
 
-def pairs_figure(report: Report, heading: str, theme: Theme = LIGHT) -> "Figure":
+def pairs_figure(report: AdaptationReport, heading: str, theme: Theme = LIGHT) -> "Figure":
     """Plot the kept share after the loss of each pair of legs, with single legs on the diagonal."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import PercentFormatter

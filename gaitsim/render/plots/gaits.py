@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from gaitsim.gait.repertoire import Gait, gaits_of, patterns
+from gaitsim.gait.repertoire import RepertoireGait, gaits_of, patterns
 from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual, Member
 from gaitsim.render.plots.footfall import contacts_of
@@ -41,7 +41,7 @@ def gaits_figure(request: Request) -> "Figure":
     members = run.members
     assert members is not None, "a search with a first member has members"
     total = len(members.scores)
-    gaits: list[Gait] = []
+    gaits: list[RepertoireGait] = []
     for part in gaits_of(best.experiment, members.genomes):
         gaits += part
         request.progress(len(part))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton
 from gaitsim.render.scene.camera import VIEWS
 from gaitsim.render.scene.clip import Clip, Race
-from gaitsim.render.scene.themes import THEMES, Theme
+from gaitsim.render.scene.themes import THEMES, SceneTheme
 
 __all__ = ["THEMES", "VIEWS", "Clip", "Picture", "Scene", "draw"]
 
@@ -55,7 +55,7 @@ class Scene:
         race: Race,
         size: tuple[int, int],
         view: str,
-        theme: Theme,
+        theme: SceneTheme,
     ) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure

@@ -19,7 +19,7 @@ Face = tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Anatomy:
+class DrawnAnatomy:
     """The drawn shape of a skeleton.
 
     Attributes:
@@ -46,7 +46,7 @@ class Anatomy:
     span: float
 
 
-def anatomy(skeleton: Skeleton) -> Anatomy:
+def anatomy(skeleton: Skeleton) -> DrawnAnatomy:
     """Derive the anatomy of a skeleton.
 
     Segments that form closed loops frame a plate or a solid. All others are limbs: thick at
@@ -73,7 +73,7 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
     shares, trunks = _relative_radii(skeleton, joints, ends, span)
     thin = [0.012 if len(plate) == 3 else 0.04 for plate in plates]
     shortest = [min(lengths[end // 2] for end in plate) for plate in plates]
-    return Anatomy(
+    return DrawnAnatomy(
         limbs,
         radius * shares[limbs],
         trunks[limbs],

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.scene.anatomy import Anatomy
+from gaitsim.render.scene.anatomy import DrawnAnatomy
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.solids import capsules, hull
 from gaitsim.render.scene.themes import Colour, mix
@@ -20,7 +20,7 @@ LIGHT = np.array([0.3, -0.5, 0.81])  # direction to the light
 Fog = Callable[[float | Points], NDArray[np.float64]]
 
 
-class Part(NamedTuple):
+class BodyPart(NamedTuple):
     """A filled outline: corners (corners, 2), colours, and the width of its edge, pixels."""
 
     outline: Points
@@ -30,8 +30,12 @@ class Part(NamedTuple):
 
 
 def body(
-    camera: Camera, segments: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
-) -> list[Part]:
+    camera: Camera,
+    segments: Points,
+    anatomy: DrawnAnatomy,
+    colours: Mapping[str, Colour],
+    line: float,
+) -> list[BodyPart]:
     """Return limbs, plates and solids, from back to front.
 
     Args:
@@ -52,7 +56,7 @@ def body(
     return [part for _, parts in drawn for part in parts]
 
 
-def shadow(camera: Camera, flat: Points, anatomy: Anatomy) -> list[Points]:
+def shadow(camera: Camera, flat: Points, anatomy: DrawnAnatomy) -> list[Points]:
     """Return the outlines of a body's shadow under light from above.
 
     Args:
@@ -72,11 +76,11 @@ def shadow(camera: Camera, flat: Points, anatomy: Anatomy) -> list[Points]:
 def _limbs(
     camera: Camera,
     segments: Points,
-    anatomy: Anatomy,
+    anatomy: DrawnAnatomy,
     colours: Mapping[str, Colour],
     line: float,
     fog: Fog,
-) -> Iterator[tuple[float, list[Part]]]:
+) -> Iterator[tuple[float, list[BodyPart]]]:
     """Draw limbs as round bars with a lit upper side."""
     sides, depth = _capsules(camera, segments, anatomy.radii)
     lights, _ = _capsules(camera, segments, anatomy.radii, 0.42, 0.36)
@@ -99,8 +103,8 @@ def _limbs(
         yield (
             float(depth[i]),
             [
-                Part(sides[i], side[i], edge[i], EDGE * line),
-                Part(lights[i], light[i], light[i], 0.0),
+                BodyPart(sides[i], side[i], edge[i], EDGE * line),
+                BodyPart(lights[i], light[i], light[i], 0.0),
             ],
         )
 
@@ -108,11 +112,11 @@ def _limbs(
 def _plates(
     camera: Camera,
     ends: Points,
-    anatomy: Anatomy,
+    anatomy: DrawnAnatomy,
     colours: Mapping[str, Colour],
     line: float,
     fog: Fog,
-) -> Iterator[tuple[float, list[Part]]]:
+) -> Iterator[tuple[float, list[BodyPart]]]:
     """Draw plates as slabs with rounded corners."""
     for plate, radius in zip(anatomy.plates, anatomy.plate_radii, strict=True):
         corners = ends[list(plate)]
@@ -130,9 +134,9 @@ def _plates(
         yield (
             float(depth.mean()),
             [
-                Part(around, edge, edge, rounding + 2 * EDGE * line),
-                Part(around, side, side, rounding),
-                Part(front, light, light, 0.3 * rounding),
+                BodyPart(around, edge, edge, rounding + 2 * EDGE * line),
+                BodyPart(around, side, side, rounding),
+                BodyPart(front, light, light, 0.3 * rounding),
             ],
         )
 
@@ -140,11 +144,11 @@ def _plates(
 def _solids(
     camera: Camera,
     ends: Points,
-    anatomy: Anatomy,
+    anatomy: DrawnAnatomy,
     colours: Mapping[str, Colour],
     line: float,
     fog: Fog,
-) -> Iterator[tuple[float, list[Part]]]:
+) -> Iterator[tuple[float, list[BodyPart]]]:
     """Draw the faces that face the camera, shaded by their angle to the light."""
     for faces in anatomy.solids:
         parts = []
@@ -159,7 +163,7 @@ def _solids(
             share = fog(depth.mean())
             colour = mix(colours["limb"], colours["limb_light"], shine)
             parts.append(
-                Part(
+                BodyPart(
                     outline,
                     mix(colour, colours["ground"], share),
                     mix(colours["limb_edge"], colours["ground"], share),

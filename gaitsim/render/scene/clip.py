@@ -12,7 +12,7 @@ from gaitsim.contracts import Skeleton, Terrain
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error
-from gaitsim.render.scene.anatomy import Anatomy, anatomy
+from gaitsim.render.scene.anatomy import DrawnAnatomy, anatomy
 from gaitsim.render.scene.camera import Points, smooth_path
 from gaitsim.render.scene.solids import Surfaces, interpolate_poses
 
@@ -89,7 +89,7 @@ class Clip:
         return self.skeleton.contacts is None
 
     @cached_property
-    def anatomy(self) -> Anatomy:
+    def anatomy(self) -> DrawnAnatomy:
         """The drawn shape of the skeleton."""
         return anatomy(self.skeleton)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gaitsim.render.colours import LEFT, side_words
 from gaitsim.render.scene.clip import Clip, Pose
-from gaitsim.render.scene.themes import Theme
+from gaitsim.render.scene.themes import SceneTheme
 from gaitsim.render.ticks import format_round_length
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Labels:
         figure: "Figure",
         size: tuple[int, int],
         clips: Sequence[Clip],
-        theme: Theme,
+        theme: SceneTheme,
         colours: Sequence[str],
         grid: float,
         heading: tuple[str, str],

@@ -13,10 +13,10 @@ from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES
 from gaitsim.render.scene.raster import raster, shades_of, to_pixels
 from gaitsim.render.scene.solids import FINE, outline
-from gaitsim.render.scene.themes import Colour, Theme, mix, rgb
+from gaitsim.render.scene.themes import Colour, SceneTheme, mix, rgb
 
 
-class Lines(Artist):
+class GridLines(Artist):
     """The lines of the grid, drawn pixel by pixel, in a quarter of the time that Matplotlib takes.
 
     Args:
@@ -24,7 +24,7 @@ class Lines(Artist):
         width: width of the lines, pixels.
     """
 
-    def __init__(self, theme: Theme, width: float) -> None:
+    def __init__(self, theme: SceneTheme, width: float) -> None:
         super().__init__()
         shades = mix(rgb(theme.ground), rgb(theme.grid), np.arange(SHADES + 1) / SHADES)
         self._shades, self._width = (255 * shades).astype(np.float32), width
@@ -84,7 +84,7 @@ class Pixels(Artist):
     def __init__(
         self,
         clip: Clip,
-        theme: Theme,
+        theme: SceneTheme,
         own: tuple[Colour, Colour],
         damaged: tuple[Colour, Colour],
         line: float,

@@ -13,7 +13,7 @@ from gaitsim.render.scene.ground import SHADES
 from gaitsim.render.scene.labels import MIN_LETTERS, POINT, text_path
 from gaitsim.render.scene.pixels import Pixels, shaded
 from gaitsim.render.scene.solids import discs, hull
-from gaitsim.render.scene.themes import Theme, mix, rgb
+from gaitsim.render.scene.themes import SceneTheme, mix, rgb
 
 TRAIL = 240  # number of pieces of the path behind a body
 _CROSS = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
@@ -36,7 +36,7 @@ class Runner:
         self,
         add: Callable[[Any, int], Any],
         clip: Clip,
-        theme: Theme,
+        theme: SceneTheme,
         colour: str,
         unit: float,
         picture: tuple[int, int],

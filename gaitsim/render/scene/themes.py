@@ -22,7 +22,7 @@ Colour = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Theme:
+class SceneTheme:
     """The colours of a scene, as '#rrggbb'.
 
     Attributes:
@@ -64,7 +64,7 @@ class Theme:
 
 
 THEMES = {
-    "light": Theme(
+    "light": SceneTheme(
         ground="#f6f4ef",
         grid="#93a0ad",
         ink="#1c252e",
@@ -79,7 +79,7 @@ THEMES = {
         damaged=DAMAGED_COLOUR,
         bodies=LINES,
     ),
-    "dark": Theme(
+    "dark": SceneTheme(
         ground="#12161c",
         grid="#55637a",
         ink="#eef1f5",

@@ -18,9 +18,9 @@ from gaitsim.render.scene.labels import (
     small_letters,
     text_path,
 )
-from gaitsim.render.scene.pixels import Lines
+from gaitsim.render.scene.pixels import GridLines
 from gaitsim.render.scene.runner import Runner
-from gaitsim.render.scene.themes import Theme
+from gaitsim.render.scene.themes import SceneTheme
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +46,7 @@ class AltitudeScale:
         self,
         figure: "Figure",
         size: tuple[int, int],
-        theme: Theme,
+        theme: SceneTheme,
         colours: Sequence[str],
         scale: float,
         unit: float,
@@ -134,7 +134,7 @@ class World:
         figure: "Figure",
         size: tuple[int, int],
         race: Race,
-        theme: Theme,
+        theme: SceneTheme,
         view: str,
         heading: tuple[str, str],
     ) -> None:
@@ -162,7 +162,7 @@ class World:
             race.room = MAX_LEAD * height / self.scale
             self.middle = np.zeros(3)
             self._extent = height / self.scale
-        self.grid = self._add(Lines(theme, 0.8 * 1.3 * self._unit), 2)
+        self.grid = self._add(GridLines(theme, 0.8 * 1.3 * self._unit), 2)
         colours = [theme.body(number) for number in range(len(self.clips))]
         self.runners = [
             Runner(self._add, clip, theme, colour, self._unit, size)

@@ -59,7 +59,7 @@ def run_curves(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Se
 
 
 @dataclass(frozen=True)
-class View:
+class CurveView:
     """The visible range of curves and the kind of their axes.
 
     Attributes:
@@ -83,7 +83,7 @@ class View:
         """Whether an end of an axis has been set."""
         return any(end is not None for end in (self.left, self.right, self.bottom, self.top))
 
-    def reset(self) -> "View":
+    def reset(self) -> "CurveView":
         """Return the view of the whole curves, with the same smoothing and kinds of axes."""
         return replace(self, left=None, right=None, bottom=None, top=None)
 
@@ -150,7 +150,7 @@ class Frame:
         return np.stack([self.x.share(x) * (width - 1), down * (height - 1)], axis=1)
 
 
-def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
+def frame_of(series: Sequence[Series], view: CurveView = CurveView()) -> Frame | None:
     """Return the axes of a view; None if the curves have no finite point.
 
     The vertical axis covers the points within the horizontal axis, except, unless the view is

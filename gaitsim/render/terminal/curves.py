@@ -18,7 +18,14 @@ from gaitsim.render.terminal.braille import (
     draw_points,
     empty,
 )
-from gaitsim.render.terminal.curve_view import Frame, Scale, Series, View, frame_of, smooth_series
+from gaitsim.render.terminal.curve_view import (
+    CurveView,
+    Frame,
+    Scale,
+    Series,
+    frame_of,
+    smooth_series,
+)
 from gaitsim.render.ticks import labels, log_ticks, ticks
 
 BLOCKS = "▁▂▃▄▅▆▇█"
@@ -56,7 +63,7 @@ MARKERS = "●◆▲■▼◇○"  # on the lines, as more than a few dashes are
 _PIECES = ("━", "╍", "┅", "━", "┉", "╺")  # samples of the dashes for legends
 MARKER_DISTANCE = 16  # approximate columns between two markers of a line
 GROUPS_PER_DOT = 4  # groups of points per dot, horizontally
-ALL = View()
+ALL = CurveView()
 
 
 @dataclass(frozen=True)
@@ -85,7 +92,9 @@ def ink_of(index: int, count: int) -> int:
     return FIRST + (count - 1 - index) % MAX_INKS
 
 
-def area_of(series: Sequence[Series], columns: int, rows: int, view: View = ALL) -> Area | None:
+def area_of(
+    series: Sequence[Series], columns: int, rows: int, view: CurveView = ALL
+) -> Area | None:
     """Return the area of curves; None if there are no points or not enough space."""
     frame = frame_of(series, view)
     if frame is None or columns < MIN_SIZE[0] or rows < MIN_SIZE[1]:
@@ -105,7 +114,7 @@ def plot(
     rows: int,
     x_label: str = "",
     marks: Sequence[float] = (),
-    view: View = ALL,
+    view: CurveView = ALL,
     cursor: float | None = None,
 ) -> tuple[NDArray[np.uint32], Inks]:
     """Draw curves, the first on top, as code points and inks, both (rows, columns).
@@ -155,7 +164,7 @@ def plot(
     return codes, inks
 
 
-def points_in_view(series: Sequence[Series], view: View) -> list[Series]:
+def points_in_view(series: Sequence[Series], view: CurveView) -> list[Series]:
     """Return the points within a view, and one more on each side."""
     found = []
     for one in series:

@@ -33,7 +33,7 @@ POINTER = "#ff2d95"  # a colour absent from viridis, visible on dark and on ligh
 
 
 @dataclass(frozen=True)
-class Scale:
+class ColourScale:
     """A linear scale from scores to levels of colour.
 
     Attributes:
@@ -47,7 +47,7 @@ class Scale:
     extended: bool = False
 
     @classmethod
-    def of(cls, scores: NDArray[np.float64]) -> "Scale":
+    def of(cls, scores: NDArray[np.float64]) -> "ColourScale":
         """Return the scale for scores, NaN if missing; a few very low scores may be below it."""
         known = scores[np.isfinite(scores)]
         if not len(known):
@@ -96,7 +96,7 @@ _MIN_FILLED = 0.7  # share of the space that equal cells must fill; otherwise th
 
 
 @dataclass(frozen=True, eq=False)
-class Area:
+class MapArea:
     """The layout of a map in a picture of characters.
 
     Attributes:
@@ -239,13 +239,13 @@ class HeatMap:
         self._names = tuple(_narrow(words[name]) for name in names)
         self._score = _narrow(words["score"])
         ends = np.array([view.borders[name][[0, -1]] for name in names])
-        self._area = area = Area(columns, rows, ends, shaded)
+        self._area = area = MapArea(columns, rows, ends, shaded)
         wide, high = (max(one, 1) for one in area.room)
         panel = view.panel(*names, most=(wide, high))
         self.borders = panel.borders
         shape = panel.scores.shape[0], -1
         self._scores, self.numbers = panel.scores.reshape(shape), panel.members.reshape(shape)
-        self.scale = Scale.of(self._scores)
+        self.scale = ColourScale.of(self._scores)
         self._across = dots_of(self._scores.shape[0], wide)
         up = dots_of(self._scores.shape[1], high)
         # The cells fill whole characters, so that they touch the axis below.

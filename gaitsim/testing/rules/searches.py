@@ -18,7 +18,7 @@ from gaitsim.testing.rules.common import (
     same,
     supported_spaces,
 )
-from gaitsim.testing.rules.trials import CASES, GENERATIONS, POPULATIONS, Trial, result_arrays
+from gaitsim.testing.rules.trials import CASES, GENERATIONS, POPULATIONS, SearchTrial, result_arrays
 
 COPY = "return new arrays: {**state, 'name': new}, and copy() arrays before changing them in place"
 
@@ -77,7 +77,7 @@ def check_unchanged(method: str, what: str, before: Any, after: Any) -> Iterator
         yield error("inputs", f"unchanged arguments ({what})", f"{method} changes them", COPY)
 
 
-def check_observers(trial: Trial, what: str) -> Iterator[Finding]:
+def check_observers(trial: SearchTrial, what: str) -> Iterator[Finding]:
     """Check figures, members and remembered genomes after each generation."""
     search, names = trial.search, None
     for generation, (state, last) in enumerate(trial.run(GENERATIONS), 1):
@@ -108,7 +108,7 @@ def check_observers(trial: Trial, what: str) -> Iterator[Finding]:
             return
 
 
-def _check_members(trial: Trial, what: str, members: object) -> Iterator[Finding]:
+def _check_members(trial: SearchTrial, what: str, members: object) -> Iterator[Finding]:
     keeps = trial.search.keeps
     if members is None or not keeps:
         if bool(keeps) != (members is not None):
@@ -155,7 +155,9 @@ def _are_valid(genomes: Genomes, space: GenomeSpace) -> bool:
     return not len(genomes) or space.contains(genomes)
 
 
-def _check_remembered(trial: Trial, what: str, state: Any, generation: int) -> Iterator[Finding]:
+def _check_remembered(
+    trial: SearchTrial, what: str, state: Any, generation: int
+) -> Iterator[Finding]:
     genomes: Any = trial.search.remembered(copy_state(state))
     if genomes is None or not len(genomes):
         return
@@ -193,14 +195,14 @@ def search_rules(search: Search, figures: dict[str, float]) -> Iterator[Finding]
         if not supported:
             unsupported.append(f"{what}: {objections[0]}")
             continue
-        smallest = Trial(search, space, min(supported))
+        smallest = SearchTrial(search, space, min(supported))
         if (
             yield from any_error(
                 _check_generations(smallest, f"{what}, population {min(supported)}", 2)
             )
         ):
             return
-        trial = Trial(search, space, supported[0])
+        trial = SearchTrial(search, space, supported[0])
         if (yield from any_error(_check_initial_state(trial, what))):
             return
         trial = replace(trial, initial_state=trial.initial())
@@ -219,7 +221,7 @@ def search_rules(search: Search, figures: dict[str, float]) -> Iterator[Finding]
         )
 
 
-def _check_initial_state(trial: Trial, what: str) -> Iterator[Finding]:
+def _check_initial_state(trial: SearchTrial, what: str) -> Iterator[Finding]:
     """Check the state before the first generation."""
     state = trial.initial()
     if (yield from any_error(check_state("initial()", what, state, state))):
@@ -229,7 +231,7 @@ def _check_initial_state(trial: Trial, what: str) -> Iterator[Finding]:
         yield error("determinism", expected, "different states", STATELESS)
 
 
-def _check_space(trial: Trial, what: str) -> Iterator[Finding]:
+def _check_space(trial: SearchTrial, what: str) -> Iterator[Finding]:
     for case in CASES:
         case_trial, description = replace(trial, case=case), f"{what}, {case}"
         if (yield from any_error(_check_generations(case_trial, description, GENERATIONS))):
@@ -242,7 +244,7 @@ def _check_space(trial: Trial, what: str) -> Iterator[Finding]:
         yield from _check_several_populations(trial, what)
 
 
-def _check_generations(trial: Trial, what: str, generations: int) -> Iterator[Finding]:
+def _check_generations(trial: SearchTrial, what: str, generations: int) -> Iterator[Finding]:
     """Check `ask` and `tell` in the first generations; a second call must return the same."""
     search, last = trial.search, None
     state: Any = trial.initial()
@@ -306,7 +308,7 @@ def _copy_results(results: Results) -> Results:
     return Results(results.genomes.copy(), results.scores.copy(), values)
 
 
-def _check_resume(trial: Trial, what: str) -> Iterator[Finding]:
+def _check_resume(trial: SearchTrial, what: str) -> Iterator[Finding]:
     """Check that a new search object continues bit for bit from a stored state."""
     whole = list(trial.run(GENERATIONS))
     for done in (1, GENERATIONS // 2):
@@ -345,7 +347,7 @@ def _store_and_load(state: Mapping[str, Any]) -> dict[str, Any]:
         return dict(arrays)
 
 
-def _check_warm_start(trial: Trial, what: str) -> Iterator[Finding]:
+def _check_warm_start(trial: SearchTrial, what: str) -> Iterator[Finding]:
     start = trial.space.random(1, np.random.default_rng(9))[0]
     lent = start.copy()
     state = trial.search.initial(trial.context(1, 0, start=lent))
@@ -356,7 +358,7 @@ def _check_warm_start(trial: Trial, what: str) -> Iterator[Finding]:
     yield from check_unchanged("ask()", f"{what}, warm start", start, lent)
 
 
-def _check_several_populations(trial: Trial, what: str) -> Iterator[Finding]:
+def _check_several_populations(trial: SearchTrial, what: str) -> Iterator[Finding]:
     """Check shapes, and that the state is empty, for several populations at once."""
     fix = "return {} as the state, or remove 'several = True'"
     state, last = trial.initial(), None

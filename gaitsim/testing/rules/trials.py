@@ -61,7 +61,7 @@ class _Operators:
 
 
 @dataclass(frozen=True)
-class Trial:
+class SearchTrial:
     """A search in one genome space, with one kind of scores.
 
     Attributes:
@@ -131,7 +131,7 @@ def result_arrays(results: Results | None) -> list[Any]:
     return [] if results is None else [results.genomes, results.scores, dict(results.values)]
 
 
-def make_trial(search: Search, space: GenomeSpace) -> Trial | None:
+def make_trial(search: Search, space: GenomeSpace) -> SearchTrial | None:
     """Return a trial with the first supported population size; None if none is supported."""
     supported = (size for size in POPULATIONS if not search.objection(space, size))
-    return next((Trial(search, space, size) for size in supported), None)
+    return next((SearchTrial(search, space, size) for size in supported), None)

@@ -11,6 +11,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
+from gaitsim.render.terminal.curve_view import CurveView
 from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.steering import Drive
@@ -18,7 +19,7 @@ from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import percentage
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curve_plot import CurvePlot
-from gaitsim.tui.widgets.curves import Series, View
+from gaitsim.tui.widgets.curves import Series
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.steered_body import PathPlan, SteeredBody
@@ -83,7 +84,7 @@ The arrow keys and space choose the controller in command; the others fade out.
         self.sub_title = "steering"
         self.body = SteeredBody("reading the controllers …")
         self.plan = PathPlan()
-        self.curve = CurvePlot("seconds", "", View())
+        self.curve = CurvePlot("seconds", "", CurveView())
 
     def compose(self) -> ComposeResult:
         yield Header()

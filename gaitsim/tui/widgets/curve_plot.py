@@ -9,7 +9,7 @@ from textual import events
 from textual.message import Message
 
 from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curve_view import Frame, Series, View, frame_of, smooth_series
+from gaitsim.render.terminal.curve_view import CurveView, Frame, Series, frame_of, smooth_series
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 # Okabe & Ito (2008), as in plots; darker on a light background, for contrast.
@@ -67,7 +67,7 @@ class CurvePlot(Cells):
         for number, (dark, light) in enumerate(zip(DARK, LIGHT, strict=True), 1)
     ) + "}"  # fmt: skip
 
-    def __init__(self, x_label: str, message: str, view: View) -> None:
+    def __init__(self, x_label: str, message: str, view: CurveView) -> None:
         super().__init__()
         self.series: tuple[Series, ...] = ()
         self.marks: tuple[float, ...] = ()

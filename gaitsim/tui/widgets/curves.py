@@ -10,13 +10,13 @@ from textual.app import ComposeResult
 from textual.widget import Widget
 from textual.widgets import Static
 
-from gaitsim.render.terminal.curve_view import WINDOWS, Scale, Series, View, nearest
+from gaitsim.render.terminal.curve_view import WINDOWS, CurveView, Scale, Series, nearest
 from gaitsim.render.terminal.curves import points_in_view
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.widgets.curve_legend import TOOL, legend
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 
-__all__ = ["Curves", "Series", "View"]
+__all__ = ["CurveView", "Curves", "Series"]
 
 STEP = 1.5  # zoom factor per key press or notch of the wheel
 FEWEST = 4  # minimum visible points of the longest curve
@@ -52,7 +52,7 @@ class Curves(Widget, can_focus=True):
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
-        self._plot = CurvePlot(x_label, message, View(whole=whole))
+        self._plot = CurvePlot(x_label, message, CurveView(whole=whole))
         self._legend = Static(classes="legend")
         self._legend_text: Text | None = None
         self._whole = whole
@@ -106,12 +106,12 @@ class Curves(Widget, can_focus=True):
         return self._plot.marks
 
     @property
-    def view(self) -> View:
+    def view(self) -> CurveView:
         """The visible part of the curves, and how they are shown."""
         return self._plot.view
 
     @view.setter
-    def view(self, view: View) -> None:
+    def view(self, view: CurveView) -> None:
         self._plot.view = view
         self._redraw()
 

@@ -20,7 +20,7 @@ BASE = -1
 """Index of the trunk among the links."""
 
 
-class Body:
+class BulletBody:
     """A robot and its ground.
 
     Args:

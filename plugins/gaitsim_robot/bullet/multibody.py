@@ -49,7 +49,7 @@ class Inertia:
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
+class BulletLink:
     """A link of Bullet.
 
     Attributes:
@@ -77,12 +77,12 @@ class Link:
     geared: int = -1
 
 
-def create_links(simulation: Simulation) -> tuple[Link, ...]:
+def create_links(simulation: Simulation) -> tuple[BulletLink, ...]:
     """Return all links except the trunk, in Bullet's order: depth first."""
     model = simulation.model
     _check(model)
     total = float(model.body_subtreemass[TRUNK])
-    links: list[Link] = []
+    links: list[BulletLink] = []
     carrier, origins = {TRUNK: -1}, {TRUNK: np.zeros(3)}
     for body in range(TRUNK + 1, model.nbody):
         parent = int(model.body_parentid[body])
@@ -128,7 +128,7 @@ def _joint_links(
     body: int,
     origin: Floats,
     index: int,
-) -> list[Link]:
+) -> list[BulletLink]:
     """Return the link of a joint, after its rotor, or the link of a body without a joint."""
     import mujoco
 
@@ -144,15 +144,18 @@ def _joint_links(
         )
     if joint < 0 or is_locked(simulation, joint):
         axis = np.array([0.0, 0.0, 1.0])
-        return [Link(parent, "fixed", place, turn, axis, inertia, -1, body, origin)]
+        return [BulletLink(parent, "fixed", place, turn, axis, inertia, -1, body, origin)]
     slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
     kind: Literal["hinge", "slide"] = "slide" if slides else "hinge"
     axis, armature = model.jnt_axis[joint], _armature(model, joint)
-    moving = Link(parent, kind, place, turn, axis, inertia, joint, body, origin)
+    moving = BulletLink(parent, kind, place, turn, axis, inertia, joint, body, origin)
     if not armature:
         return [moving]
     rotor = Inertia(ROTOR, np.full(3, armature / RATIO**2), np.zeros(3), ONE)
-    return [Link(parent, "hinge", place, turn, axis, rotor, -1, -1, origin, index + 1), moving]
+    return [
+        BulletLink(parent, "hinge", place, turn, axis, rotor, -1, -1, origin, index + 1),
+        moving,
+    ]
 
 
 def _armature(model: Any, joint: int) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.bullet.body import Body
+from gaitsim_robot.bullet.body import BulletBody
 from gaitsim_robot.bullet.client import open_client
 from gaitsim_robot.rollout import Record, delayed_commands, empty_record, record_segment, segments
 from gaitsim_robot.simulation import Simulation
@@ -80,7 +80,7 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     substeps = count_substeps(simulation)
     for individual in range(population):
         with open_client(simulation.model.opt.timestep / substeps) as client:
-            walk = _Walk(Body(client, simulation), substeps)
+            walk = _Walk(BulletBody(client, simulation), substeps)
             before = simulation.start
             for first, last, push in segments(simulation, frames):
                 if push.any():
@@ -131,7 +131,7 @@ def count_substeps(simulation: Simulation) -> int:
 class _Walk:
     """A walking robot, with states and sensors in MuJoCo's order."""
 
-    def __init__(self, body: Body, substeps: int) -> None:
+    def __init__(self, body: BulletBody, substeps: int) -> None:
         import mujoco
 
         self.body, self.simulation, self.substeps = body, body.simulation, substeps

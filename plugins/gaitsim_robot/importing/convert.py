@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.files import Files, read
+from gaitsim_robot.importing.files import RobotFiles, read
 from gaitsim_robot.importing.joints import repair_joints
 from gaitsim_robot.importing.mjcf import read_mjcf
 from gaitsim_robot.importing.solids import repair_masses, repair_origin, repair_shapes
@@ -19,7 +19,7 @@ def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
     """Return the name, text and repairs of the robot in a file."""
     file = Path(path)
     document = parse(read(file), path)
-    files = Files(file.resolve(), [Path(root) for root in roots])
+    files = RobotFiles(file.resolve(), [Path(root) for root in roots])
     if document.tag == "robot":
         robot = read_urdf(document, files, path)
     elif document.tag == "mujoco":

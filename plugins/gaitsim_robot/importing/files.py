@@ -15,7 +15,7 @@ ALL_BYTES = 512 * 2**20
 _INNER = frozenset({"urdf", "robots", "mjcf", "xml"})
 
 
-class Files:
+class RobotFiles:
     """The files that a robot's file may use.
 
     After resolving links, a file must be in the base or in one of the roots. The base is the

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.files import MODEL_BYTES, Files
+from gaitsim_robot.importing.files import MODEL_BYTES, RobotFiles
 from gaitsim_robot.importing.tree import Floats, format_names
 from gaitsim_robot.markup import ELEMENTS, numbers, parse
 
@@ -66,7 +66,7 @@ _DROPPED = {
 }  # fmt: skip
 
 
-def inline_includes(root: Element, files: Files, where: str) -> None:
+def inline_includes(root: Element, files: RobotFiles, where: str) -> None:
     """Replace every <include> with the content of its file."""
     seen: set[str] = set()
     count = 0
@@ -108,7 +108,9 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
             pending += inlined
 
 
-def resolve_files(root: Element, files: Files, where: str, repairs: list[str]) -> dict[str, bytes]:
+def resolve_files(
+    root: Element, files: RobotFiles, where: str, repairs: list[str]
+) -> dict[str, bytes]:
     """Load the meshes, drop elements that need other files, and return the meshes by new names.
 
     Afterwards, the document refers only to the returned files.

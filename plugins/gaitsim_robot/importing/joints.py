@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.tree import Body, Floats, Robot, format_names
+from gaitsim_robot.importing.tree import Body, Floats, RobotTree, format_names
 from gaitsim_robot.markup import LARGEST
 from gaitsim_robot.text import BODIES
 
@@ -13,7 +13,7 @@ ASSUMED = math.pi / 2  # rad, limit assumed for a joint without limits
 TURN = 2 * math.pi  # rad; a joint with a larger limit turns freely
 
 
-def repair_joints(robot: Robot) -> None:
+def repair_joints(robot: RobotTree) -> None:
     """Free the trunk, fix joints that are not hinges, fuse fixed bodies, and limit hinges.
 
     Bodies keep their positions in the initial pose, in which all joints are at zero.
@@ -45,7 +45,7 @@ def repair_joints(robot: Robot) -> None:
     _filter_couplings(robot)
 
 
-def _fuse(robot: Robot) -> None:
+def _fuse(robot: RobotTree) -> None:
     """Fuse bodies without joints into their parents."""
     fused = 0
     for body in reversed(list(robot.root.walk())):
@@ -69,7 +69,7 @@ def _fuse(robot: Robot) -> None:
         robot.repairs.append(f"fixed links merged into their parents: {fused}")
 
 
-def _rename(robot: Robot, old: str, new: str) -> None:
+def _rename(robot: RobotTree, old: str, new: str) -> None:
     pairs = [tuple(new if name == old else name for name in pair) for pair in robot.excludes]
     robot.excludes = [(first, second) for first, second in pairs if first != second]
 
@@ -101,7 +101,7 @@ def _parallel_axis(mass: float, offset: Floats) -> Floats:
     return mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
 
 
-def _merge_massless(robot: Robot) -> None:
+def _merge_massless(robot: RobotTree) -> None:
     """Merge a body without mass or shape with its only child into one body with both joints.
 
     Files often describe universal joints like this. The merged body moves in the same way.
@@ -124,7 +124,7 @@ def _merge_massless(robot: Robot) -> None:
             body.shapes, body.sites, body.children = child.shapes, child.sites, child.children
 
 
-def _assume_limits(robot: Robot) -> None:
+def _assume_limits(robot: RobotTree) -> None:
     endless: list[str] = []
     missing: list[str] = []
     for joint in robot.joints:
@@ -150,7 +150,7 @@ def _assume_limits(robot: Robot) -> None:
         )
 
 
-def _filter_couplings(robot: Robot) -> None:
+def _filter_couplings(robot: RobotTree) -> None:
     """Keep only the couplings between existing joints."""
     joints = {joint.name for joint in robot.joints}
     wanted = len(robot.couplings)

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.files import Files
+from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.tree import Body, Floats, Place, Shape
 from gaitsim_robot.markup import parse
 
@@ -212,7 +212,7 @@ class MeshFiles:
         missing: reasons why meshes cannot be used, by the names of their files.
     """
 
-    def __init__(self, files: Files, folders: Sequence[str]) -> None:
+    def __init__(self, files: RobotFiles, folders: Sequence[str]) -> None:
         self._files = files
         self._folders = folders
         self._decoded: dict[str, Floats | None] = {}

@@ -6,17 +6,17 @@ from xml.etree.ElementTree import Element, tostring
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.files import Files
+from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.includes import inline_includes, modernise, resolve_files
 from gaitsim_robot.importing.tree import (
     Body,
     Closure,
     Coupling,
     Floats,
-    Joint,
     Place,
-    Robot,
+    RobotTree,
     Shape,
+    TreeJoint,
     format_names,
 )
 from gaitsim_robot.shapes import mesh_vertices
@@ -35,7 +35,7 @@ _FINITE = (
 _STANDING_NAMES = ("stand", "home")
 
 
-def read_mjcf(root: Element, files: Files, where: str) -> Robot:
+def read_mjcf(root: Element, files: RobotFiles, where: str) -> RobotTree:
     """Return the robot of an MJCF document: the tree of bodies with the most joints."""
     repairs: list[str] = []
     inline_includes(root, files, where)
@@ -83,7 +83,7 @@ class _Reader:
         self._bodies: dict[int, Body] = {}
         self._torques = _torques(model)
 
-    def robot(self) -> Robot:
+    def robot(self) -> RobotTree:
         model = self._model
         if model.nbody < 2:
             raise RobotError(
@@ -101,7 +101,7 @@ class _Reader:
         if others:
             self._repairs.append(f"dropped bodies outside the robot: {format_names(others)}")
         name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
-        robot = Robot(name, self._bodies[root], repairs=self._repairs)
+        robot = RobotTree(name, self._bodies[root], repairs=self._repairs)
         if not robot.root.joints:
             self._repairs.append(f"freed {robot.root.name!r}, which was fixed to the world")
         self._equalities(robot)
@@ -151,7 +151,7 @@ class _Reader:
             conaffinity,
         )
 
-    def _joint(self, index: int) -> Joint:
+    def _joint(self, index: int) -> TreeJoint:
         model = self._model
         dof, angle = model.jnt_dofadr[index], model.jnt_qposadr[index]
         limits = tuple(map(float, model.jnt_range[index])) if model.jnt_limited[index] else None
@@ -159,7 +159,7 @@ class _Reader:
         if model.jnt_actfrclimited[index]:
             own = float(np.abs(model.jnt_actfrcrange[index]).max())
             torque = min(torque, own) if torque else own
-        return Joint(
+        return TreeJoint(
             self._name("JOINT", index),
             _JOINTS[model.jnt_type[index]],
             model.jnt_axis[index].copy(),
@@ -175,7 +175,7 @@ class _Reader:
             float(model.qpos_spring[angle]),
         )
 
-    def _equalities(self, robot: Robot) -> None:
+    def _equalities(self, robot: RobotTree) -> None:
         import mujoco
 
         model = self._model
@@ -198,7 +198,7 @@ class _Reader:
         if lost:
             self._repairs.append(f"dropped equality constraints: {', '.join(sorted(lost))}")
 
-    def _close(self, robot: Robot, index: int, weld: bool) -> bool:
+    def _close(self, robot: RobotTree, index: int, weld: bool) -> bool:
         import mujoco
 
         model = self._model
@@ -222,7 +222,7 @@ class _Reader:
         robot.closures.append(Closure("weld" if weld else "connect", *names))
         return True
 
-    def _excludes(self, robot: Robot) -> None:
+    def _excludes(self, robot: RobotTree) -> None:
         for signature in self._model.exclude_signature:
             pair = int(signature) >> 16, int(signature) & 0xFFFF
             if all(body in self._bodies for body in pair):

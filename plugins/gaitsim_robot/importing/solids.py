@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.meshes import VERTICES, box, hull
-from gaitsim_robot.importing.tree import Body, Floats, Place, Robot, Shape, format_names
+from gaitsim_robot.importing.tree import Body, Floats, Place, RobotTree, Shape, format_names
 from gaitsim_robot.shapes import CORNERS
 
 DENSITY = 1000.0  # kg/m³, density of a robot whose file has no masses
@@ -19,7 +19,7 @@ _BITS = 2**16 - 1  # mask of contact bits
 WIDE, NARROW = 3.0, 0.01  # limits of the radius of gyration, as a share of a body's size
 
 
-def repair_shapes(robot: Robot) -> None:
+def repair_shapes(robot: RobotTree) -> None:
     """Replace meshes with hulls, and add shapes to bodies without colliding shapes.
 
     Without colliding shapes, the trunk, the ends of limbs and bodies with missing meshes collide
@@ -66,7 +66,7 @@ def repair_shapes(robot: Robot) -> None:
             robot.repairs.append(f"{what}: {format_names(names)}")
 
 
-def _reserve_ground(robot: Robot) -> None:
+def _reserve_ground(robot: RobotTree) -> None:
     """Let all colliding shapes touch the ground (bit 1), and each other as in the file."""
     shapes = [shape for body in robot.root.walk() for shape in body.colliding]
     if all((shape.contype, shape.conaffinity) == (1, 1) for shape in shapes):
@@ -92,7 +92,7 @@ def _simple(shape: Shape, most: int, name: str, flat: list[str]) -> Shape:
     return Shape("box", shape.place @ place, size, None, *bits)
 
 
-def _length(robot: Robot) -> float:
+def _length(robot: RobotTree) -> float:
     """Return the size of the robot, the extent of its bodies' origins and shapes, m."""
     points: list[Floats] = []
 
@@ -130,7 +130,7 @@ def _capsule(body: Body, length: float) -> Shape | None:
     return Shape("capsule", Place(end / 2, turned), np.array([radius, far / 2]))
 
 
-def repair_origin(robot: Robot) -> None:
+def repair_origin(robot: RobotTree) -> None:
     """Move an origin outside the trunk, such as that of `base_footprint`, to its middle.
 
     A fall is detected by the height of the origin.
@@ -159,7 +159,7 @@ def repair_origin(robot: Robot) -> None:
     )
 
 
-def repair_masses(robot: Robot) -> None:
+def repair_masses(robot: RobotTree) -> None:
     """Give every body a mass and a physically possible inertia."""
     bodies = list(robot.root.walk())
     total = sum(body.mass for body in bodies)

@@ -59,7 +59,7 @@ class Shape:
 
 
 @dataclass(eq=False)
-class Joint:
+class TreeJoint:
     """A joint between a body and its parent.
 
     Attributes:
@@ -110,7 +110,7 @@ class Body:
     centre: Floats = field(default_factory=lambda: np.zeros(3))
     inertia: Floats = field(default_factory=lambda: np.zeros((3, 3)))
     shapes: list[Shape] = field(default_factory=list)
-    joints: list[Joint] = field(default_factory=list)
+    joints: list[TreeJoint] = field(default_factory=list)
     sites: dict[str, Place] = field(default_factory=dict)
     children: list["Body"] = field(default_factory=list)
     lost: bool = False
@@ -148,7 +148,7 @@ class Closure:
 
 
 @dataclass(eq=False)
-class Robot:
+class RobotTree:
     """A robot.
 
     Attributes:
@@ -170,7 +170,7 @@ class Robot:
     repairs: list[str] = field(default_factory=list)
 
     @property
-    def joints(self) -> list[Joint]:
+    def joints(self) -> list[TreeJoint]:
         """All joints, parents first."""
         return [joint for body in self.root.walk() for joint in body.joints]
 
@@ -182,13 +182,13 @@ def format_names(names: Sequence[str], limit: int = 4) -> str:
     return f"{shown} and {more} more" if more > 0 else shown
 
 
-def write(robot: Robot) -> str:
+def write(robot: RobotTree) -> str:
     """Return the robot's text; add the renamed joints to the robot's repairs."""
     return _Writer(robot).text()
 
 
 class _Writer:
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotTree) -> None:
         self._robot = robot
         self._meshes = Element("asset")
         self._used: dict[str, set[str]] = {"body": {"world"}}  # reserved by MuJoCo
@@ -296,7 +296,7 @@ class _Writer:
         SubElement(SubElement(root, "keyframe"), "key", name="stand", qpos=" ".join(qpos))
 
 
-def _joint(joint: Joint) -> dict[str, str]:
+def _joint(joint: TreeJoint) -> dict[str, str]:
     found = {"axis": _numbers(joint.axis)}
     if np.abs(joint.position).max() > 1e-9:
         found["pos"] = _numbers(joint.position)

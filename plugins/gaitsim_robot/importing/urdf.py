@@ -5,16 +5,16 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.files import Files
+from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.meshes import MeshFiles, turn_up
 from gaitsim_robot.importing.tree import (
     Body,
     Coupling,
     Floats,
-    Joint,
     Place,
-    Robot,
+    RobotTree,
     Shape,
+    TreeJoint,
     format_names,
 )
 from gaitsim_robot.markup import number, numbers
@@ -26,14 +26,14 @@ _KINDS = {
 }  # fmt: skip
 
 
-def read_urdf(root: Element, files: Files, where: str) -> Robot:
+def read_urdf(root: Element, files: RobotFiles, where: str) -> RobotTree:
     """Return the robot of a URDF document."""
     reader = _Reader(root, files, where)
     return reader.robot()
 
 
 class _Reader:
-    def __init__(self, root: Element, files: Files, where: str) -> None:
+    def __init__(self, root: Element, files: RobotFiles, where: str) -> None:
         self._root = root
         self._where = where
         self._repairs: list[str] = []
@@ -42,7 +42,7 @@ class _Reader:
         meshes = "" if compiler is None else compiler.get("meshdir", "")
         self._meshes = MeshFiles(files, ("", meshes) if meshes else ("",))
 
-    def robot(self) -> Robot:
+    def robot(self) -> RobotTree:
         links = {self._name(link): link for link in self._root.iterfind("link")}
         if not links:
             raise RobotError(
@@ -59,7 +59,7 @@ class _Reader:
         for element in self._root.iterfind("joint"):
             self._attach(element, bodies, parents, couplings)
         root = self._topmost(bodies, parents)
-        robot = Robot(self._root.get("name", ""), root, couplings, repairs=self._repairs)
+        robot = RobotTree(self._root.get("name", ""), root, couplings, repairs=self._repairs)
         if self._meshes.missing:
             reasons = {f"{name} ({reason})" for name, reason in self._meshes.missing.items()}
             robot.repairs.append(f"meshes not used: {', '.join(sorted(reasons))}")
@@ -234,7 +234,7 @@ class _Reader:
                 factor = number(mimic.get("multiplier"), 1.0, where)
                 couplings.append(Coupling(name, mimic.get("joint", ""), (offset, factor)))
 
-    def _joint(self, element: Element, name: str, kind: str, where: str) -> Joint | None:
+    def _joint(self, element: Element, name: str, kind: str, where: str) -> TreeJoint | None:
         axis_element = element.find("axis")
         axis = numbers(None if axis_element is None else axis_element.get("xyz"), 3, "1 0 0", where)
         if not np.linalg.norm(axis) > 1e-6:
@@ -243,7 +243,7 @@ class _Reader:
                     "the axis is zero", where=where, allowed="a direction such as 0 1 0"
                 )
             axis = np.array([1.0, 0.0, 0.0])
-        joint = Joint(name, _KINDS[kind], axis / np.linalg.norm(axis))
+        joint = TreeJoint(name, _KINDS[kind], axis / np.linalg.norm(axis))
         limit = element.find("limit")
         if limit is not None:
 
