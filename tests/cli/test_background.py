@@ -86,18 +86,6 @@ def test_attaching_ends_with_the_summary(detached, start, gaitsim):
 
 
 @pytest.mark.slow
-def test_a_run_of_another_program_is_watched_but_not_stopped(gaitsim, puppet_file, start):
-    evolving_it = start("run", puppet_file, "--out", "run", *LONG)
-    until(lambda: Path("run").exists() and RunSnapshot(Path("run")).generation > 1)
-    assert f"process {evolving_it.pid} on" in gaitsim("stop", "run", code=2).stderr
-    watching = start("attach", "run", "--json")
-    assert json.loads(watching.stdout.readline())["generation"] > 1
-    evolving_it.send_signal(signal.SIGINT)
-    assert "Stopped and saved" in watching.communicate()[1]
-    assert watching.returncode == 130
-
-
-@pytest.mark.slow
 def test_all_runs_are_stopped_in_a_folder_or_everywhere(gaitsim, detached, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     paths = [detached(f"{folder}/{name}") for folder in ("a", "b") for name in "xy"]
@@ -129,23 +117,6 @@ def test_a_paused_run_continues_by_resume(gaitsim, detached):
     assert "is paused in the background" in refused
     gaitsim("resume", path, "--detach")
     until(lambda: background_state(path) == "running")
-
-
-@pytest.mark.slow
-def test_invalid_input_is_reported_immediately(gaitsim, puppet_file, detached, runtime_folder):
-    gaitsim("run", puppet_file, "--detach", "--set", "mutation.rat=1", "--out", "run", code=2)
-    assert "--dask" in gaitsim("run", puppet_file, "--detach", "--dask", "local", code=2).stderr
-    assert not Path("run").exists()
-    path = detached()
-    gaitsim("stop", path)
-    for wrong in (("--set", "mutation.rat=1"), ("--generations", 0)):
-        gaitsim("resume", path, "--detach", *wrong, code=2)
-    assert background_state(path) is None
-    runtime_folder.chmod(0o755)
-    refused = gaitsim("run", puppet_file, "--detach", "--out", "other", code=2).stderr
-    assert "0700" in refused
-    assert not Path("other").exists()
-    assert background_state(path) is None
 
 
 FAULTY = """

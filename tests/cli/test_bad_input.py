@@ -69,22 +69,6 @@ def test_an_unknown_experiment_is_reported_with_a_suggestion(error_of, command):
     assert "for the file of that name, use ./spidr" in error_of(*command.split(), "spidr")
 
 
-def test_all_problems_of_file_and_command_line_are_reported_at_once(error_of):
-    Path("mine.toml").write_text(SPIDER.replace('"sine"', '"sin"').replace("size =", "siz ="))
-    message = error_of("run", "mine.toml", "--set", "mutation.rate=7", "--population", "1")
-    assert message.startswith("Error: the experiment has 4 problems:\n")
-    for line in (
-        "where:   mine.toml, key organism.encoding",
-        "where:   mine.toml, key selection.siz",
-        "where:   command line, key mutation.rate",
-        "where:   command line, key evolution.population",
-        "allowed: a whole number ≥ 2 and ≤ 1,000,000",
-        "try:     did you mean 'sine'?",
-    ):
-        assert f"\n  {line}\n" in f"{message}\n"
-    assert list(Path().iterdir()) == [Path("mine.toml")]
-
-
 @pytest.mark.parametrize(
     "text",
     [b"", b"name = '\xe9'", b"a =", b"a = " + b"[" * 5000, b"'\\e[31m' = 1\n'[bold]' = 2\n"],

@@ -27,14 +27,6 @@ def test_after_a_timeout_the_next_plugins_are_examined(install, working):
     assert reports[2].ok, reports[2]
 
 
-@pytest.mark.slow
-def test_a_timeout_in_the_body_of_a_fitness_names_the_body(install, working):
-    points = {"organism": {"loops": "X"}, "fitness": {"far": "Distance"}}
-    install("fake", working + LOOPS, points)
-    (finding,) = check("fitness", "far", seconds=3).findings
-    assert "moving and evaluating organism 'loops' of package fake 1.0" in finding.actual
-
-
 ENDS = {
     "on import": ("import ctypes\nctypes.CDLL(None)._exit(3)\n", "exit code 3"),
     "killed": (
@@ -55,13 +47,6 @@ def test_the_end_of_the_process_is_reported(install, source, says):
     assert finding.rule == "process"
     assert says in finding.actual
     assert "importing the plugin" in finding.actual
-
-
-@pytest.mark.slow
-def test_an_import_that_does_not_end(install):
-    install("fake", "while True: pass\n", {"organism": {"x": "X"}})
-    (finding,) = check("organism", "x", seconds=1).findings
-    assert finding.actual == "the plugin was still importing the plugin after 1 s"
 
 
 PRINTS = '''
@@ -109,30 +94,6 @@ def test_other_bits_in_another_process_are_found(install, working, source):
     install("fake", working + source, {"organism": {"x": "X"}})
     report = check("organism", "x")
     assert [finding.rule for finding in report.errors] == ["processes"]
-
-
-@pytest.mark.slow
-def test_options_reach_the_process(install, working):
-    source = "class X(Body):\n    legs: int = option(4, 'legs', ge=1)\n"
-    source += "    def move(self, genomes):\n        assert self.legs == 6\n"
-    source += "        return super().move(genomes)\n"
-    install("fake", working + source, {"organism": {"x": "X"}})
-    assert check("organism", "x", options={"legs": 6}).ok
-    assert not check("organism", "x").ok
-    report = check("organism", "x", options={"legs": 0})
-    assert "greater than or equal to 1" in str(report)
-
-
-@pytest.mark.slow
-def test_a_name_of_two_packages(install, working):
-    install("one", working, {"mutation": {"still": "Still"}})
-    install("two", working, {"mutation": {"still": "Still"}})
-    for report in check_package("still"):
-        (finding,) = report.errors
-        assert finding.rule == "name"
-        assert "registered by" in finding.actual
-    with pytest.raises(PluginError, match="registered more than once"):
-        check("mutation", "still")
 
 
 def test_an_unknown_name():

@@ -1,6 +1,5 @@
 """A package as a third party ships it, installed into a fresh environment and used there."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -40,29 +39,6 @@ def test_an_installed_package_passes_in_full(environment, tmp_path):
     assert checked.stdout.count("✓") == 7
     shown = environment.run(["gaitsim", "plugins", "show", "rower"], tmp_path).stdout
     assert "force of an oar" in shown
-
-
-@pytest.mark.slow
-def test_it_runs_with_and_without_workers_and_resumes(environment, tmp_path):
-    def summary(*command):
-        lines = environment.run(["gaitsim", *command, "--json"], tmp_path).stdout.splitlines()
-        return json.loads(lines[-1])
-
-    whole = summary("run", "rower", "--out", "whole", "--workers", "1")
-    summary("run", "rower", "--out", "part", "--workers", "2", "--generations", "11")
-    resumed = summary("resume", "part", "--generations", "30")
-    assert whole["finished"] == resumed["finished"] == "30 generations are done"
-    assert whole["fingerprint"] == resumed["fingerprint"]
-
-
-@pytest.mark.slow
-def test_its_parts_work_with_the_bundled_ones(environment, tmp_path):
-    settings = ["--set", "selection.plugin=best-third", "--set", "crossover.plugin=beats"]
-    run = ["gaitsim", "run", "millipede", *settings, "--generations", "3", "--json"]
-    rows = environment.run(run, tmp_path).stdout.splitlines()
-    assert json.loads(rows[2])["generation"] == 3
-    refused = environment.run([*run, "--set", "organism.plugin=rower"], tmp_path, code=2)
-    assert "rower-distance" in refused.stderr
 
 
 def test_runs_of_a_missing_package_name_it(environment, tmp_path, gaitsim):

@@ -50,16 +50,6 @@ def test_the_cost_model_goes_through_the_measurements():
     assert (made.first, made.more) == (1.0, 0.0)
 
 
-def test_other_load_slows_the_first_individual_as_well_as_the_rest():
-    made = cost_model(0.5, 0.001)
-    alone = made.seconds(100)
-    for _ in range(20):
-        made.learn(100, 1.8 * alone)
-    assert made.seconds(100) == pytest.approx(1.8 * alone)
-    assert made.more / made.first == pytest.approx(0.002)
-    assert best_plan(100, 2, made, FREE).seconds > GAIN * made.seconds(100)
-
-
 def test_times_of_several_threads_are_converted_to_one():
     made = CostModel()
     made.learn(1, 1.0)
@@ -68,22 +58,12 @@ def test_times_of_several_threads_are_converted_to_one():
     assert made.seconds(101, 2) == 51
 
 
-def test_without_overhead_there_are_many_chunks():
-    plan = best_plan(100, 4, cost_model(1.0, 1.0), FREE)
-    assert plan.chunks == 12 * 4
-    assert plan.seconds == pytest.approx(25)
-
-
 def test_costlier_chunks_are_fewer():
     counts = [
         best_plan(100, 4, cost_model(0.01, 0.01), Overhead(0, cost)).chunks for cost in (0, 0.01, 1)
     ]
     assert counts == sorted(counts, reverse=True)
     assert counts[-1] == 2
-
-
-def test_no_more_chunks_than_individuals():
-    assert best_plan(3, 100, cost_model(1.0, 1.0), FAST).chunks == 3
 
 
 def test_small_work_does_not_go_to_all_of_a_thousand_workers():
@@ -98,11 +78,6 @@ def sizes(individuals, chunks, workers):
 def test_chunks_get_smaller_round_by_round():
     assert sizes(100, 8, 2) == [20, 20, 15, 15, 10, 10, 5, 5]
     assert sizes(90, 3, 1) == [45, 30, 15]
-
-
-def test_a_single_round_is_equal():
-    assert sizes(100, 4, 4) == [25] * 4
-    assert sizes(100, 2, 4) == [50] * 2
 
 
 @pytest.mark.parametrize("chunks", [2, 3, 7, 24, 48])
@@ -133,18 +108,6 @@ def test_workers_get_a_population_only_if_they_are_faster(first, more, overhead,
         assert best_plan(100, 2, cost_model(first, more), overhead).seconds < GAIN * (
             first + 99 * more
         )
-
-
-def test_local_threads_count():
-    assert scheduler(0.01, 0.01, local=1).chunks(100) > 1
-    assert scheduler(0.01, 0.01, local=2).chunks(100) == 1  # two here do what two there would
-
-
-def test_one_measurement_on_a_busy_machine_starts_no_workers():
-    doubtful = scheduler(1e-5, 2e-4)  # as a busy machine makes it
-    assert doubtful.chunks(100) == 1
-    doubtful.cost_model.learn(100, 1e-3)
-    assert [doubtful.chunks(100) for _ in range(100)] == [1] * 100
 
 
 def test_a_single_individual_is_not_cut():
@@ -198,12 +161,6 @@ def test_a_body_that_moves_whole_arrays_keeps_its_first_population(first, indivi
     made, sizes = batches(first, first * part, individuals)
     assert len(sizes) <= 4
     assert made.chunks(individuals) == 1
-
-
-def test_one_short_batch_that_is_interrupted_starts_no_workers():
-    made, sizes = batches(0.009, 0, 2000, slow={3})
-    assert sizes == [1, 3, 24, 192]
-    assert made.chunks(2000) == 1
 
 
 def test_a_body_that_turns_out_to_loop_is_shared_after_its_first_population():

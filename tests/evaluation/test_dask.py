@@ -2,23 +2,18 @@
 
 import gc
 import os
-import select
 import signal
-import socket
 import sys
-import time
 
 import chores
 import numpy as np
 import pytest
 from waiting import until
 
-from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evaluation import dask as cluster
 from gaitsim.evaluation.chunking import PROCESS_OVERHEAD, Scheduler
 from gaitsim.evaluation.dask import DaskExecutor
-from gaitsim.evaluation.executors import MAX_ATTEMPTS, WorkerLostError
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 
@@ -151,18 +146,6 @@ def test_a_run_is_the_same_when_a_worker_is_killed(gaitsim, fingerprint, address
     assert fingerprint("hurt") == fingerprint("whole")
 
 
-@pytest.mark.slow
-def test_work_that_kills_its_workers_is_given_up(made, client, told, tmp_path):
-    told.clear()
-    for mark in range(MAX_ATTEMPTS):
-        (tmp_path / f"1-{mark}").touch()
-    with pytest.raises(WorkerLostError, match=f"{MAX_ATTEMPTS} Dask workers died on the same task"):
-        made.map(chores.die, [(number, str(tmp_path)) for number in range(3)])
-    assert told.count("a Dask worker was lost; another one repeats its tasks") == MAX_ATTEMPTS
-    client.wait_for_workers(2, timeout=60)
-    assert made.map(chores.square, [6]) == [36]
-
-
 @pytest.fixture
 def alarmed():
     """SIGALRM interrupts, as Ctrl-C does."""
@@ -183,41 +166,6 @@ def test_closing_with_unfinished_tasks_prints_nothing(address, alarmed, caplog):
             another.map(chores.sleep_for, [0.6] * 9)
     gc.collect()
     assert not caplog.records
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_workers_that_are_still_starting_are_stopped(alarmed, monkeypatch):
-    begun = []
-
-    class Interrupted(distributed.LocalCluster):
-        def __init__(self, **options):
-            begun.append(self)
-            os.kill(os.getpid(), signal.SIGALRM)
-            super().__init__(**options)
-
-    monkeypatch.setattr(distributed, "LocalCluster", Interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        DaskExecutor("local", 1)
-    assert begun[0].status.name == "closed"
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_ctrl_c_while_it_closes_waits_until_all_is_closed(address, alarmed, monkeypatch):
-    another = DaskExecutor(address)
-    close, clients = distributed.Client.close, []
-
-    def interrupted(client, **options):
-        time.sleep(0.1)  # until it is waited for
-        os.kill(os.getpid(), signal.SIGALRM)
-        close(client, **options)
-        clients.append(client)
-
-    monkeypatch.setattr(distributed.Client, "close", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        another.close()
-    assert [client.status for client in clients] == ["closed"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
@@ -260,34 +208,6 @@ def test_after_a_lost_scheduler_the_run_can_be_resumed(gaitsim, fingerprint, sha
     assert fingerprint("cut") == fingerprint("whole")
 
 
-IMPATIENT = """
-from gaitsim.cli import main
-from gaitsim.evaluation import dask as cluster
-cluster.PATIENCE = 0.5
-main()
-"""
-
-
-@pytest.mark.slow
-def test_a_scheduler_that_does_not_answer_is_reported(program, tmp_path):
-    with socket.socket() as silent:
-        silent.bind(("127.0.0.1", 0))
-        silent.listen()
-        port = silent.getsockname()[1]
-        arguments = [*map(str, RUN), "--dask", f"tcp://127.0.0.1:{port}"]
-        # As a process of its own: what waits for an answer does so for ever.
-        stderr = program(args=[sys.executable, "-c", IMPATIENT, *arguments], code=2).stderr
-    assert f"tcp://127.0.0.1:{port}" in stderr
-    assert not (tmp_path / "runs").exists()
-
-
-@pytest.mark.slow
-def test_a_scheduler_without_workers_is_reported(monkeypatch):
-    monkeypatch.setattr(cluster, "TIMEOUT", 0.5)
-    with local(0) as theirs, pytest.raises(GaitsimError, match="has no workers"):
-        DaskExecutor(theirs.scheduler_address)
-
-
 @pytest.mark.slow
 def test_workers_come_and_go_with_one_warning_when_none_are_left(monkeypatch):
     monkeypatch.setattr(cluster, "COUNT_DELAY", 0.05)
@@ -319,51 +239,3 @@ def test_workers_come_and_go_with_one_warning_when_none_are_left(monkeypatch):
         assert executor.workers == 1
         theirs.scale(1)
         assert executor.map(chores.square, [3]) == [9]
-
-
-STUDY = """
-name = "small"
-experiments = ["millipede-random", "millipede-mutation"]
-set = { "evolution.generations" = 4 }
-repeats = 3
-[axes]
-"evolution.population" = [5, 7]
-"""
-
-
-@pytest.mark.slow
-def test_studies_and_comparisons_are_the_same(gaitsim, tmp_path, address):
-    (tmp_path / "small.toml").write_text(STUDY)
-    gaitsim("study", "small.toml", "--out", "one", "--workers", 1)
-    gaitsim("study", "small.toml", "--out", "two", "--dask", address)
-    assert (tmp_path / "one/results.csv").read_text() == (tmp_path / "two/results.csv").read_text()
-    short = ("compare", "millipede", "millipede-random", "--population", 9, "--generations", 4)
-    gaitsim(*short, "--repeats", 3, "--out", "here")
-    gaitsim(*short, "--repeats", 3, "--out", "there", "--dask", address)
-    tables = [(tmp_path / folder / "results.csv").read_text() for folder in ("here", "there")]
-    assert tables[0] == tables[1]
-
-
-SLOW = ("--generations", 5000, "--set", "organism.pause=0.05", "--out", "run")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="needs signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_local_workers_end_with_the_program(start, puppet_file, tmp_path, number):
-    process = start(
-        "run", puppet_file, *SLOW, "--dask", "local", "--workers", 1, start_new_session=True
-    )
-    assert process.stdout.readline() == "run run\n"
-    assert process.stdout.readline().startswith("generation 1/")
-    if number == signal.SIGINT:  # as a terminal does: to the workers, too
-        os.killpg(process.pid, number)
-        assert "Stopped and saved" in process.communicate(timeout=60)[1]
-        assert process.returncode == 130
-        return
-    process.kill()
-    process.wait()
-    # The pipe ends when the last process that holds it does.
-    assert select.select([process.stdout], [], [], 60)[0]
-    while os.read(process.stdout.fileno(), 1000):
-        assert select.select([process.stdout], [], [], 60)[0]

@@ -111,27 +111,6 @@ def chunks(monkeypatch):
     return evaluated
 
 
-@pytest.mark.slow
-def test_costly_bodies_are_shared_when_workers_are_asked_for(slow, chunks):
-    told = []
-    with Evaluator(slow(0.01), 2, told.append) as evaluator:
-        evaluator.prepare()
-        assert chunks(evaluator) == 1  # which tells what many take
-        assert chunks(evaluator) >= 2  # 0.2 of 0.4 s are saved
-    assert not told
-
-
-@pytest.mark.slow
-def test_no_warning_while_it_is_in_doubt_that_workers_are_faster(slow, chunks):
-    told = []
-    with Evaluator(slow(0.002), 2, told.append) as evaluator:
-        evaluator.prepare()
-        counts = [chunks(evaluator) for _ in range(12)]
-    assert counts[:2] == [1, 1]  # each saves some 40 ms
-    assert counts[-1] >= 2
-    assert not told
-
-
 def test_cheap_bodies_are_not_shared_with_one_warning(puppet, chunks):
     told = []
     with Evaluator(puppet(), 2, told.append) as evaluator:
@@ -203,14 +182,6 @@ def test_a_slow_body_is_shared_from_the_first_population(timed):
     evaluator.evaluate(np.zeros((100, 3)))
     assert len(sizes) > 10
     assert sum(sizes) == 100
-
-
-def test_batches_are_timed_for_the_population_that_comes(timed):
-    evaluator, sizes = timed(0.01, 0.01)
-    assert sizes == [1, 1]
-    sizes.clear()
-    evaluator.prepare(1000)
-    assert sizes == [1, 1, 3, 24]
 
 
 @pytest.mark.slow

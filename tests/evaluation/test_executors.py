@@ -43,10 +43,6 @@ class TestUse:
         some.close()
         assert processes.map(chores.square, [5]) == [25]
 
-    def test_all_workers_work(self, processes):
-        assert len(set(processes.map(chores.whose, range(6)))) == 2
-        assert os.getpid() not in processes.map(chores.whose, range(2))
-
     def test_whatever_a_task_raises_or_returns_the_worker_goes_on(self, processes):
         with pytest.raises(EOFError, match="no more input"):
             processes.map(chores.exit_like_a_user, [0])
@@ -174,15 +170,6 @@ def test_closing_does_not_wait_for_a_worker_that_is_stopped():
     assert not multiprocessing.active_children()
 
 
-@pytest.mark.slow
-def test_closing_does_not_wait_for_what_was_dropped():
-    with ProcessExecutor(2) as executor:
-        some = executor.each(chores.sleep_for, [0.0, 1000.0])
-        assert next(some) == (0, 0.0)
-        assert multiprocessing.active_children()
-    assert not multiprocessing.active_children()
-
-
 def test_an_experiment_is_pickled_as_its_toml(puppet):
     experiment = puppet("seed=7")
     serialized = SerializedExperiment(experiment)
@@ -197,13 +184,3 @@ def test_an_experiment_is_pickled_as_its_toml(puppet):
 def test_an_evaluator_does_other_work_with_its_experiment(puppet, workers):
     with Evaluator(puppet("seed=7"), workers) as evaluator:
         assert evaluator.map(chores.seeded, [1, 2, 3]) == [("puppet", 7, n) for n in (1, 2, 3)]
-
-
-@pytest.mark.slow
-def test_workers_not_asked_for_start_when_tasks_pay(puppet, monkeypatch):
-    monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
-    with Evaluator(puppet()) as evaluator:
-        assert {evaluator.map(chores.whose_process, [0, 0])[0] for _ in range(3)} == {os.getpid()}
-        everyone = [evaluator.map(chores.whose_process, [0.7, 0.7])[0] for _ in range(6)]
-    assert everyone[0] == os.getpid()
-    assert everyone[-1] != os.getpid()

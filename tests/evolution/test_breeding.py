@@ -44,14 +44,6 @@ def test_pairs_that_are_not_crossed_have_copies_for_children(probability):
     assert binomtest(pairs - copied[0].sum(), pairs, probability).pvalue > 1e-3
 
 
-def test_an_only_child_of_a_pair_that_is_not_crossed_is_its_mother(puppet):
-    experiment = puppet("crossover.pair_probability=0", "crossover.children=1")
-    genomes = initial_population(experiment, experiment.space())
-    parents = np.array([[1, 2], [4, 0], [3, 3]])
-    children = ExperimentOperators(experiment, experiment.space(), 2).cross(genomes, parents, 3)
-    assert np.array_equal(children, genomes[[1, 4, 3]])
-
-
 def test_streams_differ_by_seed_generation_and_purpose():
     draws = {
         stream(seed, generation, purpose).random()
@@ -81,28 +73,11 @@ def test_elites_come_first_and_unchanged_the_first_of_equals_first(puppet):
     assert not any((child == genomes).all(axis=1).any() for child in after[3:])
 
 
-def test_without_elites_all_are_children(puppet):
-    genomes, after = bred(puppet("search.elites=0"))
-    assert not any((child == genomes).all(axis=1).any() for child in after)
-
-
-@pytest.mark.parametrize("children", [1, 2])
-def test_children_beyond_the_population_are_dropped(puppet, children):
-    _, after = bred(puppet("search.elites=1", f"crossover.children={children}"))
-    assert after.shape == (6, 3)
-
-
 def test_children_outside_the_bounds_are_repaired(puppet, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Jitter, "mutate", lambda self, genomes, space, rng: genomes + 100)
     genomes, after = bred(puppet())
     assert (after[2:] == 2.0).all()
     assert np.array_equal(after[:2], genomes[[1, 3]])
-
-
-def test_bits_stay_bits(puppet):
-    _, after = bred(puppet("organism.plugin=bit-puppet"))
-    assert after.dtype == np.uint8
-    assert set(after.ravel()) <= {0, 1}
 
 
 def test_operators_are_used_as_they_are_at_that_generation(puppet, puppets, monkeypatch):
@@ -116,11 +91,6 @@ def test_operators_are_used_as_they_are_at_that_generation(puppet, puppets, monk
         monkeypatch.setattr(operator, "at", at)
     bred(puppet(), generation=7)
     assert asked == [("Best", 7), ("Mean", 7), ("Jitter", 7)]
-
-
-def test_a_population_in_which_all_failed_breeds(puppet):
-    genomes, after = bred(puppet(), scores=np.full(6, -np.inf))
-    assert np.array_equal(after[:2], genomes[:2])
 
 
 def test_operators_that_change_what_they_are_given_change_nothing_else(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gaitsim.errors import ExperimentError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
-from gaitsim.evolution.islands import epoch_end, evolve_epoch, migrate
+from gaitsim.evolution.islands import evolve_epoch, migrate
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Islands, parse_experiment
 
@@ -79,24 +79,6 @@ def test_with_topology_all_the_best_migrate_to_every_island():
     ]
 
 
-def test_two_islands_exchange_on_a_ring_as_all_do():
-    genomes, scores = numbered(2, 4)
-    ring, every = (
-        migrate(Islands(number=2, migrants=1, topology=topology), genomes, scores)
-        for topology in ("ring", "all")
-    )
-    assert np.array_equal(ring[0], every[0])
-    assert ring[0][:, :, 0].tolist() == [[0.0, 0.1, 0.2, 1.0], [1.0, 1.1, 1.2, 0.0]]
-
-
-def test_failed_individuals_are_the_worst():
-    genomes, _ = numbered(2, 3)
-    scores = np.array([[-np.inf, 1.0, 2.0], [5.0, -np.inf, -np.inf]])
-    arrived, values = migrate(Islands(number=2, migrants=1), genomes, scores)
-    assert arrived[:, :, 0].tolist() == [[1.0, 0.1, 0.2], [1.0, 1.1, 0.2]]
-    assert values.tolist() == [[5.0, 1.0, 2.0], [5.0, -np.inf, 2.0]]
-
-
 @given(
     number=st.integers(1, 5),
     migrants=st.integers(0, 3),
@@ -156,15 +138,6 @@ def test_one_island_is_a_search_without_islands(puppet):
     same(evolve(plain, here(plain)), evolve(experiment, here(experiment)))
 
 
-def test_isolated_islands_do_not_know_of_each_other(puppet):
-    experiment = puppet(*THREE, "islands.migrants=0")
-    alone = puppet("evolution.generations=7")
-    for many, one in zip(
-        evolve(experiment, here(experiment)), evolve(alone, here(alone)), strict=True
-    ):
-        assert np.array_equal(many.genomes[:6], one.genomes)
-
-
 @pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
 @pytest.mark.parametrize("topology", ["ring", "all"])
 def test_epochs_make_the_same_generations(puppet, every, topology):
@@ -202,12 +175,6 @@ def test_a_search_stops_within_an_epoch(puppet):
     found = list(evolve(experiment, here(experiment), parallel_map=in_turn(experiment)))
     assert [generation.number for generation in found] == [1, 2, 3]
     assert found[-1].stop == "another generation would exceed 60 evaluations"
-
-
-def test_epochs_end_at_migrations(puppet):
-    experiment = puppet("islands.every=10", "evolution.generations=25")
-    ends = [epoch_end(experiment, first) for first in (1, 7, 10, 11, 20, 21, 25)]
-    assert ends == [10, 10, 10, 20, 20, 25, 25]
 
 
 def test_tasks_and_results_of_workers_can_be_pickled(puppet):

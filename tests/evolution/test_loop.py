@@ -5,15 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 from breeding import breed, initial_population
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from gaitsim.contracts import RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import Evaluation, evaluate
 from gaitsim.evolution import SearchProgress, evolve
-from gaitsim.evolution.loop import advance
-from gaitsim.experiment import Evolution
 
 INF = math.inf
 
@@ -78,19 +74,6 @@ def test_generations_and_their_arrays_are_read_only(puppet):
             array[0] = 1
 
 
-def test_generations_are_evolved_lazily(puppet):
-    calls = []
-
-    def scored(genomes, number):
-        calls.append(len(genomes))
-        return evaluate(puppet(), genomes)
-
-    events = evolve(puppet(), scored)
-    assert calls == []
-    next(events)
-    assert calls == [6]
-
-
 @pytest.mark.parametrize(
     ("bests", "override", "reason", "number"),
     [
@@ -131,24 +114,6 @@ def test_champions_beat_a_threshold_that_rises_in_steps(puppet):
     assert [g.is_champion for g in generations] == [0, 0, 1, 0, 1, 1, 0, 0, 1]
     thresholds = [g.progress.threshold for g in generations]
     assert thresholds == [1.0, 1.0, 1.5, 1.5, 2.0, 3.5, 3.5, 3.5, 4.0]
-
-
-@settings(max_examples=300)
-@given(
-    st.floats(allow_nan=False, allow_infinity=False),
-    st.floats(min_value=0, exclude_min=True, allow_infinity=False),
-    st.floats(allow_nan=False, max_value=1e308),
-)
-def test_the_same_score_is_a_champion_once(threshold, step, best):
-    evolution = Evolution(delta_fitness=step)
-    before = SearchProgress(10, 0.0, 3, threshold)
-    after, is_champion = advance(before, best, 5, evolution)
-    assert is_champion == (best > threshold)
-    assert math.isfinite(after.threshold)
-    assert after.threshold >= max(threshold, best if is_champion else threshold)
-    assert not advance(after, best, 5, evolution)[1]
-    if is_champion and step > abs(best - threshold) * 1e-6:
-        assert after.threshold <= best + step * 1.000001
 
 
 def test_a_search_in_which_all_fail_continues(puppet):

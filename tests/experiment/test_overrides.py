@@ -110,19 +110,6 @@ def test_every_option_is_reached_from_the_command_line(parsed):
     assert parsed("seed=7", "name=n", "description=d").seed == 7
 
 
-def test_the_last_of_two_changes_counts(parsed):
-    assert parsed("seed=1", "seed=2").seed == 2
-
-
-def test_an_option_is_unset_by_none(parsed):
-    assert parsed("evolution.fitness_threshold=none").evolution.fitness_threshold is None
-    assert parsed().evolution.fitness_threshold == 0.0
-
-
-def test_a_plugin_of_the_name_none_is_chosen(parsed):
-    assert parsed("crossover.plugin=none").entries["crossover"].name == "none"
-
-
 def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_typed(parsed, problem):
     experiment = parsed("fitness.slip_weight=3")
     other = with_overrides(experiment, {"fitness.plugin": "spider-classic"})

@@ -49,16 +49,6 @@ def test_every_option_is_written_with_its_meaning():
     assert f"{meaning} (a whole number ≥ 2 and ≤ 1,000,000)" in text
 
 
-def test_an_experiment_is_frozen():
-    experiment = load_experiment("spider")
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        experiment.seed = 3
-    with pytest.raises(ValidationError):
-        experiment.evolution.population = 3
-    with pytest.raises(ValidationError):
-        experiment.mutation.rate = 0.3
-
-
 def values_of(field):
     """Values that an option may have, of those that its declaration allows."""
     bounds = {

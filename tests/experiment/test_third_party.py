@@ -133,26 +133,6 @@ def test_a_crossover_with_its_number_of_children_in_the_class_breeds(
     assert found.allowed == "pair_probability"
 
 
-def test_a_missing_plugin_is_reported(parsed, problem, custom, install, working):
-    install("fake", working, {"organism": {"point": "Body"}, "fitness": {"far": "Distance"}})
-    experiment = parsed(text=custom(organism="point", fitness="far"))
-    text = experiment.to_toml().replace('"point"', '"pont"')
-    found = problem(text=text)
-    assert found.where == "x.toml, key organism.plugin"
-    assert found.remedy == "did you mean 'point'?"
-
-
-@pytest.mark.parametrize("value", ["2020-01-02", "12:30:00", "2020-01-02T12:30:00Z"])
-def test_a_date_is_not_a_string(problem, custom, install, working, value):
-    source = "class X(Body):\n    label: str = option('', 'a label')\n"
-    names = {"organism": {"x": "X"}, "fitness": {"far": "Distance"}}
-    install("fake", f"{working}\n{source}", names)
-    text = custom(organism="x", fitness="far").replace('"x"', f'"x"\nlabel = {value}')
-    found = problem(text=text)
-    assert found.where == "x.toml, key organism.label"
-    assert found.allowed == "a string"
-
-
 def test_an_option_of_several_types_is_reported_once(problem, custom, install, working):
     source = "class X(Body):\n    size: Literal['auto'] | float | bool = option('auto', 'a size')\n"
     names = {"organism": {"x": "X"}, "fitness": {"far": "Distance"}}

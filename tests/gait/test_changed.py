@@ -40,14 +40,6 @@ def test_a_world_changes_only_its_conditions(walker):
     assert weak.stem == "generation-12-friction-0.4--servo-torque-0.6"
 
 
-def test_a_gait_from_a_file_is_played_on_the_changed_body(walker):
-    angles = walker.motion["joint_angles"]
-    played = Individual.of_motion(EXPERIMENT, EXPERIMENT.organism.play(angles))
-    slippery = with_world(played, {"friction": 0.1})
-    expected = slippery.experiment.organism.play(angles)
-    assert np.array_equal(slippery.motion["joint_angles"], expected["joint_angles"])
-
-
 @pytest.mark.parametrize(
     ("preset", "world", "named"),
     [

@@ -1,7 +1,6 @@
 """Gait files: exported gaits are read back, and other files are rejected."""
 
 import io
-import os
 from pathlib import Path
 
 import numpy as np
@@ -86,12 +85,6 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
     folder.mkdir()
     with pytest.raises(GaitsimError, match="Is a directory"):
         read_gait(folder)
-
-
-def test_a_pipe_is_refused_at_once(tmp_path):
-    os.mkfifo(tmp_path / "gait.csv")
-    with pytest.raises(GaitsimError, match=r"gait\.csv"):
-        read_gait(tmp_path / "gait.csv")
 
 
 def test_files_too_large_are_not_read(tmp_path, monkeypatch):

@@ -1,6 +1,5 @@
 """The parts of the gait analysis, compared with results computed by hand."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 
 from gaitsim.contracts import Skeleton
 from gaitsim.gait import analyse_gait, naming
-from gaitsim.gait.feet import Layout, circular_mean, feet_of, fit, layout_of, without_chatter, wrap
+from gaitsim.gait.feet import Layout, feet_of, fit, without_chatter, wrap
 from gaitsim.gait.naming import NEAR, nearest, references
 from gaitsim.gait.travel import Slip, heading, lying, slip_of, travel_of, trunk
 
@@ -67,13 +66,6 @@ def test_random_contacts_have_no_stride():
     assert feet_of(np.ones((1, 2), dtype=bool), ("a", "b"), 30.0)[1] is None
 
 
-def test_circular_means():
-    assert circular_mean([0.9, 0.1]) == pytest.approx((0, math.cos(math.pi / 5)))
-    assert circular_mean([0.25, 1.25, -0.75]) == pytest.approx((0.25, 1))
-    assert circular_mean([0, 0.5])[1] == pytest.approx(0)
-    assert wrap(np.array([0.75, -0.75, 0.25])) == pytest.approx([-0.25, 0.25, 0.25])
-
-
 @given(
     phases=st.lists(st.floats(0, 1), min_size=2, max_size=8),
     shift=st.floats(-2, 2),
@@ -122,18 +114,6 @@ def test_four_legs_walk_trot_pace_and_bound():
         "in-phase hop": [0.2] * 4,
     }.items():
         assert nearest(np.array(phases), pairs(2))[0].name == name
-
-
-def test_feet_find_their_sides():
-    feet = np.array([[[-1, 2, 0], [1, -2, 0], [3, 2, 0], [-2, -2.0, 0]]])
-    found = layout_of(feet)
-    assert (found.pairs, found.side.tolist(), found.place.tolist()) == (
-        2,
-        [0, 1, 0, 1],
-        [1, 0, 0, 1],
-    )
-    assert layout_of(feet[:, :3]) is None  # two left, one right
-    assert layout_of(feet * [1, 0, 1]) is None  # all on the midline
 
 
 def test_the_heading_is_the_spiders_yaw(spider):
@@ -249,20 +229,6 @@ def test_the_analysis_of_a_body_without_feet_names_the_missing_results():
     body = Skeleton(flips, ("arm",), 30.0, centre=np.zeros((20, 3)))
     assert [flag.name for flag in analyse_gait(body, flips[:, 0, 1]).flags] == ["flip-flop"]
     assert analyse_gait(body).flags == ()
-
-
-def test_a_single_frame_and_a_single_point_are_analysed():
-    gait = analyse_gait(Skeleton(np.zeros((1, 1, 2, 3)), ("point",), 1.0))
-    assert gait.travel.speed == gait.travel.path == 0
-    assert gait.travel.yaw is None
-
-
-def test_two_feet_in_turn_are_alternating_steps():
-    gait = analyse_gait(walking(1.0, frames=41))
-    assert gait.name.name == "alternating steps"
-    assert gait.footfalls.stride.frequency == pytest.approx(10 / 8)
-    assert [flag.name for flag in gait.flags] == ["unsupported travel"]
-    assert analyse_gait(walking(1.0, frames=41), dynamic=True).flags == ()
 
 
 def hopping(flight, stride, count):

@@ -13,14 +13,11 @@ from gaitsim.gait.gait_files import GaitFile, play_gait
 from gaitsim.gait.robustness import (
     EXPLOIT,
     FRAGILE,
-    apply_lag,
-    interpolate_every_second,
     measure_robustness,
     mirrored_joints,
 )
 from gaitsim.gait.score_breakdown import cut_motion, summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
-from gaitsim.legged import delay_angles
 
 
 @pytest.fixture
@@ -73,16 +70,6 @@ def test_terms_over_time_end_with_the_score(on_the_spider):
     assert terms_over_time(atlas).terms["forward"] == pytest.approx(found.terms["forward"])
 
 
-def test_a_fitness_without_time_has_constant_terms():
-    experiment = load_experiment("millipede")
-    space = experiment.space()
-    genomes = space.random(1, np.random.default_rng(0))
-    individual = Individual.of_motion(experiment, experiment.organism.move(genomes))
-    found = terms_over_time(individual)
-    assert not found.timed
-    assert np.ptp(found.terms["travel"]) == 0
-
-
 def test_a_fitness_that_cannot_evaluate_a_part_raises(puppet, install):
     source = (
         "from typing import ClassVar\nfrom gaitsim.contracts import Fitness\n"
@@ -116,18 +103,6 @@ def test_a_motion_that_fails_has_no_score(puppet, install):
     assert (found.perturbations, found.missing) == ((), ("the motion fails: it fell",))
 
 
-def test_terms_are_summarised():
-    history = columns(
-        forward=[0.0, 1, 2, 3, 4, 5], drift=[-0.3] + [-0.1] * 5, zero=[0.0] * 6, late=[0] * 5 + [-1]
-    )
-    words = summarise({"forward": 5.0, "drift": -0.1, "zero": 0.0, "late": -1.0}, history, 6)
-    assert words == (
-        "forward dominates: 82% of all gains and losses",
-        "since generation 1 the best score changed by +4.200: forward +5.000, late -1.000",
-        "constant: drift -0.100 since generation 2, zero 0.000 throughout",
-    )
-
-
 def test_terms_that_cancel_are_named():
     history = columns(movement=[0.0, 2, 5], change=[0.0, -1, -4])
     words = summarise({"movement": 5.0, "change": -4.0}, history, 3)
@@ -157,24 +132,6 @@ def test_terms_change_since_the_fitness_changed():
     assert (first, change.first) == (3, 1)
     assert "b 0.000 throughout" in str(summarise({"a": 4.0, "b": 0.0}, history, 5))
     assert term_changes(history, 2)[0] == 1
-
-
-def test_late_and_lagging_joints():
-    angles = np.arange(10.0).reshape(5, 2)
-    assert delay_angles(angles, 1)[:, 0].tolist() == [0, 0, 2, 4, 6]
-    assert delay_angles(angles, np.array([0, 3]))[:, 1].tolist() == [1, 1, 1, 1, 3]
-    step = np.ones((8, 1))
-    step[0] = 0
-    for frames in (1, 3):  # the answer of a first-order lag to a step
-        assert apply_lag(step, frames)[:, 0] == pytest.approx(1 - np.exp(-np.arange(8) / frames))
-
-
-def test_every_second_frame_is_left_out():
-    for frames in (6, 7):
-        flips = np.tile([[0.0], [1.0]], (4, 1))[:frames]
-        assert interpolate_every_second(flips)[1:-1].tolist() == [[0.0]] * (frames - 2)
-        line = np.arange(float(frames))[:, None]
-        assert interpolate_every_second(line).tolist() == line.tolist()
 
 
 def test_joints_find_their_partners():

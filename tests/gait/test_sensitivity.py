@@ -64,19 +64,3 @@ def test_chance_is_seldom_taken_for_an_effect():
         for seed in range(60)
     )
     assert wrong <= 6
-
-
-@pytest.mark.parametrize(
-    "results",
-    [np.full(60, 2.0), np.full(60, -np.inf), np.where(np.arange(60) < 8, np.arange(60.0), np.nan)],
-)
-def test_constant_or_failed_results_have_no_effects(results):
-    assert found(drawn(60, "a", "b"), results) == ()
-
-
-def test_a_condition_without_a_range_has_no_effect():
-    x = {"a": np.linspace(0.3, 1.2, 60), "fixed": np.full(60, 0.5)}
-    results = np.where(x["a"] < 0.6, 1.2, 1.6)
-    [effect] = effects(x, {"a": (0.3, 1.2), "fixed": (0.5, 0.5)}, results)
-    assert effect.hurting == ((0.3, pytest.approx(0.6)),)
-    assert effect.loss == pytest.approx(0.4)

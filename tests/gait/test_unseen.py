@@ -119,25 +119,6 @@ def test_failed_motions_do_not_spoil_the_description():
     assert "worst tenth –" in summary_line(found)
 
 
-@pytest.mark.parametrize("number", [0, 10**9, 2.5, float("nan"), True])
-def test_an_invalid_number_of_worlds_is_refused(walker, number):
-    with pytest.raises(GaitsimError, match="number of worlds"):
-        evaluate_unseen(walker, number)
-
-
-@pytest.mark.parametrize("seed", [-1, float("nan"), "x", 2**60])
-def test_an_invalid_seed_is_refused(walker, seed):
-    with pytest.raises(GaitsimError, match="seed"):
-        evaluate_unseen(walker, 3, seed=seed)
-
-
-def test_a_body_with_one_world_is_refused():
-    millipede = load_experiment("millipede")
-    genome = millipede.space().random(1, np.random.default_rng(0))[0]
-    with pytest.raises(GaitsimError, match="no conditions that vary between worlds"):
-        evaluate_unseen(Individual(millipede, 0.0, {}, 1, genome))
-
-
 @pytest.mark.parametrize(
     ("ranges", "named"),
     [({"ice": (0, 1)}, "ice"), ({"friction": (1.0, 0.5)}, "friction"), ({"mass": (-1, 1)}, "mass")],

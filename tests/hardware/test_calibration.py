@@ -61,16 +61,6 @@ def test_a_template_never_replaces_a_file(tmp_path):
     assert path.read_text() == "measured"
 
 
-def test_the_order_of_the_joints_in_the_file_does_not_matter(tmp_path):
-    sections = [f'[joints.{name}]\nid = {id}\nservo = "ax-12a"\ndirection = -1\n'
-                for id, name in ((7, "b"), (3, "a"))]  # fmt: skip
-    path = tmp_path / "robot.toml"
-    path.write_text("".join(sections))
-    found = read_calibration(path, "dynamixel", ("a", "b"))
-    assert [joint.id for joint in found.joints.values()] == [3, 7]
-    assert found.servo_angles(np.radians([10.0, 20.0])) == pytest.approx([-10, -20])
-
-
 @pytest.mark.parametrize(
     ("servo", "format", "ends", "degree"),
     [
@@ -148,13 +138,6 @@ def test_an_invalid_calibration_is_refused(file, changes, message):
         read_calibration(file(**changes), "arduino", NAMES)
     assert message in str(error.value)
     assert "robot.toml" in str(error.value)
-
-
-def test_equal_ids_and_servos_of_a_different_bus_are_refused(file):
-    with pytest.raises(GaitsimError, match="have the same id 1"):
-        read_calibration(file("dynamixel", **{"id_=_2": "id = 1"}), "dynamixel", NAMES)
-    with pytest.raises(GaitsimError, match="--format feetech cannot drive the servo xl430-w250"):
-        read_calibration(file("dynamixel"), "feetech", NAMES)
 
 
 def test_files_that_are_not_text_files_are_refused(tmp_path):

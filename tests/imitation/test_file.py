@@ -1,7 +1,3 @@
-import io
-import zipfile
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -83,22 +79,6 @@ def test_foreign_files_are_rejected(saved, fields, says):
         load_imitator(saved)
 
 
-@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"nonsense" * 100])
-def test_foreign_bytes_are_rejected(tmp_path, content):
-    (tmp_path / "x.npz").write_bytes(content)
-    with pytest.raises(GaitsimError, match=r"x\.npz"):
-        load_imitator(tmp_path / "x.npz")
-
-
-def test_a_zip_bomb_is_not_unpacked(tmp_path):
-    bomb = io.BytesIO()
-    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("joint_angles.npy", bytes(65 * 2**20))
-    (tmp_path / "x.npz").write_bytes(bomb.getvalue())
-    with pytest.raises(GaitsimError, match="67,108,864 bytes"):
-        load_imitator(tmp_path / "x.npz")
-
-
 def test_a_missing_file_is_reported(tmp_path):
     with pytest.raises(GaitsimError, match=r"cannot read .*file not found"):
         load_imitator(tmp_path / "x.npz")
@@ -106,9 +86,8 @@ def test_a_missing_file_is_reported(tmp_path):
         load_imitator(tmp_path)
 
 
-def test_long_names_are_not_truncated(imitation, tmp_path):
-    names = ("a" * 200, "ü b", "c")
-    save_imitator(
-        replace(imitation, gait=replace(imitation.gait, joint_names=names)), tmp_path / "x.npz"
-    )
-    assert load_imitator(tmp_path / "x.npz").gait.joint_names == names
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"nonsense" * 100])
+def test_foreign_bytes_are_rejected(tmp_path, content):
+    (tmp_path / "x.npz").write_bytes(content)
+    with pytest.raises(GaitsimError, match=r"x\.npz"):
+        load_imitator(tmp_path / "x.npz")

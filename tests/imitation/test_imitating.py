@@ -123,16 +123,6 @@ def test_a_short_walk_suggests_other_settings_and_a_missing_folder_is_created(
     assert (out / "imitator.npz").is_file()
 
 
-def test_a_third_party_body_without_play(puppet_run, gaitsim):
-    said = gaitsim("imitate", puppet_run.path, "--epochs", 2)
-    assert "network 3-48-3" in said.stdout
-    assert "cannot play joint angles" in said.stdout
-    plain = json.loads(gaitsim("imitate", puppet_run.path, "--epochs", 2, "--json").stdout)
-    assert plain["imitator"] is None
-    assert plain["beyond_limits"] is None
-    assert plain["expert"]["measures"]["reach"] > 0
-
-
 def test_a_third_party_body_with_play(puppet_run, puppets, monkeypatch, gaitsim):
     def play(self, joint_angles):
         held = np.clip(joint_angles, -1.0, 1.0)

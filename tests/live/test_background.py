@@ -102,18 +102,6 @@ def test_two_clients_receive_the_same_and_both_send_commands(new_run, connect):
 
 
 @pytest.mark.slow
-def test_three_parallel_runs_equal_plain_runs(new_run, monkeypatch):
-    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "3")
-    paths = [new_run(f"run-{seed}", *SLOW, f"seed={seed}", generations=15) for seed in range(3)]
-    for path in paths:
-        start_detached(path, workers=1)
-    assert {process.run.name for process in background_processes()} <= {path.name for path in paths}
-    until(lambda: not background_processes())
-    for seed, path in enumerate(paths):
-        assert fingerprint(path) == plain_fingerprint(new_run, 15, *SLOW, f"seed={seed}")
-
-
-@pytest.mark.slow
 def test_a_killed_process_loses_at_most_a_generation_and_its_socket_is_replaced(new_run):
     path, drawn = new_run("run", *SLOW, generations=100_000), random.Random(2)
     for _ in range(3):

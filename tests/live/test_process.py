@@ -12,7 +12,7 @@ import pytest
 
 from gaitsim.live.process import RunProcess, background_state, start_detached, stop
 from gaitsim.runs.background import last_failure
-from gaitsim.runs.files.lock import RunLock, is_locked
+from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
@@ -186,16 +186,6 @@ def test_a_killed_process_is_reported(new_run, wait):
     assert "was killed or crashed" in snapshot.error.what
     assert str(last_failure(path)) == str(snapshot.error)
     assert "gaitsim resume run" in snapshot.error.remedy
-
-
-@pytest.mark.slow
-def test_a_locked_run_is_reported(new_run):
-    path = new_run()
-    lock = RunLock(path)
-    snapshot = asyncio.run(final_snapshot(RunProcess(path)))
-    lock.release()
-    assert snapshot.state == "failed"
-    assert "is being written by process" in snapshot.error.what
 
 
 def test_invalid_options_are_reported_at_once(new_run):

@@ -104,24 +104,6 @@ def test_the_order_of_experiments_changes_no_result(tmp_path) -> None:
     assert {label: e.to_toml() for label, e in again.items()} == forward
 
 
-def test_statistics_do_not_depend_on_the_order() -> None:
-    names = ("millipede-random", "millipede-mutation", "millipede-random")
-    one, other = (to_dict(compare_experiments(*way, repeats=9)) for way in (names, names[::-1]))
-    assert one["experiments"] == other["experiments"]
-    assert (one["targets"], one["ert_targets"]) == (other["targets"], other["ert_targets"])
-    for kind in ("comparisons", "target_comparisons"):
-        ways = [{(p.get("target"), p["first"], p["second"]): p for p in w[kind]}
-                for w in (one, other)]  # fmt: skip
-        for (target, first, second), pair in ways[0].items():
-            key = target, second, first
-            same = ways[1].get(key) or ways[1][target, first, second]
-            mirrored = 1 - pair["a12"] if key in ways[1] else pair["a12"]
-            assert same["a12"] == pytest.approx(mirrored, abs=1e-15)
-            assert {k: v for k, v in same.items() if k.startswith("p")} == {
-                k: v for k, v in pair.items() if k.startswith("p")
-            }
-
-
 def test_experiments_with_different_populations_have_equal_budgets() -> None:
     one, other = load_experiments(["millipede", "millipede-random"], SHORT).values()
     other = with_overrides(other, {"evolution.population": 41})

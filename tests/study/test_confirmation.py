@@ -132,14 +132,6 @@ def test_an_unreached_target_reports_the_highest_mean(study, target):
     assert found.low < true_means(rounds[-1][0])[-1] < found.high
 
 
-def test_the_highest_mean_below_the_target_is_tested_last(study):
-    low = Means(20, np.full(4, 4.0), np.full(4, 0.1), np.zeros(4))
-    found, rounds = run_search(study, lambda cell: true_means(cell) + 1, low)
-    assert len(rounds) == 1
-    assert found.reached
-    assert found.low >= 5
-
-
 def test_cells_whose_repeats_all_fail_are_not_tested(study):
     failed = Means.of(np.full((20, 4), -np.inf))
     found, rounds = run_search(study, true_means, sweep=failed)

@@ -12,7 +12,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render.plots.surfaces import plot_surfaces
 from gaitsim.study.file import MOST_SCORES, cells, parse_study, read_study
 from gaitsim.study.results import write_results
-from gaitsim.study.running import CELLS, FRESH, read_result, results, run_cells
+from gaitsim.study.running import CELLS, FRESH, run_cells
 
 SMALL = """
 name = "small"
@@ -102,25 +102,6 @@ def test_attacks_on_each_file_of_a_study(attack, folder, gaitsim):
         outside = folder.parent / "outside"
         assert [entry.name for entry in outside.iterdir()] == ["file"]
         assert (outside / "file").read_text() == "theirs"
-
-
-def test_damaged_results_are_missing(folder):
-    study, _ = read_study(str(folder / "study.toml"))
-    every = cells(study, folder)
-    assert not results(folder, study, every)[1]
-    first = min((folder / CELLS).iterdir())
-    for attack in ATTACKS:
-        shutil.rmtree(first) if first.is_dir() and not first.is_symlink() else first.unlink()
-        attack(first)
-        assert read_result(folder, study, every[0]) is None
-    first.rmdir() if not any(first.iterdir()) else shutil.rmtree(first)
-    for number in (np.nan, np.inf):
-        np.save(first, np.full((2, 3), number))
-        assert read_result(folder, study, every[0]) is None
-    for data in mutations((folder / CELLS / min((folder / CELLS).iterdir())).read_bytes(), 50):
-        first.write_bytes(data)
-        best = read_result(folder, study, every[0])
-        assert best is None or best.shape == (2, 3)
 
 
 def test_the_largest_scores_are_summarised(tmp_path):

@@ -39,12 +39,6 @@ def test_runs_are_ranked_by_the_worst_tenth_in_paired_worlds():
     assert high.low < high.unseen.worst_tenth < high.high < np.median(results)
 
 
-def test_equal_runs_do_not_differ():
-    results = RNG.random(50)
-    [pair] = ranking({"a": unseen(results), "b": unseen(results)}, RANGES).pairs
-    assert (pair.difference, pair.differs) == (0.0, False)
-
-
 def test_the_widest_ranges_are_used_and_named():
     def champion(**ranges):
         return Individual(load_experiment("walker", {"worlds.ranges": ranges}), 0.0, {})

@@ -6,9 +6,7 @@ from numpy.typing import NDArray
 
 from gaitsim.study.runtimes import (
     TARGETS,
-    chosen_targets,
     ecdf,
-    runtimes,
     spaced_targets,
     summarise_target,
 )
@@ -120,19 +118,3 @@ def test_targets_lie_between_the_worst_start_and_the_best_end() -> None:
     assert spaced_targets([failed])[[0, -1]].tolist() == [2, 3]
     assert spaced_targets([np.array([[4.0], [4.0]])]).tolist() == [4]
     assert np.isfinite(spaced_targets([np.array([[-1.7e308, 1.7e308]])])).all()
-
-
-def test_default_targets_of_running_times_are_quartiles_of_all_scores() -> None:
-    assert chosen_targets([5.0, 2.0], [BEST]) == [2.0, 5.0]
-    one, other = np.array([0.0, 1.23456, 4.0, 9.0]), np.array([2.34567, 3.0, 5.0, 10.0])
-    # The second, fourth and sixth of eight scores, in hundredths, as the range is 10.
-    assert chosen_targets([], [one, other]) == [1.23, 3.0, 5.0]
-    assert chosen_targets([], [-one]) == [-9.0, -4.0, -1.235]
-    assert chosen_targets([], [np.full(3, 1 / 3)]) == [1 / 3]
-    assert chosen_targets([], [np.array([-1.7e308, 1.7e308])]) == [-1.7e308, 1.7e308]
-
-
-def test_a_target_stays_reached_if_the_best_score_is_reset() -> None:
-    best = np.array([[1.0, 4.0, 2.0]])
-    assert ecdf(best, EVALUATIONS, 30, np.array([3.0]), rng()).share.tolist() == [0, 1, 1]
-    assert runtimes(best, EVALUATIONS, 3.0).tolist() == [20]

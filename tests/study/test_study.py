@@ -1,12 +1,11 @@
 import csv
 import io
 from dataclasses import replace
-from multiprocessing import active_children
 
 import numpy as np
 import pytest
 
-from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import WorkerLostError
 from gaitsim.evaluation.processes import ProcessExecutor
 from gaitsim.study.file import cells, parse_study, read_study
@@ -46,18 +45,6 @@ def test_cells_are_the_product_of_the_axes() -> None:
     assert len({cell.experiment.seed for cell in found}) == 12
 
 
-def test_a_long_text_of_an_axis_reaches_the_experiment_untruncated() -> None:
-    text = "a description of more than sixty characters, which no message would show " * 2
-    study = f'name = "s"\nexperiments = ["millipede"]\n[axes]\ndescription = ["{text}", "short"]\n'
-    first, second = cells(parse_study(study, "s"))
-    assert (first.experiment.description, second.experiment.description) == (text, "short")
-
-
-def test_a_seed_that_is_an_axis_is_not_changed() -> None:
-    text = 'name = "s"\nexperiments = ["millipede"]\n[axes]\nseed = [5, 3]\n'
-    assert [cell.experiment.seed for cell in cells(parse_study(text, "s"))] == [5, 3]
-
-
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -87,13 +74,6 @@ def test_each_problem_is_reported(change: str, says: str) -> None:
     assert text != SMALL
     with pytest.raises(GaitsimError, match=says):
         cells(parse_study(text, "small.toml"), source="small.toml")
-
-
-def test_all_problems_are_reported_at_once() -> None:
-    text = SMALL.replace("repeats = 4", "repeats = 0").replace("record_every", "recordevery")
-    with pytest.raises(ExperimentError) as error:
-        parse_study(text, "small.toml")
-    assert len(error.value.problems) == 2
 
 
 def test_steps_of_a_range_are_rounded_as_users_write_them() -> None:
@@ -134,24 +114,6 @@ def test_a_changed_study_reuses_no_result(tmp_path) -> None:
         assert results(tmp_path, changed, cells(changed))[0] == [], after
 
 
-def test_a_result_of_a_different_version_of_a_plugin_is_not_reused(tmp_path) -> None:
-    study = parse_study(SMALL, "small.toml")
-    (cell, *_) = cells(study)
-    list(run_cells(tmp_path, study, [cell], 1))
-    entries = cell.experiment.entries
-    newer = {**entries, "organism": replace(entries["organism"], version="99.0")}
-    other = replace(cell, experiment=replace(cell.experiment, entries=newer))
-    assert read_result(tmp_path, study, cell) is not None
-    assert read_result(tmp_path, study, other) is None
-
-
-def test_the_last_generation_is_always_recorded() -> None:
-    (cell, *_) = cells(parse_study(SMALL, "small.toml"))
-    assert recorded_generations(cell.experiment, 4).tolist() == [4, 6]
-    assert recorded_generations(cell.experiment, 2).tolist() == [2, 4, 6]
-    assert recorded_generations(cell.experiment, 9).tolist() == [6]
-
-
 def test_a_longer_run_starts_like_a_shorter_one() -> None:
     (cell, *_) = cells(parse_study(SMALL, "small.toml"))
     whole = repeat_experiment(cell.experiment, 5)
@@ -183,27 +145,6 @@ def test_an_interrupted_study_resumes_to_the_same_table(tmp_path) -> None:
     assert rows[0]["evolution.population"] == "5"
     assert rows[1]["evaluations"] == str(6 * 5)
     assert float(rows[0]["q25"]) <= float(rows[0]["median"]) <= float(rows[0]["q75"])
-
-
-@pytest.mark.slow
-def test_the_cell_of_a_worker_that_dies_is_rerun(tmp_path) -> None:
-    study = parse_study(SMALL, "small.toml")
-    every = cells(study)
-    whole, hurt = tmp_path / "whole", tmp_path / "hurt"
-    whole.mkdir()
-    hurt.mkdir()
-    list(run_cells(whole, study, every, 1))
-    told: list[str] = []
-    some = run_cells(hurt, study, every, 2, told.append)
-    next(some)
-    for worker in active_children():
-        worker.kill()
-    list(some)
-    assert told
-    for cell in every:
-        np.testing.assert_array_equal(
-            read_result(hurt, study, cell), read_result(whole, study, cell)
-        )
 
 
 def test_a_cell_that_kills_its_workers_is_reported(tmp_path, monkeypatch) -> None:
