@@ -155,11 +155,6 @@ def split_indices(individuals: int, chunks: int, workers: int) -> list[int]:
     round: the last ones are short, so that workers hardly wait for the slowest one, without more
     chunks in total. Source: Tzeng and Ni 1993, "Trapezoid self-scheduling".
 
-    Args:
-        individuals: size of the population.
-        chunks: number of chunks; empty ones are omitted.
-        workers: number of workers.
-
     Returns:
         The index of the first individual of each chunk except the first, ascending.
     """

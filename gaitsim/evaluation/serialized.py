@@ -50,12 +50,7 @@ def version_finder(names: Iterable[str]) -> Callable[[], Versions]:
 
 
 def check_versions(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> None:
-    """Check that workers have the local versions of packages.
-
-    Args:
-        here: local versions by package.
-        there: versions of each worker by package, by the name of the worker.
-    """
+    """Check that workers have the local versions of packages."""
     # Workers by package and differing version.
     differing: dict[tuple[str, str], list[str]] = defaultdict(list)
     for worker, versions in sorted(there.items()):

@@ -22,12 +22,6 @@ def values_to_read(
 
     These are the objectives or axes of the search and, in an experiment with a reality, the
     features of the transferability model. The transferability itself is predicted later.
-
-    Args:
-        experiment: experiment of the motion.
-        motion: motion of a population.
-        scores: scores of this population, (population,).
-        terms: terms of these scores by name, each (population,).
     """
     with plugin_errors(experiment.entries["search"], "naming the values it reads"):
         names = [name for name in experiment.search.reads() if name != TRANSFERABILITY]

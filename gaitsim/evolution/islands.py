@@ -89,14 +89,7 @@ def migrate(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes
 def initial_islands(
     experiment: Experiment, space: GenomeSpace, warm_start: Array | None
 ) -> Genomes:
-    """Return generation 1 of all islands, (individuals, genes).
-
-    Args:
-        experiment: experiment with the search and the seed.
-        space: genome space.
-        warm_start: genome around which each population is drawn, (genes,); None for random
-            populations.
-    """
+    """Return generation 1 of all islands, (individuals, genes)."""
     islands = range(experiment.islands.number)
     return np.concatenate(
         [ask(experiment, space, {}, None, 1, island=one, start=warm_start)[0] for one in islands]
@@ -188,13 +181,6 @@ def parallel_epoch(
     experiment: Experiment, parallel_map: ParallelMap, genomes: Genomes, scores: Scores, first: int
 ) -> list[EvaluatedPopulation]:
     """Evolve all islands from generation `first` to the next migration, one task per island.
-
-    Args:
-        experiment: experiment with the search and the seed.
-        parallel_map: function that runs the tasks.
-        genomes: genomes of the previous generation, (individuals, genes).
-        scores: scores of these genomes, (individuals,).
-        first: number of the first generation to ask for, at least 2.
 
     Returns:
         The genomes of all islands and their evaluation, for each generation.

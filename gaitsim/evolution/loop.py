@@ -163,12 +163,6 @@ def advance(
 
     The score of a champion exceeds the threshold. The threshold then rises in whole steps of
     `delta_fitness` until it is no longer below that score.
-
-    Args:
-        before: progress before the generation.
-        best: best score of the generation.
-        evaluated: number of individuals evaluated in it.
-        evolution: size and length of the search.
     """
     threshold = before.threshold
     is_champion = threshold is not None and best > threshold

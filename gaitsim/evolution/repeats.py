@@ -25,11 +25,6 @@ def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> 
 
     Other stop conditions do not apply, so that repeats stay comparable.
 
-    Args:
-        experiment: experiment to evolve.
-        evaluate: function that scores a population; called with the genomes of all repeats.
-        repeats: number of repeats.
-
     Yields:
         After each generation, the best score so far of each repeat, (repeats,), in the worlds of
         that generation; −inf if none was finite. Each generation adds `experiment.individuals`

@@ -365,15 +365,7 @@ def repeat_reality_tests(
     *,
     in_reality: bool,
 ) -> RealityTests:
-    """Repeat the tests of the same individuals under a changed experiment or in other worlds.
-
-    Args:
-        experiment: experiment with the new reality.
-        tests: tests under the previous experiment.
-        tested: new results of the tested individuals in simulation.
-        kept: individuals that the search keeps, with new scores and values.
-        in_reality: whether to also repeat the tests in reality.
-    """
+    """Repeat the tests of the same individuals under a changed experiment or in other worlds."""
     names, values = _columns(tested.values)
     tests = replace(
         tests,

@@ -78,8 +78,7 @@ class CommandQueue:
 
         A `set` is queued for `next`.
 
-        Args:
-            on_state: function called with `queued` or `paused` during the wait.
+        It calls `on_state` with `queued` or `paused` during the wait.
         """
         on_hold, reported = False, ""
         while on_hold or not self._acquire_slot():
@@ -167,14 +166,7 @@ def evolve_live(
 ) -> State:
     """Evolve the run in `path` until it is finished or stopped.
 
-    Args:
-        path: folder of the run.
-        commands: queue that is read between two generations; a `set` closes and reopens the run.
-        reporter: receiver of every state, generation and error.
-        overrides: options to change at the start, by key.
-        generations: last generation to evolve; None for the number originally planned.
-        workers: number of parallel workers.
-        any_version: whether to resume with different versions of packages.
+    A `set` closes and reopens the run. The other options are those of `plan_resume`.
 
     Returns:
         'finished', 'stopped' or 'failed'.

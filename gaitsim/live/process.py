@@ -80,13 +80,7 @@ def start_detached(
     Later failures are reported to its clients and by
     `gaitsim.runs.background.last_failure`.
 
-    Args:
-        run: folder of the run.
-        generations: last generation to evolve; None for the number originally planned.
-        workers: number of parallel workers; None for the default.
-        overrides: options to change at the start, by key.
-        paused: whether to pause before the first generation.
-        any_version: whether to resume with different versions of packages.
+    The other options are those of `plan_resume`.
     """
     if sys.platform == "win32":
         raise GaitsimError("background runs are not supported on Windows", remedy="omit --detach")
@@ -121,10 +115,6 @@ def start_detached(
 
 def stop(run: Path, timeout: float | None = None) -> bool:
     """Save and stop a background run after its current generation.
-
-    Args:
-        run: folder of the run.
-        timeout: maximum seconds to wait for the end of its process; None for no limit.
 
     Returns:
         Whether the process has ended.

@@ -239,12 +239,7 @@ Clock = Callable[[], float]
 
 
 class Speed:
-    """Evaluations and generations per second, over the last few seconds.
-
-    Args:
-        recent: number of seconds to average over.
-        clock: function that returns the time in seconds from any origin.
-    """
+    """Evaluations and generations per second, over the last few seconds."""
 
     def __init__(self, recent: float, clock: Clock = time.monotonic) -> None:
         self._recent, self._clock = recent, clock

@@ -78,9 +78,6 @@ def isolate_stdio() -> tuple[int, int]:
 class Presence:
     """The files that make this process visible to others, until it publishes a final state.
 
-    Args:
-        run: folder of the run.
-
     Attributes:
         listener: listening socket.
     """

@@ -33,10 +33,6 @@ class Slot:
 
     Each process draws a ticket, which is a numbered file that it locks. The processes with the
     first `count` locked tickets evolve; the others wait in order.
-
-    Args:
-        folder: private folder of the background processes.
-        count: maximum number of runs that evolve at a time.
     """
 
     def __init__(self, folder: Path, count: int) -> None:

@@ -24,14 +24,7 @@ RECENT = 3.0  # seconds over which speeds are measured
 def events_in(
     history: HistoryBuffer, stages: Sequence[RunStage], kept: Collection[int], first: int = 1
 ) -> list[Event]:
-    """Return the new best scores, saved champions and stages of a run, in order.
-
-    Args:
-        history: history of the run.
-        stages: stages of the run.
-        kept: generations whose champions are saved in files.
-        first: first generation to report.
-    """
+    """Return the new best scores, saved champions and stages of a run, in order."""
     found = [
         Event(stage.first, "stage", str(change))
         for stage in stages
@@ -69,11 +62,6 @@ class RunWatcher:
 
     An asynchronous iterator of snapshots, the first with all rows and events. It ends with the
     first snapshot of a run that no process writes.
-
-    Args:
-        path: folder of the run.
-        period: seconds between two reads.
-        clock: function that returns the time in seconds from any origin.
     """
 
     def __init__(

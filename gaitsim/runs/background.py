@@ -211,9 +211,7 @@ def forget_failure(run: Path) -> None:
 def check_not_in_background(run: Path, timeout: float = 0.5) -> None:
     """Check that no other process evolves a run in the background, or is waiting to.
 
-    Args:
-        run: folder of the run.
-        timeout: seconds to wait for the end of a process that has just closed the run.
+    A process that has just closed the run has `timeout` seconds to end.
     """
     end = time.monotonic() + timeout
     while (found := background_process(run)) is not None and found.pid != os.getpid():

@@ -51,13 +51,7 @@ def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, label
 
 
 def out_of_bounds(experiment: Experiment, genomes: Genomes, label: str) -> str:
-    """Return which gene is outside the bounds of an experiment's body; '' if none is.
-
-    Args:
-        experiment: experiment of the body.
-        genomes: genomes, (individuals, genes).
-        label: name of the genomes in messages, such as 'the population'.
-    """
+    """Return which gene is outside the bounds of an experiment's body; '' if none is."""
     space = experiment.space()
     with plugin_errors(experiment.entries["organism"], "checking genomes"):
         fits = space.contains(genomes)
@@ -115,13 +109,7 @@ def check_size(experiment: Experiment) -> None:
 
 
 def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path) -> None:
-    """Check that the population of a checkpoint fits the experiment in the run's folder.
-
-    Args:
-        experiment: experiment in the current `experiment.toml`.
-        checkpoint: checkpoint of the run.
-        path: folder of the run.
-    """
+    """Check that the population of a checkpoint fits the experiment in the run's folder."""
     population, genomes = experiment.individuals, checkpoint.genomes
     number = experiment.islands.number
     outline = read_outline(checkpoint.experiment, CHECKPOINT)

@@ -112,11 +112,7 @@ def _stamp(path: Path) -> Stamp | None:
 
 
 class HistoryBuffer:
-    """A run's history in memory, to which rows are added in constant amortised time.
-
-    Args:
-        rows: initial rows, from generation 1.
-    """
+    """A run's history in memory, to which rows are added in constant amortised time."""
 
     def __init__(self, rows: Rows | None = None) -> None:
         self._columns: Columns = {}
@@ -207,11 +203,7 @@ class Curve:
 
 
 class RunsWatcher:
-    """The runs in a folder, each re-read only when it has changed.
-
-    Args:
-        root: path of the folder.
-    """
+    """The runs in a folder, each re-read only when it has changed."""
 
     def __init__(self, root: Path) -> None:
         self._root = root

@@ -164,13 +164,7 @@ def restore_generation(checkpoint: Checkpoint) -> Generation:
 def next_progress(
     checkpoint: Checkpoint, evolution: Evolution, stage_changes: Sequence[Change]
 ) -> SearchProgress:
-    """Return the progress that the generation after a checkpoint starts from.
-
-    Args:
-        checkpoint: checkpoint of the last generation.
-        evolution: options for the coming generations.
-        stage_changes: changes that start a stage; empty if there are none.
-    """
+    """Return the progress that the generation after a checkpoint starts from."""
     progress = restore_generation(checkpoint).progress
     if stage_changes:
         reevaluated = any(change.reevaluates for change in stage_changes)

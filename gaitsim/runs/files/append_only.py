@@ -113,10 +113,6 @@ class AppendOnlyHistory:
     """A run's `history.csv`, opened for writing.
 
     New terms of a stage get columns of their own, which are `nan` in the rows of other stages.
-
-    Args:
-        path: path of the file.
-        keep: number of bytes to keep.
     """
 
     def __init__(self, path: Path, keep: int) -> None:
@@ -183,10 +179,7 @@ def _table(before: Columns, columns: Sequence[str]) -> str:
 class RecordFiles:
     """The record files of a run, open for appending; a context manager.
 
-    Args:
-        path: folder of the run.
-        experiment: experiment of the run.
-        done: number of generations to keep; later records are dropped.
+    Records after generation `done` are dropped.
     """
 
     def __init__(self, path: Path, experiment: Experiment, done: int) -> None:

@@ -76,9 +76,7 @@ def replacing(path: Path, *, follow: bool = True) -> Iterator[Path]:
     This is for files too large for memory. If the block fails, `path` does not change, and the
     temporary file is removed.
 
-    Args:
-        path: path of the file.
-        follow: whether to write to the target of a link, rather than to replace the link.
+    With `follow`, the target of a link is written; otherwise, the link is replaced.
     """
     with writing(path):
         # Folders of runs and studies are swept once by their writer, when it opens them.

@@ -33,12 +33,7 @@ def checksums(
 ) -> bytes:
     """Return the record of a generation.
 
-    Args:
-        genomes: genomes, (population, genes).
-        evaluation: evaluation of the genomes.
-        row: row of the history.
-        bests: record in `bests.bin`, followed by the best score of each of several islands.
-        before: chain checksum of the previous generation; NONE without one.
+    See `chain_checksum`.
     """
     parts = genomes_checksum(genomes) + scores_checksum(evaluation)
     return parts + chain_checksum(before, parts, row, bests)

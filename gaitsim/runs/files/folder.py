@@ -66,12 +66,7 @@ def holds_run(path: Path) -> bool:
 
 
 def resolve_run(path: Path, verb: str) -> Path:
-    """Return the absolute path of a run's folder, for deleting or renaming it.
-
-    Args:
-        path: folder of the run.
-        verb: 'delete' or 'rename', for messages.
-    """
+    """Return the absolute path of a run's folder, for deleting or renaming it."""
     if path.is_symlink():
         raise RunError(
             f"{path} is a symbolic link to a run",

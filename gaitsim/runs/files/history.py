@@ -160,10 +160,6 @@ def used_terms(columns: Mapping[str, NDArray[np.float64]], present: Sequence[str
     """Return the terms of all stages of a run, in order of appearance.
 
     Columns of a stage abandoned before its first generation contain only NaN, and are left out.
-
-    Args:
-        columns: columns of the history.
-        present: terms of the current stage.
     """
     known = [
         name
@@ -209,12 +205,6 @@ def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Colum
     """Return whole rows of a history as columns by name, each (rows,).
 
     Terms may have any value, because terms of failed individuals need not be finite.
-
-    Args:
-        path: path of the file, for messages.
-        head: first line of the file.
-        rows: whole lines of the file.
-        first: generation of the first row.
     """
     columns = parse_rows(path, head, rows, first, header_problem)
     for name in ("stage", "evaluations"):

@@ -67,11 +67,7 @@ def read_head(path: Path, file: BinaryIO) -> bytes:
 def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> bytes:
     """Return the whole lines of a table from the current position.
 
-    Args:
-        path: path of the file, for messages.
-        file: opened file.
-        head: first line of the file; its number of columns limits the length of the rows.
-        most: maximum number of lines; None for all.
+    The number of columns in the first line, `head`, limits the length of the rows.
     """
     columns = len(column_names(path, head))
     if most == 0:
@@ -112,11 +108,6 @@ def read_table(
     """Return the columns of a table by name; {} without a file.
 
     An incomplete last line, which is still being written, is left out.
-
-    Args:
-        path: path of the file.
-        most: maximum number of rows; None for all.
-        parse: function that checks and parses the path's first line and whole rows.
     """
     with open_records(path) as file:
         head = read_head(path, file)
@@ -127,15 +118,7 @@ def read_table(
 def parse_rows(
     path: Path, head: bytes, rows: bytes, first: int, check_header: Callable[[list[str]], str]
 ) -> Columns:
-    """Return whole rows of a table as columns by name, each (rows,).
-
-    Args:
-        path: path of the file, for messages.
-        head: first line of the file.
-        rows: whole lines of the file.
-        first: generation of the first row.
-        check_header: function that returns what is wrong with the names of the columns, or ''.
-    """
+    """Return whole rows of a table as columns by name, each (rows,)."""
     count = rows.count(b"\n")
     names = column_names(path, head)
     if wrong := check_header(names):
@@ -159,15 +142,7 @@ def parse_rows(
 def check_values(
     path: Path, columns: Columns, name: str, accepted: NDArray[np.bool_], allowed: str
 ) -> None:
-    """Check the values of a column.
-
-    Args:
-        path: path of the file, for messages.
-        columns: columns of the file.
-        name: name of the column.
-        accepted: whether each value is valid, (rows,).
-        allowed: description of valid values.
-    """
+    """Check the values of a column."""
     for at in np.flatnonzero(~accepted)[:1]:
         generation = columns["generation"][at]
         raise damaged_error(

@@ -212,11 +212,7 @@ def _check_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 def row_differences(run: RunSnapshot, generation: Generation, place: str) -> list[str]:
     """Return how a generation's row and best record differ from the recorded ones.
 
-    Args:
-        run: the run with the recorded row and record.
-        generation: the generation to compare.
-        place: end of each sentence: where or when the generation was found, such as
-            'when reproduced'.
+    `place` ends each sentence, such as 'when reproduced'.
     """
     number = generation.number
     then, now = row_of(run, number), row(generation)
