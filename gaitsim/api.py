@@ -417,7 +417,7 @@ class Run(RunViews, RunAdaptations, ReprMixin):
             ExperimentError: the options have problems.
             GaitsimError: the run is already evolving, or cannot be evolved in the background.
         """
-        check_detached(self.path, set, generations)
+        check_detached(self.path, overrides=set, generations=generations)
         start_detached(self.path, overrides=set, generations=generations, workers=workers)
 
     def stop(self, timeout: float | None = None) -> bool:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal, NoReturn, Unpack
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from gaitsim.console.printing import echo, notice, output, print_json, status
 from gaitsim.console.streams import results
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Executor
-from gaitsim.experiment import Experiment, Overrides, parse_assignments
+from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.live.process import background_state, check_detached, send, start_detached
 from gaitsim.live.protocol import Command
 from gaitsim.live.slots import slot_count
@@ -37,6 +37,7 @@ from gaitsim.runs.creation import find_individual
 from gaitsim.runs.files.checkpoint import Champion
 from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.files.history import row
+from gaitsim.runs.resume import ResumeOptions
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import Challenge
@@ -95,27 +96,19 @@ def evolve_run(
     *,
     workers: int | None,
     json: bool,
-    overrides: Overrides | None = None,
-    generations: int | None = None,
-    any_version: bool = False,
+    **options: Unpack[ResumeOptions],
 ) -> None:
     """Evolve a run from its last generation, and print a summary.
 
     Exits with code 130 if the user stops the run.
     """
     if place == "background":
-        _evolve_in_background(run, workers, json, overrides, generations, any_version=any_version)
+        _evolve_in_background(run, workers, json, **options)
         return
     with interruptible() as interrupts:
         try:
             with RunWriter.open(
-                run.path,
-                overrides=overrides,
-                generations=generations,
-                any_version=any_version,
-                workers=workers,
-                cluster=place,
-                on_warning=warn,
+                run.path, workers=workers, cluster=place, on_warning=warn, **options
             ) as writer:
                 shown, reason = _prepare(writer, json), writer.done
                 if not reason:
@@ -179,28 +172,17 @@ def _exit_immediately(run: RunSnapshot) -> NoReturn:
 
 
 def _evolve_in_background(
-    run: RunSnapshot,
-    workers: int | None,
-    json: bool,
-    overrides: Overrides | None,
-    generations: int | None,
-    *,
-    any_version: bool,
+    run: RunSnapshot, workers: int | None, json: bool, **options: Unpack[ResumeOptions]
 ) -> None:
     """Evolve a run in the background, or continue it if paused; print how to watch and stop it."""
     path, process = run.path, run.process
-    if process is not None and process.state == "paused" and not overrides and generations is None:
+    changed = options.get("overrides") or options.get("generations") is not None
+    if process is not None and process.state == "paused" and not changed:
         send(path, Command("go"))
         state: str | None = "running"
     else:
-        check_detached(path, overrides, generations, any_version=any_version)
-        start_detached(
-            path,
-            generations=generations,
-            workers=workers,
-            overrides=overrides,
-            any_version=any_version,
-        )
+        check_detached(path, **options)
+        start_detached(path, workers=workers, **options)
         end = time.monotonic() + FIRST_MOMENTS
         while (state := background_state(path)) == "preparing" and time.monotonic() < end:
             time.sleep(PERIOD)

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from gaitsim.errors import GaitsimError, RunError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
@@ -28,7 +28,7 @@ from gaitsim.runs.background import (
     runtime_file,
 )
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.resume import plan_resume
+from gaitsim.runs.resume import ResumeOptions, plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import text
 
@@ -46,17 +46,10 @@ def background_state(run: Path) -> State | None:
     return found.state if found else None
 
 
-def check_detached(
-    run: Path,
-    overrides: Overrides | None = None,
-    generations: int | None = None,
-    *,
-    any_version: bool = False,
-) -> None:
+def check_detached(run: Path, **options: Unpack[ResumeOptions]) -> None:
     """Check that a run can continue, before it is queued."""
     RunLock(run).release()
-    found = RunSnapshot(run, keep_damaged=True)
-    plan = plan_resume(found, overrides, generations=generations, any_version=any_version)
+    plan = plan_resume(RunSnapshot(run, keep_damaged=True), **options)
     for entry in plan.experiment.outside:
         raise GaitsimError(
             f"the {entry} cannot be sent to another process",
@@ -68,28 +61,25 @@ def check_detached(
 def start_detached(
     run: Path,
     *,
-    generations: int | None = None,
     workers: int | None = None,
-    overrides: Overrides | None = None,
     paused: bool = False,
-    any_version: bool = False,
+    **options: Unpack[ResumeOptions],
 ) -> int:
     """Evolve a run in its own process, which outlives this one; return its process ID.
 
     The run starts immediately, or is queued if one background run per core is already evolving.
     Later failures are reported to its clients and by
-    `gaitsim.runs.background.last_failure`.
-
-    The other options are those of `plan_resume`.
+    `gaitsim.runs.background.last_failure`. The options are those of `plan_resume`.
     """
     if sys.platform == "win32":
         raise GaitsimError("background runs are not supported on Windows", remedy="omit --detach")
+    generations, overrides = options.get("generations"), options.get("overrides") or {}
     arguments = [
         *([f"--generations={generations}"] if generations is not None else []),
         *([f"--workers={workers}"] if workers is not None else []),
-        *(f"--set={key}={_as_typed(value)}" for key, value in (overrides or {}).items()),
+        *(f"--set={key}={_as_typed(value)}" for key, value in overrides.items()),
         *(["--paused"] if paused else []),
-        *(["--any-version"] if any_version else []),
+        *(["--any-version"] if options.get("any_version") else []),
     ]
     errors = b""
     try:

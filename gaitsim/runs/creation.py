@@ -132,9 +132,8 @@ def fork_run(
     run = RunSnapshot(path)
     # The plan reads the checkpoint first: the files, read later, then contain all its records.
     plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
-    changed = bool(overrides) or generations is not None
     files: dict[str, str | bytes] = {
-        EXPERIMENT: plan.experiment.to_toml() if changed else run.experiment_text
+        EXPERIMENT: plan.experiment.to_toml() if plan.edited else run.experiment_text
     }
     checkpoint = run.checkpoint
     if run.start is not None:

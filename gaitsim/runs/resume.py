@@ -6,6 +6,7 @@ generation. Until that generation is written, the stage is only a difference bet
 """
 
 from dataclasses import dataclass, replace
+from typing import TypedDict
 
 from gaitsim.contracts import Array
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
@@ -30,6 +31,14 @@ from gaitsim.runs.stages import Change, next_progress, pending_changes, restore_
 POPULATION = "evolution.population"
 
 
+class ResumeOptions(TypedDict, total=False):
+    """Options of how a run continues; see `plan_resume`."""
+
+    overrides: Overrides | None
+    generations: int | None
+    any_version: bool
+
+
 @dataclass(frozen=True, eq=False)
 class ResumePlan:
     """A plan of how a run continues.
@@ -43,6 +52,7 @@ class ResumePlan:
         stages: stages that have ended, including the one ended by `changes`.
         changes: changes that start a stage; () if there are none.
         warning: problems of the run that do not prevent it from continuing, or ''.
+        edited: whether options were given that change `experiment.toml`.
     """
 
     experiment: Experiment
@@ -51,6 +61,7 @@ class ResumePlan:
     stages: tuple[Stage, ...]
     changes: tuple[Change, ...]
     warning: str
+    edited: bool
 
     @property
     def reevaluates(self) -> bool:
@@ -62,8 +73,8 @@ def plan_resume(
     run: RunSnapshot,
     overrides: Overrides | None = None,
     *,
-    generations: int | None,
-    any_version: bool,
+    generations: int | None = None,
+    any_version: bool = False,
 ) -> ResumePlan:
     """Plan how a run continues, without writing anything.
 
@@ -75,12 +86,13 @@ def plan_resume(
     """
     length = {} if generations is None else {"evolution.generations": generations}
     given = {**length, **(overrides or {})}
+    edited = bool(given)
     checkpoint = run.checkpoint
     if checkpoint is None:
         experiment = run.experiment_with(given)
         experiment.check_functions()
         check_size(experiment)
-        return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "")
+        return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "", edited)
     experiment = _changed_experiment(run, checkpoint, given)
     _check_state(run, experiment, checkpoint)
     _ = run.history, run.islands  # raises an error if they are damaged
@@ -106,7 +118,7 @@ def plan_resume(
                 f"({', '.join(map(str, found))}): the run continues with the new options"
             )
     warnings += [other_library] if other_library else []
-    return ResumePlan(experiment, last, None, stages, found, "; ".join(warnings))
+    return ResumePlan(experiment, last, None, stages, found, "; ".join(warnings), edited)
 
 
 def _changed_experiment(

@@ -11,7 +11,7 @@ from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, Unpack
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator, Executor
@@ -24,7 +24,6 @@ from gaitsim.evolution import (
     reevaluate,
     stop_reason,
 )
-from gaitsim.experiment import Overrides
 from gaitsim.opening import is_folder
 from gaitsim.registry.entry_points import contract_error
 from gaitsim.runs.background import forget_failure
@@ -47,7 +46,7 @@ from gaitsim.runs.files.folder import (
 )
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.files.provenance import current_versions, write_provenance
-from gaitsim.runs.resume import ResumePlan, plan_resume
+from gaitsim.runs.resume import ResumeOptions, ResumePlan, plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 
 REASONS_KEPT = 1000
@@ -102,24 +101,19 @@ class RunWriter:
         cls,
         path: Path,
         *,
-        overrides: Overrides | None = None,
-        generations: int | None = None,
-        any_version: bool = False,
         workers: int | None = None,
         cluster: Executor | None = None,
         on_warning: Callable[[str], None] = lambda text: None,
+        **options: Unpack[ResumeOptions],
     ) -> Self:
         """Lock the run in `path`, and drop records after its checkpoint.
 
         Args:
             path: folder of the run.
-            overrides: options to change from the next generation, by key; they are written to the
-                experiment.
-            generations: last generation to evolve; None for the number in the experiment.
-            any_version: whether to accept package versions other than those of the run.
             workers: number of parallel workers; None for the default.
             cluster: executor of a cluster; the caller closes it.
             on_warning: callback for messages about workers.
+            options: changes from the next generation, which are written to the experiment.
         """
         with ExitStack() as resources:
             resources.callback(RunLock(path).release)
@@ -127,10 +121,10 @@ class RunWriter:
             for folder in (path.absolute().parent, path, *own):
                 sweep(folder)
             run = RunSnapshot(path, keep_damaged=True)
-            plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
+            plan = plan_resume(run, **options)
             done = plan.last.number if plan.last else 0
             files = resources.enter_context(RecordFiles(path, plan.experiment, done))
-            if overrides or generations is not None:
+            if plan.edited:
                 write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode(), follow=False)
             with writing(path):
                 for number in saved_champions(path):
